@@ -1,4 +1,4 @@
-# Two commands matter: `make demo` and `make test`. Both set up whatever they need.
+# Two commands matter: `make demo` and `make test`. Both set up what they need.
 SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
@@ -19,18 +19,18 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
 	@echo "make test           lint, types, floors, the whole test suite, every promise at its smallest size"
-	@echo "make test ROOM=planning  the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), without the rest, in seconds"
-	@echo "make lint           the first part of it alone; make unit: the tests alone"
+	@echo "make test ROOM=planning  only the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), in seconds"
+	@echo "make lint           only the first part; make unit: only the tests"
 	@echo "make test-wheel     the same suite against the built wheel"
-	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
+	@echo "make bench          timings compared with other libraries (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
 	@echo "make bench-quick    the same in under two minutes, printed and not written"
-	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json beside an older record, ratio by ratio"
+	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json compared with an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
-	@echo "make check-nightly  the large sizes: tests, promises, coverage, known advisories (hours; goes on where it was stopped)"
+	@echo "make check-nightly  the large sizes: tests, promises, coverage, known advisories (hours; resumes where it was stopped)"
 	@echo "make check-floors   every Python from 3.11 to 3.13 on PATH, each dependency at its lowest allowed version; PYTHONS='...'"
-	@echo "make coverage       share of branches covered, room by room"
-	@echo "make audit          known security advisories for what lampyris runs on (asks the network)"
-	@echo "make requirements   pin the requirements anew; make clean: remove .venv, demo, dist, build (and ledgers in it)"
+	@echo "make coverage       branch coverage by package"
+	@echo "make audit          known security advisories of the dependencies (needs the network)"
+	@echo "make requirements   pin the requirements again; make clean: remove .venv, demo, dist, build (and ledgers in it)"
 
 $(VENV)/.made:
 	@tools/make_venv.sh "$(PYTHON)" "$(VENV)"
@@ -53,7 +53,7 @@ $(VENV)/.nightly: $(VENV)/.dev requirements/nightly.txt
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
-	@echo "installing the rivals ..."
+	@echo "installing the libraries to compare with ..."
 	@$(PIP) -r requirements/bench.txt
 	@touch $@
 
@@ -90,9 +90,9 @@ unit: $(VENV)/.dev
 	@tools/browser.sh
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS)
 
-# Each check goes on where it was stopped: delete build/nightly.ledger to begin anew. What came of the checks
-# is appended to build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
-# A line that fails does not keep the others from running; the exit code tells of it at the end.
+# Each check resumes where it was stopped: delete build/nightly.ledger to start over. Results are appended to
+# build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
+# A failing line does not keep the others from running; the exit code reports it at the end.
 check-nightly: $(VENV)/.nightly
 	@tools/browser.sh
 	@mkdir -p build

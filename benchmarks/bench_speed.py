@@ -22,7 +22,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.profile import feasible_profile
@@ -92,9 +92,9 @@ def course_among_walls() -> tuple[SampledPath, Scene]:
     scene = Scene(grid, (10, 10), (180, 180), robot=Robot(radius=0.2), zones=zones)
     curve = curve_of(points, grid, scene.robot)
     spacing = float(curve.lengths.sum()) / NODES
-    while len(course_of(curve, spacing)) > NODES:
+    while len(sample_curve(curve, spacing)) > NODES:
         spacing *= 1.0005
-    return course_of(curve, spacing), scene
+    return sample_curve(curve, spacing), scene
 
 
 def movers(rng: np.random.Generator) -> ObstacleStates:

@@ -31,7 +31,7 @@ Search = Callable[[Cell, Cell], Any]
 
 MOVED = MOVES["octile"]
 OURS = {
-    "jps": "`JumpSearch.way`: the search and the path's cells",
+    "jps": "`JumpSearch.find_path`: the search and the path's cells",
     "astar": "the search of the planner `astar`",
     "field": "the field of the goal, solved as far as the start, and the path read off it",
     "fastest": "the search that the planner `fastest` picks for the map",
@@ -73,13 +73,13 @@ class Contest:
         jumps = self._make("jps", lambda: JumpSearch(free, MOVED))
         astar = self._make("astar", lambda: GridSearch(free, MOVED, informed=True))
         self._ways: dict[str, Search] = {
-            "jps": jumps.way,
-            "astar": astar.way,
-            "field": FieldSearch(free, MOVED, jumps).way,
-            "fastest": self._make("fastest", lambda: suited(free, None, MOVED)).way,
-            "both ends": TwoSearches(free, MOVED).way,
-            "theta": AnyAngleSearch(free, None, MOVED, wide=False, lazy=0).way,
-            "lazy": AnyAngleSearch(free, None, MOVED, wide=False, lazy=2).way,
+            "jps": jumps.find_path,
+            "astar": astar.find_path,
+            "field": FieldSearch(free, MOVED, jumps).find_path,
+            "fastest": self._make("fastest", lambda: suited(free, None, MOVED)).find_path,
+            "both ends": TwoSearches(free, MOVED).find_path,
+            "theta": AnyAngleSearch(free, None, MOVED, wide=False, lazy=0).find_path,
+            "lazy": AnyAngleSearch(free, None, MOVED, wide=False, lazy=2).find_path,
         }
         self._theirs: dict[str, Search] = {
             "nano-astar": self._make("nano-astar", lambda: _nano(free)),

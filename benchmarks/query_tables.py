@@ -39,7 +39,7 @@ def made_queries(free: np.ndarray, count: int, moves: Moves) -> list[Query]:
     queries: list[Query] = []
     while len(queries) < count:
         (sy, sx), (gy, gx) = cells[rng.integers(len(cells), size=2)].tolist()
-        answer = search.way((sx, sy), (gx, gy))
+        answer = search.find_path((sx, sy), (gx, gy))
         if answer.cells is not None:
             queries.append(((sx, sy), (gx, gy), length_of(answer.cells), 1e-6))
     return queries
@@ -65,7 +65,7 @@ def choice(figures: list[Figure], quick: bool) -> Table:
             ends = [q[:2] for q in made_queries(free, 10 if quick else 40, moves)]
 
             def over(search: Any, ends: Any = ends) -> Any:
-                return lambda: [search.way(*pair) for pair in ends]
+                return lambda: [search.find_path(*pair) for pair in ends]
 
             times = take_turns(
                 {name: over(search) for name, search in searches.items()},

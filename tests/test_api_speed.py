@@ -14,7 +14,7 @@ from lampyris.io.maps.load import load_map
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
-from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.geometry.sampled_path import sample_curve
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import PhysicalLaw
@@ -167,7 +167,7 @@ def test_a_law_that_cannot_be_followed_between_nodes_is_seen() -> None:
         np.array([[1.0, 1.0]]), np.array([[1.0, 0.0]]), np.array([6.0]), np.zeros(1), (7.0, 1.0), 1.0
     )
     free = replace(scene, grid=replace(scene.grid, blocked=np.zeros_like(scene.grid.blocked)), zones=zones)
-    made = api.speed_profile(free, course_of(curve, 2.0))
+    made = api.speed_profile(free, sample_curve(curve, 2.0))
     assert made.v.max() <= 0.2
 
 

@@ -26,7 +26,7 @@ from lampyris.io.maps.formats.document import byte_limit
 from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.recipes.make import make
-from lampyris.io.paths import read_way
+from lampyris.io.paths import read_path_points
 from lampyris.io.text import csv_table, strict_json, strict_yaml
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -36,7 +36,7 @@ from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.scene import MAX_RADIUS, Scene
-from lampyris.model.traffic import MAX_BODIES, RandomWalk, Recorded
+from lampyris.model.traffic import MAX_OBSTACLES, RandomWalk, Recorded
 from lampyris.scenarios import load_scenario
 from lampyris_selfcheck.reference.files.map_files import bmp, chunk, npy, png, put, rows
 from lampyris_selfcheck.reference.files.watching import memory
@@ -52,7 +52,7 @@ def test_the_limits_are_those_that_are_promised() -> None:
     assert (strict_json.MAX_BYTES, strict_json.MAX_DEPTH) == (16 * 2**20, 32)
     assert movingai.MAX_SCEN_LINES == 100_000
     assert pgm.HEADER_BYTES == movingai.HEADER_BYTES == numpy_file.HEADER_BYTES == 4096
-    assert MAX_BODIES == 10_000
+    assert MAX_OBSTACLES == 10_000
     assert MAX_SEED == 2**63 - 1
 
 
@@ -297,13 +297,13 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         "YAML_SIZE",
     ),
     "obstacles of a kind": (
-        MAX_BODIES,
+        MAX_OBSTACLES,
         lambda f, n: scenario(obstacles=f'[{{"kind": "crossing", "count": {n}}}]')(f),
         "LIMIT",
     ),
-    "obstacles in all": (MAX_BODIES, in_all, "LIMIT"),
-    "obstacles drawn": (MAX_BODIES, bodies_drawn, "LIMIT"),
-    "obstacles of a specification": (MAX_BODIES, lambda f, n: RandomWalk(n), "LIMIT"),
+    "obstacles in all": (MAX_OBSTACLES, in_all, "LIMIT"),
+    "obstacles drawn": (MAX_OBSTACLES, bodies_drawn, "LIMIT"),
+    "obstacles of a specification": (MAX_OBSTACLES, lambda f, n: RandomWalk(n), "LIMIT"),
     "track": (csv_tracks.MAX_TICKS, one_track, "LIMIT"),
     "track by ticks": (csv_tracks.MAX_TICKS, one_track_by_ticks, "LIMIT"),
     "line of a track file": (
@@ -313,22 +313,22 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "points of a way": (
         way_file.MAX_POINTS,
-        lambda f, n: read_way(put(f, b"x,y\n" + b"1,2\n" * n, "w.csv")),
+        lambda f, n: read_path_points(put(f, b"x,y\n" + b"1,2\n" * n, "w.csv")),
         "LIMIT",
     ),
     "moving obstacles in a file": (
-        MAX_BODIES,
+        MAX_OBSTACLES,
         lambda f, n: read_movers(put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE),
         "LIMIT",
     ),
     "lines of a table": (
         csv_table.MAX_LINES,
-        lambda f, n: read_way(put(f, b"x,y\n1,2\n" + b"\n" * (n - 2), "w.csv")),
+        lambda f, n: read_path_points(put(f, b"x,y\n1,2\n" + b"\n" * (n - 2), "w.csv")),
         "LIMIT",
     ),
     "file of a way": (
         csv_table.MAX_BYTES,
-        sized("w.csv", b"x,y\n1,2\n", b" ", read_way),
+        sized("w.csv", b"x,y\n1,2\n", b" ", read_path_points),
         "FILE_TOO_LARGE",
     ),
     "file of a track": (
@@ -408,10 +408,10 @@ def test_a_number_of_a_table(tmp_path: Path) -> None:
     """A billion: of what comes one after the other, the next double is refused, and so is a million's."""
     most = csv_table.GREATEST
     for value in (most, np.nextafter(most, 0), -most, np.nextafter(-most, 0)):
-        assert read_way(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
+        assert read_path_points(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
     for value in (np.nextafter(most, np.inf), np.nextafter(-most, -np.inf)):
         with pytest.raises(LampyrisError, match=r"^error\[WAY\]"):
-            read_way(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
+            read_path_points(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
 
 
 def test_what_a_file_is_shows_in_its_head(tmp_path: Path) -> None:

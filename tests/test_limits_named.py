@@ -22,7 +22,7 @@ from lampyris.errors import MAX_PART, FileError, LampyrisError
 from lampyris.io import paths as way_file
 from lampyris.io.maps.formats import ros_yaml
 from lampyris.io.maps.load import load_map
-from lampyris.io.paths import read_way
+from lampyris.io.paths import read_path_points
 from lampyris.io.scenario import schema_types
 from lampyris.io.scenario.schema import MAX_SIDE
 from lampyris.io.text import strict_json
@@ -119,9 +119,17 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "maps of a study": (form.MAX_ENTRIES, lambda f, n: study(maps=["guide"] * n)(f), "MAPS"),
     "planners of a study": (form.MAX_ENTRIES, lambda f, n: study(planners=["astar"] * n)(f), "PLANNERS"),
     "laws of a study": (form.MAX_ENTRIES, lambda f, n: study(laws=["constant"] * n)(f), "LAWS"),
-    "crowds of a study": (form.MAX_ENTRIES, lambda f, n: study(traffic=["none"] * n)(f), "TRAFFIC"),
-    "planners that a grid unfolds to": (who.MAX_WHO, lambda f, n: study(planners=[grid_of(n)])(f), "LIMIT"),
-    "crowds that grids unfold to": (who.MAX_WHO, lambda f, n: study(traffic=count(n, 1000))(f), "LIMIT"),
+    "traffic cases of a study": (form.MAX_ENTRIES, lambda f, n: study(traffic=["none"] * n)(f), "TRAFFIC"),
+    "planners that a grid unfolds to": (
+        who.MAX_CONFIGS,
+        lambda f, n: study(planners=[grid_of(n)])(f),
+        "LIMIT",
+    ),
+    "traffic cases that grids unfold to": (
+        who.MAX_CONFIGS,
+        lambda f, n: study(traffic=count(n, 1000))(f),
+        "LIMIT",
+    ),
     "drawn queries": (
         form.MAX_QUERIES,
         lambda f, n: study(maps=[drawn(n)])(f),
@@ -147,12 +155,12 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "terrain": (MAX_TERRAIN, lambda f, n: Grid([[False]], terrain=[[n]]), "GRID_TERRAIN"),
     "way in YAML": (
         way_file.YAML_BYTES,
-        lambda f, n: read_way(put(f, b"poses: []\n".ljust(n, b"#"), "w.yaml")),
+        lambda f, n: read_path_points(put(f, b"poses: []\n".ljust(n, b"#"), "w.yaml")),
         "YAML_SIZE",
     ),
     "values of a way in YAML": (
         way_file.YAML_VALUES,
-        lambda f, n: read_way(put(f, b"poses: [" + b"0," * (n - 2) + b"]\n", "w.yaml")),
+        lambda f, n: read_path_points(put(f, b"poses: [" + b"0," * (n - 2) + b"]\n", "w.yaml")),
         "YAML_SIZE",
     ),
     "values of JSON": (
@@ -264,7 +272,7 @@ ASKED: dict[str, str] = {
     "model.edit.MAX_EDITS": HERE,
     "model.grid.MAX_TERRAIN": HERE,
     "model.scene.MAX_RADIUS": LIMITS_PY,
-    "model.traffic.MAX_BODIES": LIMITS_PY,
+    "model.traffic.MAX_OBSTACLES": LIMITS_PY,
     "planning.spacetime.session.MAX_HORIZON": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
     "model.settings.drive.MAX_PASSED": "sim/test_sim_drive.py",
@@ -296,7 +304,7 @@ ASKED: dict[str, str] = {
     "study.store.file.MAX_VALUE": HERE,
     "study.store.row_record.MOST": "study/test_study_store_damage.py",
     "study.execution.execution.MAX_WORKERS": HERE,
-    "study.design.config.MAX_WHO": HERE,
+    "study.design.config.MAX_CONFIGS": HERE,
     "study.design.worlds.MAX_ALL_CELLS": "study/test_study_file.py",
     "study.design.worlds.MAX_WORLDS": "study/test_study_file.py",
     "planning.swarm.optimisers.glowworm.MOST": HERE,
@@ -310,7 +318,7 @@ ASKED: dict[str, str] = {
     "app.server.request_parsing.MAX_JSON": "app/test_app_limits.py",
     "app.server.request_parsing.MOST_VALUES": "app/test_app_limits.py",
     "app.engine.comparison.MOST_SEEDS": "app/test_app_limits.py",
-    "app.engine.comparison.MOST_WHO": "app/test_app_limits.py",
+    "app.engine.comparison.MOST_CONFIGS": "app/test_app_limits.py",
     "app.engine.decode.MAX_BYTES": "app/test_app_limits.py",
     "app.engine.decode.MAX_FILES": "app/test_app_limits.py",
     "app.engine.engine.MAX_QUESTION": "app/test_app_limits.py",

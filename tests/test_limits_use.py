@@ -18,7 +18,7 @@ from lampyris.errors import LimitError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.geometry.sampled_path import sample_curve
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.planning import registry
 from lampyris.planning.assess import assess
@@ -86,17 +86,17 @@ def test_nodes_are_counted_on_the_curve_and_where_edges_are_halved(monkeypatch: 
     scene = Scene(Grid(blocked), (0, 1), (100, 1), robot=Robot(radius=0.3, v_max=2.0))
     coarse = lampyris.smooth(scene, np.array([[0.0, 1.0], [100.0, 1.0]]), spacing=1.0)
     assert coarse.curve is not None
-    plain = course_of(coarse.curve, 1.0)
+    plain = sample_curve(coarse.curve, 1.0)
     assert len(coarse) > len(plain)
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", str(len(plain)))
-    assert len(course_of(coarse.curve, 1.0)) == len(plain)
+    assert len(sample_curve(coarse.curve, 1.0)) == len(plain)
     with pytest.raises(LimitError, match="NODES"):
         refined(plain, scene)
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", str(len(plain) - 1))
     with pytest.raises(LimitError, match="NODES"):
-        course_of(coarse.curve, 1.0)
+        sample_curve(coarse.curve, 1.0)
     with pytest.raises(LimitError, match="NODES"):  # more than a whole number has room for
-        course_of(coarse.curve, 1e-300)
+        sample_curve(coarse.curve, 1e-300)
 
 
 def test_a_simulation_that_would_take_too_many_ticks_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -184,7 +184,7 @@ clock(np.array([1.0, 2.0, 3.0]), t)
 again = np.zeros(3)
 clock(np.array([1.0, 2.0]), again)
 assert (t.tolist(), again.tolist()) == ([0, 1, 3, 6], [0, 1, 3])
-print(json.dumps(clock.kept_in()))
+print(json.dumps(clock.cache_folder()))
 """
 
 

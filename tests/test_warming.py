@@ -192,7 +192,7 @@ w.wanted = lambda: ((ahead, types), (bit, types))
 w.warm()
 for file in Path({str(tmp_path)!r}).rglob("*.nb[ic]"):
     file.write_bytes(DAMAGES[{how!r}](file.read_bytes()))
-old = Path(bit.kept_in()) / "bits.bit_0123456789abcdef-9.py311.nbi"
+old = Path(bit.cache_folder()) / "bits.bit_0123456789abcdef-9.py311.nbi"
 old.touch()
 _jit.forget()
 again = w.warm()
@@ -219,7 +219,7 @@ def test_where_nothing_can_be_kept_warm_says_so(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
     monkeypatch.setattr("lampyris.warming.wanted", lambda: ((next(iter(ours())), ()),))
     monkeypatch.setattr(_jit.Kernel, "prepare", lambda self, types: False)
-    monkeypatch.setattr(_jit.Kernel, "kept_in", lambda self: None)
+    monkeypatch.setattr(_jit.Kernel, "cache_folder", lambda self: None)
     with pytest.raises(LampyrisError, match="cannot be kept") as refused:
         warm()
     assert refused.value.exit_code == 3

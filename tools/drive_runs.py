@@ -22,7 +22,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk
-from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.geometry.sampled_path import sample_curve
 from lampyris.motion.laws.registry import SpeedLaw, profile
 from lampyris.motion.laws.rpp import Rpp
 from lampyris.planning.adgso.ad_gso import AdGso
@@ -118,7 +118,7 @@ def alone_seconds(made: Drive, law: str) -> float:
     """How long our law's profile of the first way takes; 0 for other laws."""
     if law != "physical" or not made.curves:
         return 0.0
-    way = course_of(made.curves[0], 0.1 * made.scene.grid.resolution)
+    way = sample_curve(made.curves[0], 0.1 * made.scene.grid.resolution)
     return profile(way, made.scene, law=law).duration
 
 

@@ -4,17 +4,19 @@
 
 Rules (docs/architecture.md): a folder holds at most 16 modules; no import circle of any kind (at module level,
 within functions, for type checkers alone); at most 5 public class names that are defined in several modules;
-words of the first edition's own language only in the files that are listed in tools/old_words.txt, which may
-only become fewer.
+no word of the first edition's own language in names, comments, texts and pages, except in the files that are
+listed in tools/old_words.txt, which may only become fewer.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import io
 import json
 import re
 import sys
+import tokenize
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -27,12 +29,54 @@ PACKAGES = {
 KEPT = ROOT / "tools" / "old_words.txt"
 MOST_MODULES = 16
 MOST_DOUBLED = 5
-WORDS = (
-    "strollers?", "unheard", "whoever", "dearer", "roomy", "twins?", "held by", "told of", "begins? anew",
-    "go(?:es|ne)? on with", "mend(?:s|ed|ers?|ing)?", "crowd", "the house", "halting", "look_at", "kept_in",
-    "lat_max", "flips", "crowding", "warmth", "keep_away", "roomy_\\w+",
-)  # fmt: skip
-OLD = re.compile(rf"\b(?:{'|'.join(WORDS)})\b")
+# The rename table of the second edition: what a name was, and what it is now.
+CLASSES = {
+    "Cutter": "Adversary", "Feed": "Sensor", "Going": "Trajectory", "Ground": "StudyMap", "Grounds": "FieldCache",
+    "Guide": "Replanner", "Halted": "Cancelled", "Hands": "Executor", "Here": "SerialExecutor", "Hold": "StoreLock",
+    "Lie": "RejectedResult", "Movers": "ObstacleStates", "Others": "ObstacleSet", "Seen": "ObstacleTrack",
+    "Stretch": "Segment", "Told": "ObstacleMessage", "Way": "Path", "Ways": "Paths", "Where": "KeyPath",
+    "Who": "Config",
+}  # fmt: skip
+"""Names, as they are spelt here: in lower case most of them are plain English."""
+PARTS = {
+    "bends": "fillets, corners", "bodies": "obstacles", "course": "samples", "courses": "samples",
+    "crowd": "traffic", "crowds": "traffic_cases", "halted": "stopped", "halting": "stopping",
+    "mended": "repaired", "roomy": "smoothing", "stroller": "random_walker", "strollers": "random_walkers",
+    "taut": "pulled straight", "told": "what the value is", "twin": "reference", "twins": "references",
+    "unheard": "shielded", "way": "path, key_path", "ways": "paths",
+}  # fmt: skip
+"""Parts of names."""
+WORDS = {
+    "anew": "again, from scratch, re-", "any ?body": "anyone, any obstacle", "bod(?:y|ies)": "obstacle",
+    "careful": "safe_controller", "changes? of mind": "path switch", "crowd(?:s|ed|ing)?": "traffic, dense",
+    "cutters?": "adversary", "dear(?:er|est)?": "costly", "every ?body": "everyone, all obstacles",
+    "flips": "path_switches", "for ever": "forever", "go(?:es|ne)? on with": "continue, resume",
+    "guests?": "third-party planner", "halting": "cancellation", "held by": "limited by",
+    "keep_away": "min_clearance", "kept_in": "cache_folder", "lat_max": "a_lat_max", "look_at": "checkpoint",
+    "mend(?:s|ed|ers?|ing)?": "repair", "rivals?": "baseline", "roomy(?:_\\w+)?": "smoothing",
+    "some ?body": "someone, an obstacle", "strangers?": "untrusted", "strollers?": "random walkers",
+    "taut": "pulled straight", "the house": "the architecture", "told": "given, reported", "twins?": "reference",
+    "unheard": "shielded", "warmth": "traffic_density_weight", "whoever": "what does it",
+    "(?:cheapest|fastest|planned|shortest|whole) ways?": "path", "ways? through (?:obstacles|walls)": "path",
+}  # fmt: skip
+"""Words of comments, docstrings, messages and pages."""
+FORMER = re.compile(
+    r"\b(?:strollers?|unheard|whoever|dearer|roomy(?:_\w+)?|twins?|held by|told of|begins? anew|go(?:es|ne)? on with"
+    r"|mend(?:s|ed|ers?|ing)?|crowd|the house|halting|look_at|kept_in|lat_max|flips|crowding|warmth|keep_away)\b"
+)
+"""The shorter list for the checks."""
+OLD = re.compile(rf"\b(?:{'|'.join(WORDS)})\b", re.IGNORECASE)
+PLAIN = re.compile(
+    r"``[^`]*``|`[^`]*`|--[\w-]+(?: taut)?|taut(?=\||:| without effect)"
+    r"|(?:HTTP|[Mm]essage|[Rr]equest|[Rr]esponse|its|whose|Kind and) bod(?:y|ies)|rigid\s+body|address, body"
+    r"|</?body>|body \{|len\(body\)|m\.body|^ +body(?= :)|cutter\.\{"
+    r"|bod(?:y|ies) (?:apart|outside|size|speed|step|wall|\{)|(?:un)?told contact",
+    re.MULTILINE,
+)
+"""Where such a word is another: code and options; bodies in HTTP, HTML and PNG; names of the referee's rules."""
+GENERATED = frozenset({"benchmarks.md", "licences.md"})
+HTTP = ("src/lampyris/app/server/", "docs/threats.md")
+"""Where a body is that of a request or an answer."""
 
 
 def modules() -> dict[str, Path]:
@@ -95,7 +139,7 @@ def measure() -> dict[str, object]:
         "circles": circles(edges),
         "doubled": {name: where for name, where in sorted(classes.items()) if len(where) > 1},
         "old_words": sorted(
-            str(path.relative_to(ROOT)) for name, path in names.items() if OLD.search(texts[name])
+            str(path.relative_to(ROOT)) for path in (*names.values(), *pages()) if old_words(path)
         ),
     }
 
@@ -113,20 +157,68 @@ def faults(found: Mapping[str, object], kept: frozenset[str]) -> list[str]:
         out.append(
             f"{len(doubled)} class names are defined in several modules; at most {MOST_DOUBLED}: {doubled}"
         )
-    out += [f"{file}: words of the old language: {_words(ROOT / file)}" for file in words if file not in kept]
+    out += [
+        f"{file}: words of the old language: {', '.join(old_words(ROOT / file))}"
+        for file in words
+        if file not in kept
+    ]
     out += [f"{file}: no old words left; take it out of {KEPT.name}" for file in sorted(kept - set(words))]
     return out
 
 
-def _words(path: Path) -> str:
-    return ", ".join(sorted({found[0] for found in OLD.finditer(path.read_text(encoding="utf-8"))}))
+def pages() -> list[Path]:
+    """The pages that are written by hand."""
+    docs = (path for path in (ROOT / "docs").rglob("*.md") if path.name not in GENERATED)
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(docs)]
+
+
+def old_words(path: Path) -> list[str]:
+    """Words of the first edition in a module or a page, each once."""
+    text = path.read_text(encoding="utf-8")
+    if path.is_relative_to(ROOT / "selfcheck"):
+        return sorted({found[0] for found in FORMER.finditer(text)})
+    names, texts = _parts(text) if path.suffix == ".py" else ([], [_prose(text)])
+    old = {
+        name for name in names if name in CLASSES or PARTS.keys() & {p.lower() for p in _PART.findall(name)}
+    }
+    for one in texts:
+        old.update(found[0] for found in OLD.finditer(PLAIN.sub(" ", one)))
+    if path.is_relative_to(ROOT) and str(path.relative_to(ROOT)).startswith(HTTP):
+        old -= {"body", "Body", "bodies", "Bodies"}
+    return sorted(old)
+
+
+_PART = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+_KEY = re.compile(r"""[a-z]*(["']{1,3})[\w./:-]*\1""", re.IGNORECASE)
+"""A string of one word: a key or a name, which this is no judge of."""
+
+
+def _parts(source: str) -> tuple[list[str], list[str]]:
+    """Names of a module; its comments and the strings that are texts."""
+    names, texts = [], []
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.NAME:
+            names.append(token.string)
+        elif token.type == tokenize.COMMENT or (
+            token.type == tokenize.STRING and not _KEY.fullmatch(token.string)
+        ):
+            texts.append(token.string)
+    return names, texts
+
+
+def _prose(page: str) -> str:
+    """A page without code, targets of links, generated tables and recorded figures."""
+    page = re.sub(r"<!-- tables -->.*?<!-- end of tables -->", "", page, flags=re.DOTALL)
+    page = re.sub(r"^```.*?^```", "", page, flags=re.DOTALL | re.MULTILINE)
+    page = re.sub(r"^ {4}.*$|^ *- (?:seen:|commit,|nightly,|release,).*$", "", page, flags=re.MULTILINE)
+    return re.sub(r"\]\([^)]*\)", "]", page)
 
 
 def main() -> int:
     """Print the figures and what is out of order."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    parser.add_argument("--renew", action="store_true", help="write the list of files with old words anew")
+    parser.add_argument("--renew", action="store_true", help="rewrite the list of files with old words")
     given = parser.parse_args()
     found = measure()
     if given.renew:

@@ -18,7 +18,7 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import profile
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap, visible_cells
@@ -42,7 +42,7 @@ def save(figure: plt.Figure, name: str) -> None:
 def blind() -> None:
     """The office: what is seen from one node, and the speed with the law."""
     scene, path = office()
-    course = course_of_path(path, scene.grid.resolution)
+    course = sample_path(path, scene.grid.resolution)
     cap = blind_cap(course, scene, BlindArea(), Around())[0].v
     made = profile(course, scene, law=PhysicalLaw(clearance=False, blind=BlindArea()))
     slow = np.flatnonzero((cap < 0.5) & (course.s > 0.3 * course.s[-1]))

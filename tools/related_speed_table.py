@@ -24,7 +24,7 @@ from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import profile
 from lampyris.motion.safety.blind_areas import BlindArea, hiding_distance, stop_within
@@ -54,7 +54,7 @@ def office() -> tuple[Scene, Path]:
 def blind() -> None:
     """Travel time, and how much of the way a mover that turns up could meet the robot before it stands."""
     scene, path = office()
-    course = course_of_path(path, scene.grid.resolution)
+    course = sample_path(path, scene.grid.resolution)
     robot, length = scene.robot, float(course.s[-1])
     print("| settings | time | slowed | open to a mover of 1 m/s | of it faster than creep |")
     print("|---|---|---|---|---|")
@@ -168,7 +168,7 @@ def drive(
 def table(cases: list[tuple[str, Callable[[Scene], tuple[Decide, float]]]]) -> None:
     """Runs of each case over the same seeds."""
     scene, path = office()
-    course = course_of_path(path, scene.grid.resolution)
+    course = sample_path(path, scene.grid.resolution)
     print("| law | mean time | contacts a run | above half speed | mean speed at contact |")
     print("|---|---|---|---|---|")
     for name, make in cases:

@@ -26,7 +26,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws.compare import compare
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import SpeedLaw
@@ -56,7 +56,7 @@ def optimum_of_same_caps(course: SampledPath, scene: Scene, creep: float = 0.1, 
     """Seconds of the quickest drive under ours' caps at points so many times as close."""
     assert course.curve is not None
     robot, curve = scene.robot, course.curve
-    fine = course_of(curve, float(np.diff(course.s).max()) / finer)
+    fine = sample_curve(curve, float(np.diff(course.s).max()) / finer)
     away = wall_distance(fine.xy, scene.grid, robot.radius + robot.v_max**2 / (2 * robot.d_max))
     stopping = np.sqrt(2 * robot.d_max * np.maximum(away - robot.radius, 0.0))
     cap = np.minimum(robot.v_max, np.maximum(creep * robot.v_max, stopping))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from lampyris import referee
 from lampyris._core import defaults
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SMOOTH, SAMPLE_SPACING
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import in_range, is_whole, is_word
@@ -37,7 +37,7 @@ from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.pose_curve import curve_of_poses
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
@@ -116,7 +116,7 @@ def plan(
     scene : what to plan in, as it is at tick 0: later edits are left aside. Of its traffic, planners that see
         traffic (``sipp``) plan with the recorded obstacles; nobody else looks at it: see :func:`simulate`.
     planner : a name (see ``lampyris.list_planners()``) or a planner object.
-    seed : root of every draw; the same seed gives the same plan.
+    seed : seed of all random draws; the same seed gives the same plan.
     budget : when to give up. Its seconds are for opening, searching and judging (a plan found may be left
         without its optimum and gates); the referee's check comes on top.
     record : keep AD-GSO's per-iteration record in ``Plan.jumps``.
@@ -262,7 +262,7 @@ def speed_profile(
             )
         # The speed near walls counts from the disc that is within the footprint.
         scene = replace(scene, robot=inscribed_disc(scene.robot))
-        path = course_of(curve_of_poses(poses, scene.grid), _spacing(scene, spacing))
+        path = sample_curve(curve_of_poses(poses, scene.grid), _spacing(scene, spacing))
         smooth, spacing = "none", None
         path = refined(path, scene)
     along = path if isinstance(path, SampledPath) else _path(path)
@@ -287,7 +287,7 @@ def _smoothed(
     scene: Scene, path: object, method: Drawing | None, spacing: float | None, option: str
 ) -> SampledPath:
     """See :func:`smooth`; ``option`` is what the caller calls the method."""
-    usual: Drawing = COURSE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
+    usual: Drawing = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
     drawing = usual if method is None else method
     if not is_word(drawing, DRAWINGS):
         raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(DRAWINGS))
@@ -298,7 +298,7 @@ def _smoothed(
     wanted = wanted_of(path, scene.grid.resolution) if isinstance(path, Plan) else None
     curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
     referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
-    return refined(course_of(curve, step), scene)
+    return refined(sample_curve(curve, step), scene)
 
 
 def _scheduled(
@@ -355,7 +355,7 @@ def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, 
 def _spacing(scene: Scene, spacing: float | None) -> float:
     """Metres between two nodes, as asked for or by default."""
     resolution = scene.grid.resolution
-    step = COURSE_SPACING * resolution if spacing is None else spacing
+    step = SAMPLE_SPACING * resolution if spacing is None else spacing
     if not in_range(step, MIN_SPACING * resolution, 1e6):
         raise SettingError(
             "SPACING",
@@ -430,8 +430,8 @@ def simulate(
     scene : where; its edits come to pass.
     planner : a name or a planner object.
     traffic : moving obstacles; None: the scene's own.
-    seed : root of every draw; the same seed gives the same trace.
-    ticks : when to stop; None: a generous number for the map's size.
+    seed : seed of all random draws; the same seed gives the same trace.
+    ticks : when to stop; None: an ample number for the size of the map.
     law : the speed law.
     patience : ticks in a row the robot waits before it gives up.
     budget : when each call of the planner gives up; the robot then waits, and asks again in the next tick.

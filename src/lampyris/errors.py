@@ -7,7 +7,7 @@
     │   └── BusyError             an object for one call at a time is at work in another call
     ├── InputError        exit 3  something given is wrong
     │   ├── FileError             a file cannot be read as what it claims to be
-    │   ├── SceneError            an end outside the map, a body in a wall
+    │   ├── SceneError            an end outside the map, an obstacle in a wall
     │   └── SettingError          a number or name out of its range (a ValueError, too)
     │       └── UnknownSettingError   there is no such setting
     ├── LimitError        exit 5  more than a stated limit allows
@@ -165,7 +165,7 @@ def _rebuild(kind: type[LampyrisError], code: str, what: str, *said: str) -> Lam
 
 
 class UsageError(LampyrisError):
-    """The call's own words are off: options that contradict each other, a name nobody knows."""
+    """The call's own words are off: options that contradict each other, an unknown name."""
 
     exit_code = 2
 
@@ -185,7 +185,7 @@ class FileError(InputError):
 
 
 class SceneError(InputError):
-    """The pieces of a scene do not fit: an end outside the map, a body in a wall."""
+    """The pieces of a scene do not fit: an end outside the map, an obstacle in a wall."""
 
 
 class SettingError(InputError, ValueError):

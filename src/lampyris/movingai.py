@@ -35,7 +35,7 @@ RELATIVE = 1e-5
 """How far a published length may be off beside its last digit: some were summed up in single precision."""
 
 UNREACHABLE = (Status.NO_PATH, Status.GOAL_OCCUPIED)
-"""What is said of a goal without a way to it: for who starts in water, all land is blocked."""
+"""What is said of a goal without a path to it: for who starts in water, all land is blocked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +64,7 @@ class QueryResult:
     ----------
     query : the line of the file.
     status : how the search ended.
-    cost : of the way found, in cells; infinity where there is none.
+    cost : of the path found, in cells; infinity where there is none.
     expansions : cells expanded.
     agrees : whether it is as it must be beside the published length: see :class:`QueryResults`.
     """
@@ -77,7 +77,7 @@ class QueryResult:
 
     @property
     def ratio(self) -> float | None:
-        """Cost by published length; None where there is no way, or the length is 0."""
+        """Cost by published length; None where there is no path, or the length is 0."""
         if not self.status or self.query.length == 0:
             return None
         return self.cost / self.query.length
@@ -263,7 +263,7 @@ def ask(
     Raises
     ------
     UsageError, SettingError : no such planner, setting or moves, a value out of its range.
-    InternalFault : the referee refused a way; a bug of ours.
+    InternalFault : the referee refused a path; a bug of ours.
     """
     chosen = chosen_planner(
         ask, planner, planner_settings, settings, moves=moves, seed=seed, limit=limit, progress=progress
@@ -302,5 +302,5 @@ def ask(
 
 
 def _agrees(difference: float, rule: str, slack: float) -> bool:
-    """Whether a way found is as long as it may be: ``difference`` is its length less the published one."""
+    """Whether a path found is as long as it may be: ``difference`` is its length less the published one."""
     return rule == "found" or (difference >= -slack and (rule != "equal" or difference <= slack))

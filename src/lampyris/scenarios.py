@@ -36,7 +36,7 @@ class PlanWithSpeeds(NamedTuple):
 
 
 class _Names:
-    """Who knows planners and laws by name."""
+    """The planners and laws known by name."""
 
     def planner(self, name: str, settings: Mapping[str, Any]) -> object:
         """The planner itself."""

@@ -1,4 +1,4 @@
-"""Compile every kernel before anybody waits for it, and keep the machine code on disk.
+"""Compile every kernel ahead of time, and keep the machine code on disk.
 
 Small jobs of every kind run once in plain form, and the types of the arguments that each kernel met are
 noted. That is what is compiled: no list of signatures has to be kept up by hand, and a test holds the jobs
@@ -75,7 +75,7 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
     Raises
     ------
     UsageError : ``NUMBA_DISABLE_JIT`` is set: nothing would be compiled.
-    FileError : machine code cannot be kept on disk; everything works, but each process compiles anew.
+    FileError : machine code cannot be kept on disk; everything works, but each process recompiles.
     """
     if _jit.jit_disabled():
         raise UsageError(
@@ -116,7 +116,7 @@ def _prepare(
             made += kernel.prepare(types)
         except OSError as error:
             raise _nowhere(str(error)) from None
-        folder = kernel.kept_in()
+        folder = kernel.cache_folder()
         if folder is None:
             raise _nowhere("no folder for it can be written to")
         folders[Path(folder)] = None
@@ -218,7 +218,7 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
 
 
 def _attributes() -> None:
-    """Room to walls, and AD-GSO that minds more than length."""
+    """Room to walls, and AD-GSO that considers more than length."""
     scene = _scene()
     clearance(scene.grid)
     api.plan(scene, "ad-gso", obstacle_density_weight=1.0, min_clearance=1)
@@ -238,7 +238,7 @@ def _crowded() -> None:
     for moves in MOVES.values():
         search = FieldSearch(free, moves, JumpSearch(free, MOVES["octile"]))
         for closed in ((), ((8, 3),)):
-            search.way(scene.start, scene.goal, closed=closed)
+            search.find_path(scene.start, scene.goal, closed=closed)
     visible_cells(scene.grid, scene.start, 5.0)
 
 
@@ -272,12 +272,12 @@ def _driven(law: str) -> None:
     """Drives; by our own law also with corners, and where it knows whole tracks."""
     track = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
     walkers = (RandomWalk(2), Patrol(((12, 3), (12, 9))))
-    ways: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
+    paths: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
     if law == "physical":
-        ways += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"obstacle_info": "tracks"})]
+        paths += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"obstacle_info": "tracks"})]
         x, y = _scene().start
-        ways.append(((Recorded(((x + 1, y), (x, y))),), 3.0, {}))  # runs into the robot
-    for traffic, limit, more in ways:
+        paths.append(((Recorded(((x + 1, y), (x, y))),), 3.0, {}))  # runs into the robot
+    for traffic, limit, more in paths:
         with suppress(LampyrisError):
             api.drive(_scene(traffic=traffic), "ad-gso", law=law, time_limit=limit, **more)
 
@@ -287,13 +287,13 @@ def _watched() -> None:
     scene = _scene()
     path = api.plan(scene, "astar").path
     assert path is not None
-    course = api.smooth(scene, path)
-    cap = np.full(len(course), 1.0)
+    samples = api.smooth(scene, path)
+    cap = np.full(len(samples), 1.0)
     cap[-1] = 0.0
     # It stands in the way for half a minute, and then clears off.
-    places = np.stack((course.xy[len(course) // 2],) * 2 + (np.array([17.0, 0.0]),))
+    places = np.stack((samples.xy[len(samples) // 2],) * 2 + (np.array([17.0, 0.0]),))
     track = Track(np.array([0.0, 30.0, 60.0]), places, 0.3, 1.0)
-    through_tracks(course, cap, scene.robot, [track])
+    through_tracks(samples, cap, scene.robot, [track])
     waiting = _scene(traffic=(Patrol(((8, 3), (12, 3))), RandomWalk(2)))
     for planner in ("sipp", "space-time-astar"):
         plan = api.plan(waiting, planner)

@@ -14,7 +14,7 @@ from PIL import Image
 from lampyris.app.engine import export as kept
 from lampyris.app.engine import work
 from lampyris.app.engine.frames import json_frame
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 from lampyris.errors import UsageError
 from lampyris.report.film import sprites
 from lampyris.report.style import FREE, landscape_colours
@@ -76,7 +76,7 @@ def test_reach_moves_with_the_obstacles_and_cost_does_not() -> None:
 
 
 def test_a_moment_has_the_layer_too() -> None:
-    scenario = said_scenario({"scenario": SCENARIO})
+    scenario = scenario_of_request({"scenario": SCENARIO})
     pictures = []
     for layer in ("none", "cost"):
         question = {"what": "png", "settings": {"layer": layer}, "tick": 1}
@@ -87,7 +87,7 @@ def test_a_moment_has_the_layer_too() -> None:
 
 
 def test_a_layer_that_there_is_not_is_refused() -> None:
-    scenario = said_scenario({"scenario": SCENARIO})
+    scenario = scenario_of_request({"scenario": SCENARIO})
     with pytest.raises(UsageError) as told:
         list(kept.export({"what": "gif", "settings": {"layer": "noise"}}, scenario, lambda: None))
     assert told.value.code == "LAYER"

@@ -136,9 +136,9 @@ def test_edits_at_the_beginning_do_not_stay_in_the_map_of_the_recipe() -> None:
     x, y = head["start"]
     ends = {"start": head["start"], "goal": head["goal"], "map": CAVES}
     edits = [{"tick": 0, "blocked": [[x + 1, y]], "freed": []}]
-    first = said.said_scenario({"scenario": state(**ends)}).scene.grid.blocked.copy()
-    said.said_scenario({"scenario": state(**ends, edits=edits)})
-    assert np.array_equal(said.said_scenario({"scenario": state(**ends)}).scene.grid.blocked, first)
+    first = said.scenario_of_request({"scenario": state(**ends)}).scene.grid.blocked.copy()
+    said.scenario_of_request({"scenario": state(**ends, edits=edits)})
+    assert np.array_equal(said.scenario_of_request({"scenario": state(**ends)}).scene.grid.blocked, first)
 
 
 def test_the_saved_scenario_of_a_made_map_holds_its_recipe_and_gives_the_same_run(tmp_path: Path) -> None:
@@ -287,7 +287,7 @@ def test_a_speed_is_what_its_rule_allows_and_no_rule_allows_less(
 
 def test_what_is_watched_is_the_same_run_as_what_is_not() -> None:
     made = state(obstacles=BUSY, law="dissertation")
-    trace = scenarios.run(said.said_scenario({"scenario": made}))
+    trace = scenarios.run(said.scenario_of_request({"scenario": made}))
     assert simulation.digest(trace) == only(ask("simulate", made), "Z")["digest"]  # type: ignore[arg-type]
 
 
@@ -320,7 +320,7 @@ PLACES = [("env-3", {}), ("hills-256", {"planner": "astar"}), ("guide", {"preset
 def test_a_pixel_of_a_layer_is_the_librarys_number(name: str, map_: str, more: dict[str, Any]) -> None:
     made = state(map=map_, obstacles=[{"kind": "random-walk", "count": 5}], **more)
     low, high, shown, _ = layer(name, made)
-    scene = said.said_scenario({"scenario": made}).scene
+    scene = said.scenario_of_request({"scenario": made}).scene
     if name == "clearance":
         # Not the function that the layer asks: by the distance to every wall.
         walls = np.argwhere(scene.grid.blocked)
@@ -329,7 +329,7 @@ def test_a_pixel_of_a_layer_is_the_librarys_number(name: str, map_: str, more: d
         values = np.where(scene.grid.blocked, np.inf, clearance(scene.grid))
         assert scene.grid.blocked[y, x] or abs(values[y, x] - direct) <= scene.grid.resolution
     elif name == "reach":
-        run = begin(said.said_scenario({"scenario": made}))
+        run = begin(said.scenario_of_request({"scenario": made}))
         bodies = [run.world.space.cell(number) for number in run.world.where]
         assert (shown[tuple(np.array(bodies).T[::-1])] == 1).all()
         values = reach(scene.grid, bodies, scene.moves.corner_cutting, 64)
@@ -343,7 +343,7 @@ def test_a_pixel_of_a_layer_is_the_librarys_number(name: str, map_: str, more: d
 def test_gates_are_those_of_the_librarys_detector() -> None:
     made = state(map="env-3")
     found = only(ask("plan", made, layers=["gates"]), "Z")["gates"]
-    scene = said.said_scenario({"scenario": made}).scene
+    scene = said.scenario_of_request({"scenario": made}).scene
     mask = gate_mask(scene.grid, scene.robot)
     cells = {tuple(gate["cell"]) for gate in [*found["in_map"], *found["on_path"]]}
     assert cells == {(int(x), int(y)) for y, x in np.argwhere(mask)}
@@ -358,7 +358,7 @@ def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_
     plan = only(ask("plan", made), "Z")
     assert head == {"layer": "expanded", "planner": planner, "own": True}
     assert (low, high) == (1, plan["expansions"]) == (1, np.count_nonzero(shown))
-    scenario = said.said_scenario({"scenario": made})
+    scenario = said.scenario_of_request({"scenario": made})
     cells = own_order(scenario.scene, scenario)
     assert cells is not None
     assert len(np.unique(cells, axis=0)) == len(cells) == plan["expansions"]
@@ -381,13 +381,13 @@ def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_
 
 def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
     """The same cells, counted one by one by searches that may expand k cells."""
-    scenario = said.said_scenario({"scenario": state(map="guide", planner="astar")})
+    scenario = said.scenario_of_request({"scenario": state(map="guide", planner="astar")})
     cells = own_order(scenario.scene, scenario)
     assert cells is not None
     session: Any = registry.make("astar", {}).open(scenario.scene, np.random.default_rng(0))
-    assert session.search.way(scenario.scene.start, scenario.scene.goal).expansions == len(cells)
+    assert session.search.find_path(scenario.scene.start, scenario.scene.goal).expansions == len(cells)
     for k in range(len(cells)):
-        assert session.search.way(scenario.scene.start, scenario.scene.goal, k).cells is None
+        assert session.search.find_path(scenario.scene.start, scenario.scene.goal, k).cells is None
 
 
 @pytest.mark.parametrize("planner", ["ad-gso", "dstar-lite", "theta-star", "jps"])
@@ -395,6 +395,6 @@ def test_who_keeps_no_record_is_shown_the_search_from_the_goal_under_its_own_nam
     made = state(map="env-3", planner=planner)
     _, _, shown, head = layer("expanded", made)
     assert head == {"layer": "expanded", "planner": planner, "own": False}
-    scene = said.said_scenario({"scenario": made}).scene
+    scene = said.scenario_of_request({"scenario": made}).scene
     first = np.argwhere(shown == 1)
     assert tuple(first[0][::-1]) == scene.goal or len(first) > 1

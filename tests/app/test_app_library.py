@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from lampyris.app.engine.names import check_file_name, is_plain_name
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.simulation import standing
 from lampyris.app.server import library as room
 from lampyris.app.server.library import Library, container
@@ -216,7 +216,7 @@ def test_an_upload_outlives_the_server_and_is_an_engines_map(
     later = Library(folder, tmp_path / "spool")
     assert ids(later, "upload") == [row["id"]]
     scenario: dict[str, Any] = {"version": 1, "map": row["id"], "start": [1, 0], "goal": [0, 1]}
-    found = said_scenario({"scenario": scenario, "ground": later.packed(row["id"])})
+    found = scenario_of_request({"scenario": scenario, "ground": later.packed(row["id"])})
     assert found.scene.grid.blocked.tolist() == [[True, False, False], [False, False, True]]
     spool = tmp_path / "spool"
     assert (spool.stat().st_mode & 0o777, next(spool.iterdir()).stat().st_mode & 0o777) == (0o700, 0o600)
@@ -326,5 +326,5 @@ def test_obstacles_drawn_in_a_map_reach_the_page(folder: Path, library: Library)
         "version": 1, "map": row["id"], "start": [0, 0], "goal": [3, 2], "simulate": {},
         "obstacles": [{"kind": "random-walk", "count": 2, "starts": [[2, 0], [0, 2]]}],
     }  # fmt: skip
-    found = said_scenario({"scenario": asked, "ground": library.packed(row["id"])})
+    found = scenario_of_request({"scenario": asked, "ground": library.packed(row["id"])})
     assert [cell for _, cell in standing(found)] == [(2, 0), (0, 2)]

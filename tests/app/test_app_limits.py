@@ -47,7 +47,7 @@ def wide(n: int) -> object:
     """A scenario on a packed map of one row of n cells."""
     ends = {"map": "up-1", "start": [0, 0], "goal": [1, 0]}
     ground = pack(Grid(np.zeros((1, n), dtype=bool)))
-    return said.said_scenario({"scenario": {**STATE, **ends}, "ground": ground})
+    return said.scenario_of_request({"scenario": {**STATE, **ends}, "ground": ground})
 
 
 def listed(n: int) -> object:
@@ -76,7 +76,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         "JSON_SIZE",
     ),
     "planners compared": (
-        comparison.MOST_WHO,
+        comparison.MOST_CONFIGS,
         lambda n: comparison._who(
             [{"name": "x", "label": f"{k}"} for k in range(n)], "p", OWN, lambda *a: OWN
         ),

@@ -48,7 +48,7 @@ def test_a_study_is_of_the_scenarios_world() -> None:
     assert (len(study), notes) == (4, [])
     assert [(w.start, w.goal) for w in study.worlds] == [((0, 9), (7, 0))]
     assert [who.called for who in study.planners] == ["astar", "ad-gso nt=5"]
-    assert [(c.kind, c.count) for c in study.crowds] == [("random-walk", 2)]
+    assert [(c.kind, c.count) for c in study.traffic_cases] == [("random-walk", 2)]
     assert (study.moves, study.root, study.kind) == ("dissertation", 3, "simulate")
     many, _ = study_of_question(asked(queries=5, seeds=3))
     assert len(many) == 5 * 3 * 2
@@ -90,7 +90,7 @@ def test_an_uploaded_map_goes_along_with_its_terrain(name: str) -> None:
 )
 def test_obstacles_are_a_crowd(obstacles: list[Any], crowd: tuple[str, int], notes: int) -> None:
     study, told = study_of_question(asked({"obstacles": obstacles}))
-    (made,) = study.crowds
+    (made,) = study.traffic_cases
     assert (made.kind, made.count) == crowd
     assert len(told) == notes
 

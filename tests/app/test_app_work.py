@@ -25,7 +25,7 @@ from lampyris.app.engine import simulation, work
 from lampyris.app.engine.comparison import ComparisonResults, compare, comparison
 from lampyris.app.engine.frames import NOWHERE
 from lampyris.app.engine.layers import grid_at, reach
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.simulation import WORDS, begin
 from lampyris.cli import main
 from lampyris.errors import LampyrisError, SettingError
@@ -131,7 +131,7 @@ def test_all_mistakes_are_told_at_once() -> None:
 
 
 def test_no_file_is_opened_for_a_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
-    said_scenario({"scenario": state(map={"rows": ["S..G"]})})  # what is imported late is there
+    scenario_of_request({"scenario": state(map={"rows": ["S..G"]})})  # what is imported late is there
     opened: list[str] = []
     active = [True]
     sys.addaudithook(
@@ -152,21 +152,21 @@ def test_a_map_beside_the_question_is_taken_whatever_the_scenario_calls_it() -> 
     blocked[1, 1:] = True
     ground = {**pack(Grid(blocked, resolution=0.5, name="mine.png")), "start": [4, 0], "goal": [4, 3]}
     for spec in ("up-0123", {"library": "up-0123"}, {"rows": ["..."]}):
-        scenario = said_scenario({"scenario": state(map=spec), "ground": ground})
+        scenario = scenario_of_request({"scenario": state(map=spec), "ground": ground})
         assert np.array_equal(scenario.scene.grid.blocked, blocked)
         assert (scenario.scene.start, scenario.scene.goal, scenario.map) == ((4, 0), (4, 3), None)
         assert scenario.scene.grid.name == "mine.png"
     # One of ours is ours.
-    given = said_scenario({"scenario": state(), "ground": ground}).scene.grid
+    given = scenario_of_request({"scenario": state(), "ground": ground}).scene.grid
     assert np.array_equal(given.blocked, library.load("env-3").grid.blocked)
 
 
 def test_rows_recipes_and_resolutions_are_maps_too() -> None:
-    rows = said_scenario({"scenario": state(map={"rows": ["S..", ".#.", "..G"]})}).scene
+    rows = scenario_of_request({"scenario": state(map={"rows": ["S..", ".#.", "..G"]})}).scene
     assert (rows.start, rows.goal, rows.grid.blocked.sum()) == ((0, 0), (2, 2), 1)
-    table = said_scenario({"scenario": state(map={"bundled": "env-3", "resolution": 0.25})}).scene
+    table = scenario_of_request({"scenario": state(map={"bundled": "env-3", "resolution": 0.25})}).scene
     assert table.grid.resolution == 0.25
-    made = said_scenario(
+    made = scenario_of_request(
         {"scenario": state(map={"recipe": "caves", "size": [40, 30]}, start=[0, 0], goal=[1, 1])}
     )
     assert made.scene.grid.width == 40
@@ -175,7 +175,7 @@ def test_rows_recipes_and_resolutions_are_maps_too() -> None:
 def test_the_same_map_is_the_same_noun_so_that_a_drag_unpacks_it_once() -> None:
     ground = pack(library.load("env-3").grid)
     one, two = (
-        said_scenario({"scenario": state(map="x", start=[28, k], goal=[26, 26]), "ground": ground})
+        scenario_of_request({"scenario": state(map="x", start=[28, k], goal=[26, 26]), "ground": ground})
         for k in (7, 6)
     )
     assert one.scene.grid is two.scene.grid
@@ -204,7 +204,7 @@ def test_walls_that_are_painted_are_read_once_and_not_at_each_step_of_a_drag(
     later = [*walls, {"tick": 5, "blocked": [[20, 20]]}]
 
     def at(k: int, edits: Any, verb: str = "plan") -> Any:
-        return said_scenario({"verb": verb, "scenario": state(start=[k, 2], edits=edits)})
+        return scenario_of_request({"verb": verb, "scenario": state(start=[k, 2], edits=edits)})
 
     found = [at(k, walls) for k in (2, 3, 4)]
     assert read == [True, False, False]
@@ -253,7 +253,7 @@ def test_a_plan_has_its_jumps_and_gates_if_they_are_asked_for() -> None:
 def test_obstacles_stand_in_the_plan_where_the_run_will_have_them_at_first() -> None:
     scenario = state(obstacles=CROWD, seed=3)
     told = only(ask("plan", scenario), "Z")["obstacle_specs"]
-    trace: Any = scenarios.run(said_scenario({"scenario": {**scenario, "simulate": {"ticks": 2}}}))
+    trace: Any = scenarios.run(scenario_of_request({"scenario": {**scenario, "simulate": {"ticks": 2}}}))
     there = [k for k, came in enumerate(trace.appears) if came == 0]
     assert [tuple(one["at"]) for one in told] == [tuple(trace.tracks[k][0]) for k in there]
     assert [one["kind"] for one in told] == [trace.obstacle_specs[k].kind for k in there]
@@ -296,7 +296,7 @@ def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool
     scenario = state(obstacles=CROWD)
     frames = ask("simulate", scenario)
     head, end = only(frames, "H"), only(frames, "Z")
-    trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
+    trace: Any = scenarios.run(scenario_of_request({"scenario": scenario}))
     assert (head["job"], head["planner"], head["law"], head["units"]) == (7, "ad-gso", "physical", "m/s")
     kinds = [body["kind"] for body in head["obstacle_specs"]]
     told = 0
@@ -382,7 +382,7 @@ def test_a_scenario_that_is_too_large_for_yaml_is_saved_as_json_and_read_again(t
         assert data[:1] == start
         (tmp_path / name).write_bytes(data)
         again = scenarios.load_scenario(tmp_path / name)
-        assert again.edits == said_scenario({"scenario": said}).edits
+        assert again.edits == scenario_of_request({"scenario": said}).edits
 
 
 def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
@@ -433,7 +433,7 @@ def layer(name: str, scenario: dict[str, Any] | None = None, **more: Any) -> tup
 @pytest.mark.parametrize("name", ["cost", "luciferin", "clearance", "expanded"])
 def test_a_layer_is_the_librarys_field_in_255_steps(name: str) -> None:
     low, high, shown = layer(name)
-    scene = said_scenario({"scenario": state()}).scene
+    scene = scenario_of_request({"scenario": state()}).scene
     field = solve_field(scene)
     assert not shown[scene.grid.blocked].any()
     if name in ("cost", "luciferin"):
@@ -481,7 +481,7 @@ def test_reach_is_a_search_step_by_step(seed: int) -> None:
 
 def test_obstacles_are_never_outside_their_reach() -> None:
     scenario = state(obstacles=[{"kind": "random-walk", "count": 9}, *CROWD[1:]])
-    trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
+    trace: Any = scenarios.run(scenario_of_request({"scenario": scenario}))
     _, _, shown = layer("reach", scenario, obstacle_cells=None)
     grid = trace.scene.grid
     ticks_ = reach(grid, trace.obstacles_at(0), trace.scene.moves.corner_cutting, 64)
@@ -510,7 +510,7 @@ def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
         ("env-3", EDITS),
         ("hills-48", [{"tick": 3, "blocked": [[5, 5]], "freed": [[0, 0]]}]),
     ):
-        scene: Any = said_scenario({"scenario": state(map=name, edits=edits)}).scene
+        scene: Any = scenario_of_request({"scenario": state(map=name, edits=edits)}).scene
         for tick in (0, 3, 4, 9):
             now = grid_at(scene, tick)
             wanted = applied(scene.grid, [edit for edit in scene.edits if edit.tick <= tick])
@@ -659,7 +659,7 @@ def test_comparisons_that_are_none(more: dict[str, Any], code: str, where: str) 
 
 
 def test_nobody_named_is_the_scenarios_own() -> None:
-    made = comparison(said_scenario({"scenario": state()}), {})
+    made = comparison(scenario_of_request({"scenario": state()}), {})
     assert [label for label, *_ in made.entrants] == ["ad-gso"]
 
 
@@ -713,7 +713,7 @@ def test_verbs_that_are_none() -> None:
 
 
 def test_every_planner_can_be_watched() -> None:
-    run = begin(said_scenario({"scenario": state(map="guide")}))
+    run = begin(scenario_of_request({"scenario": state(map="guide")}))
     run.tick()
     assert run.now == 1
 
@@ -750,7 +750,7 @@ def test_no_planning_time_of_a_comparison_holds_what_is_compiled(monkeypatch: py
         },
         "planners": ["dstar-lite"],
     }  # fmt: skip
-    found = comparison(said_scenario(question), question)
+    found = comparison(scenario_of_request(question), question)
     told = ComparisonResults(found)
     frames = list(compare(found, lambda: None, 1, told))
     ends = [json.loads(one[5:]) for one in frames if one[4:5] == b"Z"]

@@ -215,7 +215,7 @@ def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page
     made = {**in_address(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
     opened(page, made)
     page.click("#tab-compare")
-    page.wait_for_selector("#compare .cannot >> text=A study draws its obstacles anew")
+    page.wait_for_selector("#compare .cannot >> text=A study draws new obstacles")
     send = page.get_by_role("button", name="Send to a study")
     assert send.is_disabled()
     page.get_by_role("button", name="Compare", exact=True).click()

@@ -133,7 +133,7 @@ def test_the_walk_without_a_mouse(page: Any, tmp_path: Path) -> None:
     assert {(x, 27) for x in range(1, 15)} >= {tuple(cell) for cell in edit["blocked"]} >= {(1, 27), (9, 27)}
     press("End")
     page.get_by_text("The robot arrived at the goal.").first.wait_for()
-    assert page.locator("#status li").filter(has_text="planned anew").count() == 1
+    assert page.locator("#status li").filter(has_text="replanned").count() == 1
     digest = fact(page, "Digest")
 
     # Three planners.

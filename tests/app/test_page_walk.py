@@ -139,11 +139,11 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path) -> None:
     page.get_by_role("button", name="Play", exact=True).click()
     page.get_by_role("button", name="Play again").wait_for()
     events = page.locator("#status li").all_inner_texts()
-    assert any("planned anew" in event for event in events), events
+    assert any("replanned" in event for event in events), events
     assert any("cells turned into walls" in event for event in events)
     page.get_by_text("The robot arrived at the goal.").first.wait_for()
     ran = of_the_run(page)
-    page.get_by_role("button", name=re.compile(rf"^{stood + 1}\s.*planned anew")).click()
+    page.get_by_role("button", name=re.compile(rf"^{stood + 1}\s.*replanned")).click()
     shown = moment(page)
     assert shown == stood + 1
 

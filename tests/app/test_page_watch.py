@@ -14,7 +14,7 @@ from page_browser import needs_chromium
 from page_person import aim, in_address
 
 from lampyris.app.engine.layers import layer_of
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -166,7 +166,7 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
             page.get_by_label(name, exact=True).check()
         page.wait_for_selector("#layers .ly-legend", state="visible")
         page.wait_for_timeout(400)
-        values = layer_of(name.lower(), said_scenario({"scenario": made}), 0, None)
+        values = layer_of(name.lower(), scenario_of_request({"scenario": made}), 0, None)
         there = values[np.isfinite(values)]
         cells = np.argwhere(np.isfinite(values))[200::500, ::-1].tolist()
         assert len(cells) > 3

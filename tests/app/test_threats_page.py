@@ -18,7 +18,7 @@ from payloads import PAYLOADS, in_html, in_svg
 import lampyris.app
 import sizes
 from lampyris.app.engine import export as kept
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 
 HERE = Path(__file__).parent
 ROWS = ["." * 12] * 8
@@ -343,7 +343,7 @@ def show(browser: Any, address: str, some: tuple[str, ...], wanted: Callable[[in
 
 def files_of(payload: str, *kinds: str) -> dict[str, str]:
     """What is kept of a scenario with strange names."""
-    scenario = said_scenario({"scenario": valid(payload)})
+    scenario = scenario_of_request({"scenario": valid(payload)})
     return {
         what: b"".join(
             piece[5:]
@@ -367,7 +367,7 @@ def check_kept(payload: str) -> None:
         for cell in line.split(","):
             assert not cell.startswith(("=", "+", "@", "\t")), line
             assert not cell.startswith("-") or float(cell) <= 0, line
-    again = said_scenario({"scenario": _yaml(made["scenario"])})
+    again = scenario_of_request({"scenario": _yaml(made["scenario"])})
     assert again.name == payload
 
 

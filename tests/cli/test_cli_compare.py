@@ -139,9 +139,9 @@ def test_the_picture_tells_the_length_of_the_lines_it_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ways: list[DrawnPath] = []
-    monkeypatch.setattr(picture, "draw_ways", lambda grid, start, goal, some, *_, **__: ways.extend(some))
+    monkeypatch.setattr(picture, "draw_paths", lambda grid, start, goal, some, *_, **__: ways.extend(some))
     compare(tmp_path, *ENV_3, "--picture", "ways.png")
-    told = {way.name: way.told for way in ways}
+    told = {way.name: way.subtitle for way in ways}
     assert told["theta-star"].startswith("any-angle length 33.72, cost by cells 36.56")
     assert told["astar"].startswith("cost 35.97")
 
@@ -244,7 +244,7 @@ def test_the_picture_says_who_did_otherwise_than_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[DrawnPath] = []
-    monkeypatch.setattr(picture, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
+    monkeypatch.setattr(picture, "draw_paths", lambda *given, **_: drawn.extend(given[3]))
     words = ("env-1", "--planners", "ad-gso:min_clearance=3,astar", "--picture", "a.png")
     assert compare(tmp_path, *words).exit == 0
-    assert ["not as asked" in way.told for way in drawn] == [True, False]
+    assert ["not as asked" in way.subtitle for way in drawn] == [True, False]

@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from lampyris import api
-from lampyris._core.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PATIENCE
+from lampyris._core.defaults import DRIVE_SPACING, SAMPLE_SPACING, SIMULATION_PATIENCE
 from lampyris._core.settings import defaults_of, settings_of
 from lampyris.cli.app import app
 from lampyris.io.scenario.run_settings import DriveTable, SimulateTable
@@ -86,7 +86,7 @@ def test_the_spacing_of_a_drive_is_declared_once() -> None:
     assert Replanner(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
     for text in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
         assert f"{DRIVE_SPACING:g} of a cell" in (text or "")
-    assert f"{COURSE_SPACING:g} of a cell" in (options("speed")["spacing"].help or "")
+    assert f"{SAMPLE_SPACING:g} of a cell" in (options("speed")["spacing"].help or "")
 
 
 def test_the_patience_of_a_simulation_is_declared_once() -> None:

@@ -58,7 +58,7 @@ def test_terrain_is_told() -> None:
     line = next(line for line in run().stdout.splitlines() if line.startswith("hills-100\t"))
     assert "62%, 5x" in line
     plain = run("hills-100").stdout
-    assert "62.2% of the free cells, 1.8 to 5 times as dear as plain ground" in plain
+    assert "62.2% of the free cells, 1.8 to 5 times as costly as plain ground" in plain
     one = record("hills-100")
     assert one["terrain"] == {"cells": 5623, "lowest": 50, "highest": 252}
     straights, diagonals = one["queries"][0]["weighed"]

@@ -14,7 +14,7 @@ import lampyris
 from bad_inputs.case import inside, run
 from lampyris._core.defaults import PROFILE_SMOOTH
 from lampyris.io.maps.load import load_map
-from lampyris.motion.geometry.sampled_path import SampledCellPath, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledCellPath, sample_with_corners
 
 LIMITS = [{}, {"a_lat_max": 0.2}, {"turn_radius": 0.4}, {"a_lat_max": 0.05, "turn_radius": 0.6}]
 
@@ -131,5 +131,5 @@ def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     assert lampyris.speed_profile(scene, course).duration == taut["speed"]["duration"]
     path = lampyris.plan(scene).path
     assert path is not None
-    cells = course_with_corners(path, 1.0, scene.robot)
+    cells = sample_with_corners(path, 1.0, scene.robot)
     assert taut["way"]["length_m"] < cells.s[-1]

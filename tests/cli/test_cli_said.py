@@ -71,7 +71,7 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
 
 
 def test_a_drive_says_that_its_way_is_not_drawn_taut() -> None:
-    told = "the way is not drawn taut: the path was planned with obstacle_density_weight, so only its corners are rounded"
+    told = "the path is not pulled straight: the path was planned with obstacle_density_weight, so only its corners are rounded"
     shaped = ("env-1", "--set", "obstacle_density_weight=2", "--obstacles", "0")
     found, err = said("drive", *shaped)
     assert found["notes"] == [told]

@@ -256,7 +256,7 @@ def _study(kind: str = "plan", laws: int = 1) -> Study:
 
 
 def test_sizes_are_said_in_words() -> None:
-    said = "1 query on 1 map x 1 crowd x 3 seeds x 2 planners x 1 law = 6 runs (plan)"
+    said = "1 query on 1 map x 1 traffic case x 3 seeds x 2 planners x 1 law = 6 runs (plan)"
     assert tables.sizes(_study()) == said
     assert plural(1, "query") == "1 query"
     assert plural(2700, "run") == "2,700 runs"

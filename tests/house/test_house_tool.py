@@ -44,7 +44,9 @@ def test_circles_of_every_kind_are_found() -> None:
 def test_what_is_out_of_order_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     house = tool()
     monkeypatch.setattr(house, "ROOT", tmp_path)
-    (tmp_path / "old.py").write_text('"""Whoever: the mended twins."""\n')
+    (tmp_path / "old.py").write_text(
+        '"""Whoever: the mended twins."""\nway_of, body = told = {"crowd": 1}, "taut"\n'
+    )
     found = {
         "crowded": {"p": 17},
         "circles": [["p.a", "p.b"]],
@@ -55,8 +57,21 @@ def test_what_is_out_of_order_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert [line.partition(":")[0] for line in wrong] == [
         "p", "import circle", "6 class names are defined in several modules; at most 5", "old.py", "gone.py",
     ]  # fmt: skip
-    assert "mended, twins" in wrong[3]
+    assert wrong[3].endswith("words of the old language: Whoever, mended, told, twins, way_of"), (
+        "keys are no words"
+    )
     assert house.faults({**found, "crowded": {}, "circles": [], "doubled": {}}, frozenset({"old.py"})) == []
+
+
+def test_words_of_another_meaning_are_passed_over(tmp_path: Path) -> None:
+    house = tool()
+    page, module = tmp_path / "page.md", tmp_path / "module.py"
+    page.write_text("The body of a request is long; its body, too. See `taut`.\n\n    told\n")
+    module.write_text(
+        'Seen = 1\nseen = 2\nWHERE = "in the way of it"\n"""With ``taut`` or --smooth taut."""\n'
+    )
+    assert house.old_words(page) == ["body"]
+    assert house.old_words(module) == ["Seen"]
 
 
 @pytest.mark.nightly

@@ -23,7 +23,7 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import ScenQuery, read_scen, write_scen
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import save_map
-from lampyris.io.paths import read_way
+from lampyris.io.paths import read_path_points
 from lampyris.io.scenario.save import json_of, yaml_of
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -271,7 +271,7 @@ def test_any_lines_are_queries_or_a_way_or_a_refusal(ending: str, data: st.DataO
     )
     path.write_bytes(data.draw(bits_of(*words, '{"cells": [[0, 0], [1, 0]]', "}")))
     try:
-        found: Any = read_scen(path) if ending == ".scen" else read_way(path)
+        found: Any = read_scen(path) if ending == ".scen" else read_path_points(path)
     except LampyrisError:
         return  # nothing else may come out of it
     assert found is not None

@@ -11,7 +11,7 @@ import pytest
 
 from lampyris.errors import LampyrisError, UsageError
 from lampyris.io import paths as way_file
-from lampyris.io.paths import read_way
+from lampyris.io.paths import read_path_points
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
 from lampyris_selfcheck.reference.files.map_files import put
@@ -72,7 +72,7 @@ poses:
 def test_each_kind_of_file_is_the_same_way(
     tmp_path: Path, name: str, text: str, columns: tuple[str, ...]
 ) -> None:
-    way = read_way(put(tmp_path, text.encode(), name))
+    way = read_path_points(put(tmp_path, text.encode(), name))
     assert way.points.tolist() == [[1.0, 2.0], [1.5, -2.5]]
     assert (way.frame, way.columns) == ("metres", columns)
     assert ("frame 'odom'" in "".join(way.notes)) == ("odom" in text)
@@ -86,13 +86,23 @@ def test_units_are_asked_only_where_the_file_does_not_say(tmp_path: Path) -> Non
     both = put(tmp_path, b"x_m,y_m,x,y\n0.5,0.5,3,4\n", "a.csv")
     plain = put(tmp_path, b"x,y\n3,4\n", "b.csv")
     ros = put(tmp_path, json.dumps(PATH).encode(), "c.json")
-    assert (read_way(both).points.tolist(), read_way(both, "metres").frame) == ([[0.5, 0.5]], "metres")
-    assert (read_way(both, "cells").points.tolist(), read_way(both, "cells").frame) == ([[3, 4]], "cells")
-    assert [read_way(plain, u).frame for u in (None, "metres", "cells")] == ["metres", "metres", "cells"]
-    assert read_way(ros, "cells").frame == "metres"
-    assert read_way(plain, "cells").on(GRID).tolist() == [[3, 4]]
+    assert (read_path_points(both).points.tolist(), read_path_points(both, "metres").frame) == (
+        [[0.5, 0.5]],
+        "metres",
+    )
+    assert (read_path_points(both, "cells").points.tolist(), read_path_points(both, "cells").frame) == (
+        [[3, 4]],
+        "cells",
+    )
+    assert [read_path_points(plain, u).frame for u in (None, "metres", "cells")] == [
+        "metres",
+        "metres",
+        "cells",
+    ]
+    assert read_path_points(ros, "cells").frame == "metres"
+    assert read_path_points(plain, "cells").on(GRID).tolist() == [[3, 4]]
     with pytest.raises(UsageError, match="metres or cells"):
-        read_way(plain, "miles")
+        read_path_points(plain, "miles")
 
 
 @pytest.mark.parametrize("grid", [GRID, TURNED], ids=["straight", "turned"])
@@ -101,7 +111,7 @@ def test_metres_of_cells_come_back_as_those_cells(grid: Grid, tmp_path: Path) ->
     ys, xs = np.indices((30, 40))
     cells = np.stack((xs.ravel(), ys.ravel()), axis=-1)
     rows = "\n".join(f"{x!r},{y!r}" for x, y in grid.to_metres(cells).tolist())
-    way = read_way(put(tmp_path, f"x_m,y_m\n{rows}\n".encode()))
+    way = read_path_points(put(tmp_path, f"x_m,y_m\n{rows}\n".encode()))
     assert (way.on(grid) == cells).all()
     raw = grid.to_points(way.points[:, 0], way.points[:, 1])
     assert np.abs(raw - cells).max() < 1e-12
@@ -128,11 +138,11 @@ def test_a_plan_of_ours_is_read_back_as_its_cells_and_only_on_its_own_map(tmp_pa
     (tmp_path / "p.json").write_text(json.dumps(plan_record(plan, scene, profile)))
     write_plan_csv(tmp_path / "p.csv", plan, profile, grid)
     for name in ("p.json", "p.csv"):
-        assert (read_way(tmp_path / name).on(grid) == plan.cells).all()
+        assert (read_path_points(tmp_path / name).on(grid) == plan.cells).all()
     with pytest.raises(
         LampyrisError, match=r"WAY_MAP.*p\.json.*10 x 10 cells of 1 m.*40 x 30 cells of 0\.05"
     ):
-        read_way(tmp_path / "p.json").on(GRID)
+        read_path_points(tmp_path / "p.json").on(GRID)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +183,7 @@ def test_what_is_wrong_is_told_with_its_place(
     monkeypatch.chdir(tmp_path)
     Path(name).write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(LampyrisError) as caught:
-        read_way(name)
+        read_path_points(name)
     assert caught.value.exit_code == 3
     assert says in str(caught.value), str(caught.value)
 

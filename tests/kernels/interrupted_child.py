@@ -57,8 +57,8 @@ def picture() -> str:
 
 
 SCENE = scene(40)
-WAY = np.array([(k, k) for k in range(2)])
-STRAIGHT = lampyris.Plan(lampyris.Status.FOUND, "test", path_of(WAY, SCENE.moves))
+PATH = np.array([(k, k) for k in range(2)])
+STRAIGHT = lampyris.Plan(lampyris.Status.FOUND, "test", path_of(PATH, SCENE.moves))
 WORK: dict[str, Callable[[], str]] = {"plan": plan, "regions": regions, "yaml": yaml, "picture": picture}
 
 

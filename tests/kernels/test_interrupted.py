@@ -156,7 +156,7 @@ def test_compiled_loops_of_other_threads_hear_of_ctrl_c_meanwhile() -> None:
     try:
         interrupt = cancellation._Interrupt()
         with uninterrupted():
-            cancellation._hear(interrupt)
+            cancellation._on_interrupt(interrupt)
         assert interrupt.is_set
     finally:
         signal.signal(signal.SIGINT, handler)

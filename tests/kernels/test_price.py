@@ -11,7 +11,7 @@ import pytest
 
 from lampyris.api import plan
 from lampyris.kernels import _jit
-from lampyris.kernels._jit import WAY, Kernel, kernel
+from lampyris.kernels._jit import PATH, Kernel, kernel
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from reference.kernel_forms import use
@@ -49,7 +49,7 @@ def test_prices() -> None:
     assert kernel()(_add).price((values, marks, 3)) == 500 * 10_000
     assert kernel(each=7)(_add).price((values, marks, 3)) == 7 * 10_000
     assert kernel(each=7, of="marks")(_add).price((values, marks, 3)) == 7 * 50
-    assert kernel(each=7, of=WAY)(_add).price((values, marks, 3)) == 7 * 100
+    assert kernel(each=7, of=PATH)(_add).price((values, marks, 3)) == 7 * 100
     assert kernel()(_add).price((1, 2, 3)) == 500
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris_selfcheck.checks.speed.profile_paths import SIZE
 from lampyris_selfcheck.checks.speed.profile_paths import drawn_curve as random_curve
 
@@ -29,7 +29,7 @@ def random_course(
     """A course and its scene: walls here and there, not under the way; zones in blocks; unknown cells."""
     resolution = float(rng.choice([0.1, 0.25, 1.0]))
     curve = random_curve(rng, resolution)
-    course = course_of(curve, resolution / fine)
+    course = sample_curve(curve, resolution / fine)
     blocked = rng.random((SIZE, SIZE)) < rng.uniform(0, 0.15)
     under = np.floor(curve.at(np.linspace(0, curve.length, 2000))[0] + 0.5).astype(int)
     blocked[under[:, 1], under[:, 0]] = False

@@ -17,7 +17,7 @@ from lampyris.model.moves import MOVES, Moves
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import corners_of_path, course_with_corners
+from lampyris.motion.geometry.sampled_path import corners_of_path, sample_with_corners
 from lampyris.motion.laws import registry as laws
 from lampyris.typing import FloatGrid, Points
 
@@ -43,7 +43,7 @@ def test_arcs_fit_within_half_a_step() -> None:
     assert corners_of_path(path, 0.5, Robot(turn_radius=0.3)).stop.tolist() == [True, False, False]
     back = path_of(np.array([(0, 0), (1, 0), (0, 0)]), scene.moves)
     assert corners_of_path(back, 0.5, scene.robot).stop.tolist() == [True]
-    course = course_with_corners(path, 0.5, scene.robot)
+    course = sample_with_corners(path, 0.5, scene.robot)
     assert np.flatnonzero(course.curvature).tolist() == [4, 5, 6, 9, 10, 11, 14, 15, 16]
 
 

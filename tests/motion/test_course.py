@@ -14,7 +14,7 @@ from lampyris.model.curve import Curve
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import course_of, course_of_path
+from lampyris.motion.geometry.sampled_path import sample_curve, sample_path
 
 
 def curves(count: int, seed: int) -> list[Curve]:
@@ -31,7 +31,7 @@ def test_nodes_of_random_curves() -> None:
     stops = 0
     for number, curve in enumerate(curves(150, seed=6)):
         spacing = (0.07, 0.9, 40.0)[number % 3]
-        course = course_of(curve, spacing)
+        course = sample_curve(curve, spacing)
         n = len(course)
         assert course.s[0] == 0.0
         assert course.s[-1] == curve.length
@@ -64,17 +64,17 @@ def test_a_piece_between_two_stands_has_a_node() -> None:
     case = cases(1, seed=1)[0]
     grid = type(case.grid)(np.zeros((3, 3), dtype=bool))
     curve = curve_of(square, grid, Robot(turn_radius=5.0), shortcut=False)
-    course = course_of(curve, 100.0)
+    course = sample_curve(curve, 100.0)
     np.testing.assert_allclose(course.s, [0, 0.5, 1, 1.5, 2, 2.5, 3])
     assert course.stop.tolist() == [False, False, True, False, True, False, False]
-    assert len(course_of(curve_of(square[:1], grid, Robot()), 1.0)) == 1
+    assert len(sample_curve(curve_of(square[:1], grid, Robot()), 1.0)) == 1
 
 
 def test_an_arc_is_divided_evenly() -> None:
     bend = Curve(
         np.zeros((1, 2)), np.array([(1.0, 0.0)]), np.array([math.pi / 2]), np.ones(1), (1.0, 1.0), 1.0
     )  # fmt: skip
-    course = course_of(bend, math.pi / 6 + 1e-12)
+    course = sample_curve(bend, math.pi / 6 + 1e-12)
     np.testing.assert_allclose(np.diff(course.s), math.pi / 6)
     third = math.pi / 6
     np.testing.assert_allclose(course.xy[1], (math.sin(third), 1 - math.cos(third)), rtol=1e-15)
@@ -85,7 +85,7 @@ def test_an_arc_is_divided_evenly() -> None:
 @pytest.mark.parametrize("cells", [[(3, 4)], [(0, 0), (1, 0), (2, 1), (2, 2), (1, 3)]])
 def test_a_path_as_it_is(cells: list[tuple[int, int]]) -> None:
     path = path_of(np.array(cells), MOVES["octile"])
-    course = course_of_path(path, 0.5)
+    course = sample_path(path, 0.5)
     assert course.s.tolist() == (0.5 * path.arc).tolist()
     assert course.xy.tolist() == [list(map(float, c)) for c in cells]
     np.testing.assert_allclose(np.hypot(*course.heading.T), 1.0, rtol=1e-15)

@@ -16,7 +16,7 @@ from lampyris.kernels.motion.line_of_sight import line_gap
 from lampyris.model.curve import Curve
 from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.curve import curve_of, polyline_of
-from lampyris.motion.geometry.string_pulling import lines_of, taut
+from lampyris.motion.geometry.string_pulling import lines_of, pull_straight
 from lampyris.referee import check_curve
 from reference.kernel_forms import use
 
@@ -327,7 +327,7 @@ def test_taut_is_hardly_longer_than_the_best_over_its_own_points() -> None:
                     wall, width, height, lines.xs[i], lines.ys[i], lines.xs[j], lines.ys[j], lines.reach, 0.0
                 ):
                     best[j] = through
-        ratios.append(float(taut(lines).length.sum()) / best[-1])
+        ratios.append(float(pull_straight(lines).length.sum()) / best[-1])
     assert len(ratios) >= 3
     assert min(ratios) >= 1 - 1e-12
     assert max(ratios) <= 1.03

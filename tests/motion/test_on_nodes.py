@@ -8,7 +8,7 @@ from lampyris.model.curve import Curve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
@@ -22,7 +22,7 @@ def case(k: int) -> tuple[SampledPath, Profile, Profile, Robot]:
     curve = Curve(
         np.array([[1.0, 5.0]]), np.array([[1.0, 0.0]]), np.array([8.0]), np.zeros(1), (9.0, 5.0), 1.0
     )
-    course = course_of(curve, float(rng.choice((0.1, 0.25, 1.0))))
+    course = sample_curve(curve, float(rng.choice((0.1, 0.25, 1.0))))
     cap = np.full(len(course), 1.0)
     cap[len(course) // 3 : len(course) // 2] = rng.uniform(0.3, 1.0)
     made = feasible_profile(course.s, [("clearance", cap)], a_max=robot.a_max, d_max=robot.d_max)

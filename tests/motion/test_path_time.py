@@ -11,7 +11,7 @@ from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.timing import spacetime_lattice as lattices
 from lampyris.motion.timing.obstacle_tracks import CappedPath, discs_of, tracks_from_recorded
@@ -294,7 +294,7 @@ def test_arcs_are_kept_clear_of() -> None:
         (15.0, 5.0),
         0.1,
     )
-    course = course_of(curve, 0.2)
+    course = sample_curve(curve, 0.2)
     cap = np.full(len(course), 0.7)
     for when in (2.0, 2.5, 3.0, 3.5):
         track = Track(

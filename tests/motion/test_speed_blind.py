@@ -17,7 +17,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.safety.blind_areas import (
     BlindArea,
     blind_cap,
@@ -40,7 +40,7 @@ def straight(points: list[tuple[float, float]], resolution: float, spacing: floa
     curve = Curve(
         xy[:-1], d / size[:, None], size * resolution, np.zeros(len(d)), tuple(points[-1]), resolution
     )
-    return course_of(curve, spacing)
+    return sample_curve(curve, spacing)
 
 
 def caps(
@@ -418,7 +418,7 @@ def test_a_robot_of_absurd_speed_is_answered() -> None:
 
 
 def test_a_course_of_one_node_and_a_cell_off_the_map() -> None:
-    course = course_of(
+    course = sample_curve(
         Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), (5.0, 28.0), 0.1), 0.1
     )
     assert np.isinf(caps(course, corridor(door=True))).all(), "nothing is ahead"

@@ -18,7 +18,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.safety.surroundings import cells_distance, least_around, reach_of, room, zone_limits
@@ -37,7 +37,7 @@ def straight(
     curve = Curve(
         np.array([xy]), np.array([d / long]), np.array([long * resolution]), np.zeros(1), to, resolution
     )
-    return course_of(curve, spacing)
+    return sample_curve(curve, spacing)
 
 
 def test_a_bend_is_driven_at_the_lateral_limit() -> None:
@@ -108,7 +108,7 @@ def test_no_zone_is_jumped_over() -> None:
     for spacing in (0.1, 0.5, 3.0):
         for _ in range(30):
             limits = np.where(rng.random((40, 40)) < 0.1, rng.uniform(0.05, 1.0, (40, 40)), np.inf)
-            course = course_of(random_curve(rng, 0.5), spacing)
+            course = sample_curve(random_curve(rng, 0.5), spacing)
             if len(course) < 2:
                 continue
             got = zone_limits(course, limits)

@@ -16,7 +16,7 @@ from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.safety.danger_cloud import (
     NODES,
     Cloud,
@@ -36,7 +36,7 @@ SCENE = Scene(Grid(np.zeros((41, 101), dtype=bool), resolution=0.2), (0, 20), (1
 
 def way() -> SampledPath:
     cells = np.array([(x, 20) for x in range(101)])
-    return course_of_path(path_of(cells, SCENE.moves), 0.2)
+    return sample_path(path_of(cells, SCENE.moves), 0.2)
 
 
 def cap(
@@ -184,7 +184,7 @@ def test_nodes_beyond_the_horizon_are_not_judged() -> None:
 def test_a_course_of_one_node() -> None:
     full = way()
     point = SampledPath(full.s[:1], full.xy[:1], full.heading[:1], full.curvature[:1], full.stop[:1], 0.2)
-    found = cap(one((4, 20), (0, 0)), course=point)
+    found = cap(one((4, 20), (0, 0)), samples=point)
     assert found is not None
     assert found.v.shape == (1,)
 

@@ -20,7 +20,7 @@ from lampyris.model.path import path_of
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.bounds import Constant
 from lampyris.motion.laws.compare import compare, entry_of
@@ -62,7 +62,7 @@ def test_every_law_can_be_driven_and_stands_where_it_must(law: str) -> None:
 def test_every_law_drives_paths_of_one_and_two_nodes(law: str) -> None:
     scene = Scene(Grid(np.zeros((9, 9), dtype=np.bool_), resolution=0.5), (0, 0), (1, 1))
     still = Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), (3.0, 3.0), 0.5)
-    made = laws.profile(course_of(still, 0.1), scene, law=law)
+    made = laws.profile(sample_curve(still, 0.1), scene, law=law)
     assert (made.v.tolist(), made.duration) == ([0.0], 0.0)
     short = SampledPath(
         np.array([0.0, 0.2]), np.array([[3.0, 3.0], [3.4, 3.0]]), np.tile((1.0, 0.0), (2, 1)), np.zeros(2),
@@ -193,7 +193,7 @@ def test_a_slanting_line_passes_straight_and_diagonal_steps() -> None:
         np.array([[1.0, 1.0]]), np.array([[2.0, 1.0]]) / math.sqrt(5), np.array([12 * math.sqrt(5)]),
         np.zeros(1), (25.0, 13.0), 1.0,
     )  # fmt: skip
-    cells, where = cells_passed(course_of(curve, 0.25), 0, len(course_of(curve, 0.25)) - 1)
+    cells, where = cells_passed(sample_curve(curve, 0.25), 0, len(sample_curve(curve, 0.25)) - 1)
     step = np.diff(cells, axis=0)
     assert (np.abs(step).max(axis=1) == 1).all()
     turn = (step[1:] * step[:-1]).sum(axis=1) / np.sqrt((step[1:] ** 2).sum(1) * (step[:-1] ** 2).sum(1))
@@ -213,7 +213,7 @@ def test_on_lines_from_cell_to_cell_it_is_the_law_of_the_path() -> None:
     step = np.diff(way, axis=0).astype(float)
     long = np.hypot(*step.T)
     curve = Curve(way[:-1].astype(float), step / long[:, None], long * 0.5, np.zeros(10), (10.0, 7.0), 0.5)
-    course = course_of(curve, 0.125)
+    course = sample_curve(curve, 0.125)
     want = laws.profile(path_of(way, MOVES["dissertation"]), scene, law="dissertation")
     made = laws.profile(course, scene, law="dissertation")
     assert (made.units, made.law) == ("m/s", "dissertation")
@@ -264,7 +264,7 @@ def test_a_course_within_two_cells_is_driven() -> None:
             (end, 3.0),
             0.5,
         )
-        made = laws.profile(course_of(curve, 0.05), scene, law="dissertation")
+        made = laws.profile(sample_curve(curve, 0.05), scene, law="dissertation")
         assert made.v.max() <= 0.25
         assert made.v[1:-1].min() > 0
         assert made.duration > 0
@@ -309,7 +309,7 @@ def test_an_arc_that_leaves_the_box_of_its_nodes_has_its_rings() -> None:
     heading = np.array([[-math.sin(angles[0]), math.cos(angles[0])]])
     length = np.array([radius * float(angles[1] - angles[0])])
     bend = Curve(begin[None], heading, length, np.array([1 / radius]), (float(end[0]), float(end[1])), 1.0)
-    course = course_of(bend, 1e6)
+    course = sample_curve(bend, 1e6)
     assert course.xy[:, 1].max() < 214
     top = ObstacleStates(np.array([[225.0, 224.0]]), np.array([2.0]), np.array([1.0]))
     assert [225, 222] in covered(top, course, (450, 450)).tolist()

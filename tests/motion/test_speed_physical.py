@@ -17,7 +17,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.path import Path, path_of
 from lampyris.motion import caps
 from lampyris.motion.laws import registry as laws
-from lampyris.motion.laws.physical import PhysicalLaw, body_squares, wall_squares
+from lampyris.motion.laws.physical import PhysicalLaw, obstacle_squares, wall_squares
 from lampyris.referee import check_profile
 from lampyris_selfcheck.reference.motion import speed_laws
 from sizes import sized
@@ -90,15 +90,15 @@ def test_distance_to_bodies_is_exact_however_many() -> None:
     rng = np.random.default_rng(6)
     cells = rng.integers(0, 30, (40, 2))
     others = rng.integers(0, 30, (50, 2))
-    got = body_squares(cells, others, 30)
+    got = obstacle_squares(cells, others, 30)
     assert got is not None
     want = [speed_laws.surface_distance((x, y), others.tolist()) for x, y in cells.tolist()]
     np.testing.assert_allclose(np.sqrt(got) / 2, want, rtol=1e-15)
     many = np.repeat(others, 1000, axis=0)  # more than one block
-    again = body_squares(cells, many, 30)
+    again = obstacle_squares(cells, many, 30)
     assert again is not None
     assert again.tolist() == got.tolist()
-    assert body_squares(cells, others + 100, 30) is None
+    assert obstacle_squares(cells, others + 100, 30) is None
 
 
 def test_the_clearance_cap_lets_the_robot_stop_before_the_surface() -> None:

@@ -8,7 +8,7 @@ from speed_courses import random_course
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
@@ -19,7 +19,7 @@ def optimum_of_same_caps(course: SampledPath, scene: Scene, spacing: float, cree
     """Seconds of the quickest drive under the caps as they are at points so close: plain passes in v^2."""
     assert course.curve is not None
     robot = scene.robot
-    fine = course_of(course.curve, spacing)
+    fine = sample_curve(course.curve, spacing)
     away = wall_distance(fine.xy, scene.grid, np.inf)
     stopping = np.sqrt(2 * robot.d_max * np.maximum(away - robot.radius, 0.0))
     cap = np.minimum(robot.v_max, np.maximum(creep * robot.v_max, stopping))

@@ -16,7 +16,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import compare
 from lampyris.motion.laws.rpp import (
@@ -94,7 +94,7 @@ def bent(radius: float, resolution: float = 0.1) -> SampledPath:
         (5.0 + line + arc, 5.0 + arc + line),
         resolution,
     )
-    return course_of(curve, resolution / 4)
+    return sample_curve(curve, resolution / 4)
 
 
 def test_it_steers_for_a_point_so_far_off() -> None:
@@ -106,7 +106,7 @@ def test_it_steers_for_a_point_so_far_off() -> None:
     assert kappa[s < 0.39].max() == 0.0
     assert 0.0 < kappa[np.argmin(np.abs(s - 0.7))] < 1 / 1.5
     assert kappa[s > s[-1] - 0.9].max() < 1e-6
-    assert steered(course_of(bent(1.5).curve, 9.0), 0.6)[0] == 0.0  # type: ignore[arg-type]
+    assert steered(sample_curve(bent(1.5).curve, 9.0), 0.6)[0] == 0.0  # type: ignore[arg-type]
 
 
 def test_the_point_steered_for_is_found_by_hand() -> None:
@@ -243,7 +243,7 @@ def test_a_start_too_fast_for_the_goal_is_refused_and_for_a_command_is_not() -> 
     made = laws.profile(course, scene, law="rpp", v0=0.9)
     assert made.v[0] == 0.9
     assert made.cause[1] == "braking"
-    short = course_of(
+    short = sample_curve(
         Curve(np.array([[5.0, 5.0]]), np.array([[1.0, 0.0]]), np.array([0.1]), np.zeros(1), (6.0, 5.0), 0.1),
         0.01,
     )

@@ -18,7 +18,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.surroundings import reach_of, room
@@ -202,7 +202,7 @@ def test_room_is_never_more_than_there_is() -> None:
         curve = bent_curve(rng, res)
         blocked = rng.random((30, 30)) < 0.03
         grid = Grid(blocked, resolution=res)
-        course = course_of(curve, float(rng.choice((0.1, 0.5, 3.0))) * res)
+        course = sample_curve(curve, float(rng.choice((0.1, 0.5, 3.0))) * res)
         reach = reach_of(course, 4.0 * res)
         least = room(course, wall_distance(course.xy, grid, reach), reach)
         for i in range(len(course) - 1):

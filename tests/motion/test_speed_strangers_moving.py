@@ -29,7 +29,7 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
 from lampyris.motion.cap import Around
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving_cap
 from lampyris.motion.safety.passive_acceleration import rails_of
@@ -152,7 +152,7 @@ def test_after_every_push_braking_is_safe() -> None:
     for k in range(500):
         res = float(rng.choice((0.1, 1.0)))
         curve = bent_curve(rng, res)
-        course = course_of(curve, float(rng.choice((0.05, 0.3, 2.0))) * res)
+        course = sample_curve(curve, float(rng.choice((0.05, 0.3, 2.0))) * res)
         robot = Robot(
             radius=float(rng.choice((0.0, 0.3))) * res,
             v_max=res * float(rng.choice((0.5, 1.0, 3.0))),
@@ -187,7 +187,7 @@ def test_at_the_cap_nobody_comes_near_before_the_robot_stands() -> None:
     for k in range(150):
         res = float(rng.choice((0.1, 1.0)))
         curve = bent_curve(rng, res)
-        course = course_of(curve, float(rng.choice((0.1, 1.0))) * res)
+        course = sample_curve(curve, float(rng.choice((0.1, 1.0))) * res)
         robot = Robot(radius=0.3 * res, v_max=2 * res, a_max=res, d_max=res)
         scene = Scene(Grid(np.zeros((30, 30), dtype=bool), resolution=res), (15, 15), (1, 1), robot=robot)
         movers = somebody(rng, curve, float(rng.random() * curve.length))
@@ -209,7 +209,7 @@ def test_knowledge_that_is_no_number_is_none() -> None:
         given[field] = [[NAN, 1.0]] if field == "xy" else [NAN]
         with pytest.raises(LampyrisError):
             ObstacleStates(**given)
-    course = course_of(bent_curve(np.random.default_rng(1), 1.0), 0.5)
+    course = sample_curve(bent_curve(np.random.default_rng(1), 1.0), 0.5)
     for age in (NAN, -1.0, 9.0):
         old = ObstacleStates(np.array([[0.0, 0.0]]), np.array([0.3]), np.array([0.5]), age=age)
         around = Around(movers=old)
@@ -246,7 +246,7 @@ def test_ways_through_tracks_touch_nobody() -> None:
         curve = random_curve(rng, start, 24, res, int(rng.integers(1, 5)))
         robot = Robot(radius=0.4 * res * float(rng.choice((0, 1))), v_max=res, a_max=0.5 * res, d_max=res)
         robot = replace(robot, a_lat_max=res)
-        course = course_of(curve, float(rng.choice((0.1, 0.5, 3.0))) * res)
+        course = sample_curve(curve, float(rng.choice((0.1, 0.5, 3.0))) * res)
         cap, tracks = bounds(course, robot), walkers(rng, curve, int(rng.integers(0, 4)))
         alone = through_tracks(course, cap, robot, [])
         try:

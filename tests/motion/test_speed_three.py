@@ -14,7 +14,7 @@ from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.safety.three_speed import (
     ThreeSpeed,
     ThreeSpeedControl,
@@ -31,7 +31,7 @@ SCENE = Scene(Grid(np.zeros((41, 101), dtype=bool), resolution=0.2), (0, 20), (1
 
 def way() -> SampledPath:
     cells = np.array([(x, 20) for x in range(101)])
-    return course_of_path(path_of(cells, SCENE.moves), 0.2)
+    return sample_path(path_of(cells, SCENE.moves), 0.2)
 
 
 def speeds(movers: ObstacleStates | None, settings: ThreeSpeed | None = None) -> np.ndarray:
@@ -66,7 +66,7 @@ def worth(
         for seen in product(range(3), repeat=w.depth - 1):
             chance, place = float(belief[0, intent]), 0
             for o in seen:
-                chance *= float(w.told[intent, o])
+                chance *= float(w.likelihood[intent, o])
             for n in range(w.depth):
                 a = policy[seen[:n]]
                 total += chance * reward(n, place, a, (intent,), contact, w)
@@ -100,7 +100,7 @@ def tree(n: int, place: int, belief: np.ndarray, contact: np.ndarray, w: ThreeSp
             value += chance * reward(n, place, a, intents, contact, w)
         if n + 1 < w.depth:
             for seen in product(range(3), repeat=m):
-                likely = np.array([w.told[:, o] for o in seen])
+                likely = np.array([w.likelihood[:, o] for o in seen])
                 chance = float((belief * likely).sum(axis=1).prod())
                 after = belief * likely / (belief * likely).sum(axis=1, keepdims=True)
                 value += chance * max(tree(n + 1, place + w.paces[a], after, contact, w))
@@ -148,7 +148,7 @@ def test_of_equal_speeds_the_fastest_is_chosen() -> None:
 def test_a_belief_by_hand() -> None:
     settings = ThreeSpeed(accuracy=0.8, forget=0.1)
     expected = np.array([[[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]]])
-    likely = observed(np.array([[0.1, 0.1]]), expected, settings.told)
+    likely = observed(np.array([[0.1, 0.1]]), expected, settings.likelihood)
     assert likely == pytest.approx(np.array([[0.1, 0.8, 0.1]]))
     belief = updated(np.array([[0.8, 0.15, 0.05]]), likely, settings)
     total = 0.08 + 0.12 + 0.005
@@ -160,7 +160,7 @@ def test_a_belief_by_hand() -> None:
 def test_what_cannot_be_told_apart_is_not() -> None:
     settings = ThreeSpeed(accuracy=0.8)
     expected = np.array([[[0.0, 0.0], [0.0, 0.0], [0.0, 1.0]]])
-    likely = observed(np.array([[0.0, 0.0]]), expected, settings.told)
+    likely = observed(np.array([[0.0, 0.0]]), expected, settings.likelihood)
     assert likely[0, 0] == likely[0, 1] == pytest.approx(0.45)
     assert likely[0, 2] == pytest.approx(0.1)
 

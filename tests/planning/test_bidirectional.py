@@ -89,7 +89,7 @@ def test_larger_maps_cost_what_one_search_finds(name: str) -> None:
         cells = np.argwhere(free)
         for _ in range(4 if len(cells) else 0):
             start, goal = (tuple(int(v) for v in cells[rng.integers(len(cells))][::-1]) for _ in range(2))
-            mine, theirs = two.way(start, goal), one.way(start, goal)
+            mine, theirs = two.find_path(start, goal), one.find_path(start, goal)
             assert mine.ending == theirs.ending
             assert mine.expansions <= len(cells)
             if mine.cells is not None and theirs.cells is not None:
@@ -104,7 +104,7 @@ def test_start_equals_goal_costs_nothing_and_expands_nothing() -> None:
     for terrain in (None, np.full((3, 4), 7, np.uint8)):
         for name in NAMES:
             moves = MOVES[name] if terrain is None else MOVES[name].weighed()
-            assert told(both_ends(free, terrain, moves).way((2, 1), (2, 1))) == (FOUND, 0, [[2, 1]])
+            assert told(both_ends(free, terrain, moves).find_path((2, 1), (2, 1))) == (FOUND, 0, [[2, 1]])
 
 
 @pytest.mark.parametrize("weighed", [False, True])
@@ -113,36 +113,36 @@ def test_neighbours_walls_and_budgets(weighed: bool) -> None:
     terrain = np.array([[0, 5, 0, 1, 0]], np.uint8) if weighed else None
     moves = MOVES["octile"].weighed() if weighed else MOVES["octile"]
     one = both_ends(free, terrain, moves)
-    assert told(one.way((0, 0), (1, 0)))[::2] == (FOUND, [[0, 0], [1, 0]])
-    assert told(one.way((1, 0), (0, 0)))[::2] == (FOUND, [[1, 0], [0, 0]])
-    shut = one.way((0, 0), (4, 0))
+    assert told(one.find_path((0, 0), (1, 0)))[::2] == (FOUND, [[0, 0], [1, 0]])
+    assert told(one.find_path((1, 0), (0, 0)))[::2] == (FOUND, [[1, 0], [0, 0]])
+    shut = one.find_path((0, 0), (4, 0))
     assert shut.ending == EXHAUSTED
-    assert one.way((0, 0), (4, 0), shut.expansions).ending == EXHAUSTED
-    assert one.way((0, 0), (4, 0), shut.expansions - 1).ending == LIMIT
-    assert one.way((3, 0), (4, 0)).ending == FOUND
+    assert one.find_path((0, 0), (4, 0), shut.expansions).ending == EXHAUSTED
+    assert one.find_path((0, 0), (4, 0), shut.expansions - 1).ending == LIMIT
+    assert one.find_path((3, 0), (4, 0)).ending == FOUND
     whole = np.ones((9, 9), dtype=bool)
     ground = np.full((9, 9), 3, np.uint8) if weighed else None
     two = both_ends(whole, ground, moves)
-    there = two.way((0, 0), (8, 5))
+    there = two.find_path((0, 0), (8, 5))
     for budget in (1, there.expansions - 1, there.expansions):
-        answer = two.way((0, 0), (8, 5), budget)
+        answer = two.find_path((0, 0), (8, 5), budget)
         assert answer.ending == (FOUND if budget == there.expansions else LIMIT)
         assert answer.expansions == budget
-    assert two.way((0, 0), (8, 5), closed=[(4, y) for y in range(9)]).ending == EXHAUSTED
-    assert told(two.way((0, 0), (8, 5))) == told(there)
+    assert two.find_path((0, 0), (8, 5), closed=[(4, y) for y in range(9)]).ending == EXHAUSTED
+    assert told(two.find_path((0, 0), (8, 5))) == told(there)
 
 
 def test_both_ends_take_part() -> None:
     """A goal at the closed end of a long alley, which the search from it leaves at once."""
     free = np.ones((61, 61), dtype=bool)
     free[29, 20:56] = free[31, 20:56] = free[30, 20] = False
-    one = GridSearch(free, MOVES["octile"], informed=True).way((5, 30), (21, 30))
+    one = GridSearch(free, MOVES["octile"], informed=True).find_path((5, 30), (21, 30))
     terrain = np.zeros(free.shape, np.uint8)
     for two in (
         TwoSearches(free, MOVES["octile"]),
         TwoTerrainSearches(free, terrain, MOVES["octile"].weighed()),
     ):
-        answer = two.way((5, 30), (21, 30))
+        answer = two.find_path((5, 30), (21, 30))
         assert (answer.ending, answer.expansions < 200) == (FOUND, True)
         assert one.expansions > 3000
 
@@ -162,7 +162,7 @@ def test_both_forms_write_the_same(name: str, weighed: bool, monkeypatch: pytest
                 one = both_ends(free, terrain if weighed else None, moves)
                 for budget in (None, 11):
                     answers[form].append(
-                        told(one.way((0, 0), (free.shape[1] - 1, free.shape[0] - 1), budget))
+                        told(one.find_path((0, 0), (free.shape[1] - 1, free.shape[0] - 1), budget))
                     )
     assert answers["plain"] == answers["compiled"]
 
@@ -172,24 +172,24 @@ def test_searches_are_told_apart_for_ever() -> None:
     free = rng.random((20, 20)) >= 0.2
     free[0, 0] = free[19, 19] = True
     one = TwoSearches(free, MOVES["octile"])
-    first = told(one.way((0, 0), (19, 19)))
+    first = told(one.find_path((0, 0), (19, 19)))
     one._base = -(2**63) + 3 * SPAN
     bases = []
     for _ in range(4):
-        assert told(one.way((0, 0), (19, 19))) == first
+        assert told(one.find_path((0, 0), (19, 19))) == first
         bases.append(one._base)
     assert bases == [-(2**63) + 2 * SPAN, -(2**63) + SPAN, -SPAN, -2 * SPAN]
 
     two = TwoTerrainSearches(free, np.full(free.shape, 2, np.uint8), MOVES["octile"].weighed())
-    first = told(two.way((0, 0), (19, 19)))
+    first = told(two.find_path((0, 0), (19, 19)))
     two._runs = 2**31 - 3
     runs = []
     for _ in range(4):
-        assert told(two.way((0, 0), (19, 19))) == first
+        assert told(two.find_path((0, 0), (19, 19))) == first
         runs.append(two._runs)
     assert runs == [2**31 - 2, 2**31 - 1, 1, 2]
     kept = TwoSearches(free, MOVES["octile"])
     for _ in range(30):
         ends = [tuple(int(v) for v in rng.integers(0, 20, 2)) for _ in range(2)]
         if all(free[y, x] for x, y in ends):
-            assert told(kept.way(*ends)) == told(TwoSearches(free, MOVES["octile"]).way(*ends))
+            assert told(kept.find_path(*ends)) == told(TwoSearches(free, MOVES["octile"]).find_path(*ends))

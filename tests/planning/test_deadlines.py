@@ -148,7 +148,7 @@ def test_a_call_that_is_stopped_before_it_starts(name: str) -> None:
     assert (plan.status, plan.path, plan.sentence) == (
         Status.CANCELLED,
         None,
-        "Stopped because somebody asked for it.",
+        "Stopped on request.",
     )
     again, fresh = session.plan(), open_(name, scene).plan()
     assert again.status is fresh.status

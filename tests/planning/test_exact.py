@@ -84,7 +84,7 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
     assert not rules_of(odd, True).slope.any()
     free = np.ones((5, 5), dtype=bool)
     for informed in (False, True):
-        answer = GridSearch(free, odd, informed=informed).way((0, 0), (4, 2))
+        answer = GridSearch(free, odd, informed=informed).find_path((0, 0), (4, 2))
         assert answer.cells is not None
         assert odd.exact(count_steps(answer.cells, odd)) == 4
     # A knight's step costlier than the straight and the diagonal it could replace must not replace them.
@@ -92,7 +92,7 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
         MOVES["sixteen-connected"], name="dear", costs=(50,) * 8 + MOVES["sixteen-connected"].costs[8:]
     )
     for informed in (False, True):
-        answer = GridSearch(free, dear, informed=informed).way((0, 0), (4, 2))
+        answer = GridSearch(free, dear, informed=informed).find_path((0, 0), (4, 2))
         assert answer.cells is not None
         assert dear.exact(count_steps(answer.cells, dear)) == 2 * 10 + 2 * 14
 
@@ -140,7 +140,7 @@ def test_both_forms_of_the_kernel_write_the_same(
             monkeypatch.setattr("lampyris.planning.graph.grid_graph.search", _Form(form))
             one = GridSearch(free, MOVES[name], informed=informed)
             for budget in (None, 7):
-                a = one.way((0, 0), (width - 1, height - 1), budget)
+                a = one.find_path((0, 0), (width - 1, height - 1), budget)
                 answers.append((a.ending, a.expansions, None if a.cells is None else a.cells.tolist()))
             answers.append(one.region((0, 0)).expansions)
         assert answers[:3] == answers[3:]
@@ -167,18 +167,21 @@ def test_nothing_is_cleared_between_searches_yet_nothing_is_remembered() -> None
     for _ in range(40):
         start, goal = cells[rng.integers(len(cells))], cells[rng.integers(len(cells))]
         kept.region(start)
-        again, new = kept.way(start, goal), GridSearch(free, MOVES["octile"], informed=True).way(start, goal)
+        again, new = (
+            kept.find_path(start, goal),
+            GridSearch(free, MOVES["octile"], informed=True).find_path(start, goal),
+        )
         assert (again.ending, again.expansions) == (new.ending, new.expansions)
         assert np.array_equal(again.cells, new.cells) if new.cells is not None else again.cells is None
 
 
 def test_the_base_starts_again_before_it_runs_out_of_bits() -> None:
     one = GridSearch(np.ones((6, 6), dtype=bool), MOVES["octile"], informed=True)
-    first = one.way((0, 0), (5, 3))
+    first = one.find_path((0, 0), (5, 3))
     one._base = -(2**63) + 3 * SPAN
     bases = []
     for _ in range(4):
-        again = one.way((0, 0), (5, 3))
+        again = one.find_path((0, 0), (5, 3))
         assert np.array_equal(first.cells, again.cells)
         assert again.expansions == first.expansions
         bases.append(one._base)
@@ -192,7 +195,7 @@ def test_a_cell_is_expanded_once_and_a_heuristic_saves_some() -> None:
         free = rng.random((30, 30)) >= 0.2
         free[0, 0] = free[29, 20] = True
         led, blind = (
-            GridSearch(free, MOVES[name], informed=informed).way((0, 0), (20, 29))
+            GridSearch(free, MOVES[name], informed=informed).find_path((0, 0), (20, 29))
             for informed in (True, False)
         )
         assert led.ending == blind.ending == FOUND
@@ -203,25 +206,25 @@ def test_a_cell_is_expanded_once_and_a_heuristic_saves_some() -> None:
 
 def test_a_straight_way_expands_only_itself() -> None:
     one = GridSearch(np.ones((9, 40), dtype=bool), MOVES["octile"], informed=True)
-    assert one.way((2, 4), (35, 4)).expansions == 33
+    assert one.find_path((2, 4), (35, 4)).expansions == 33
     # All cells of the parallelogram between these two have the same f; the newest first is the deepest first.
-    assert one.way((2, 1), (35, 8)).expansions == 33
+    assert one.find_path((2, 1), (35, 8)).expansions == 33
 
 
 def test_endings_of_the_kernel() -> None:
     free = np.array([[True, True, False, True]])
     one = GridSearch(free, MOVES["four-connected"], informed=True)
-    assert one.way((0, 0), (1, 0)).ending == FOUND
-    assert one.way((0, 0), (3, 0)).ending == EXHAUSTED
-    assert one.way((0, 0), (3, 0), 1).ending == LIMIT
+    assert one.find_path((0, 0), (1, 0)).ending == FOUND
+    assert one.find_path((0, 0), (3, 0)).ending == EXHAUSTED
+    assert one.find_path((0, 0), (3, 0), 1).ending == LIMIT
     assert one.region((0, 0)).expansions == 2
     assert one.region((3, 0)).expansions == 1
 
 
 def test_closed_cells_are_open_again_afterwards_even_if_named_twice() -> None:
     one = GridSearch(np.ones((1, 3), dtype=bool), MOVES["four-connected"], informed=True)
-    assert one.way((0, 0), (2, 0), closed=[(1, 0), (1, 0)]).ending == EXHAUSTED
-    assert one.way((0, 0), (2, 0)).ending == FOUND
+    assert one.find_path((0, 0), (2, 0), closed=[(1, 0), (1, 0)]).ending == EXHAUSTED
+    assert one.find_path((0, 0), (2, 0)).ending == FOUND
 
 
 def test_a_map_too_large_for_exact_costs_is_refused() -> None:

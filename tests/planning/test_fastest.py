@@ -94,7 +94,10 @@ def test_ways_read_off_the_field_are_as_cheap_as_any(name: str) -> None:
         for k in range(12):
             start, goal = free_cell(rng, free), free_cell(rng, free)
             closed = [c for c in (free_cell(rng, free) for _ in range(4 * (k % 3))) if c not in (start, goal)]
-            mine, theirs = one.way(start, goal, closed=closed), plain.way(start, goal, closed=closed)
+            mine, theirs = (
+                one.find_path(start, goal, closed=closed),
+                plain.find_path(start, goal, closed=closed),
+            )
             assert mine.ending == theirs.ending
             endings[mine.ending] += 1
             if mine.cells is not None and theirs.cells is not None:
@@ -110,11 +113,11 @@ def test_ways_read_off_the_field_are_as_cheap_as_any(name: str) -> None:
 def test_a_small_budget_is_kept() -> None:
     free = comb(31)
     one = FieldSearch(free, MOVES["octile"], JumpSearch(free, MOVES["octile"]))
-    whole = one.way((1, 1), (1, 29))
+    whole = one.find_path((1, 1), (1, 29))
     assert whole.ending == FOUND
     cells = int(np.count_nonzero(free))
-    assert one.way((1, 1), (1, 29), cells).expansions == whole.expansions
-    short = one.way((1, 1), (1, 29), 5)
+    assert one.find_path((1, 1), (1, 29), cells).expansions == whole.expansions
+    short = one.find_path((1, 1), (1, 29), 5)
     assert (short.ending, short.expansions) == (LIMIT, 5)
 
 
@@ -142,7 +145,7 @@ def test_both_forms_write_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
                 free = comb(25)
                 one = FieldSearch(free, MOVES[name], JumpSearch(free, MOVES[name]))
                 for goal in ((1, 1), (1, 23), (23, 9)):
-                    answer = one.way((5, 5), goal)
+                    answer = one.find_path((5, 5), goal)
                     assert answer.cells is not None
                     answers[form].append((answer.expansions, answer.cells.tolist()))
     assert answers["plain"] == answers["compiled"]

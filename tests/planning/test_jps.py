@@ -98,7 +98,7 @@ def test_odd_prices_are_exact_too() -> None:
                 jumps, plain = JumpSearch(free, moves), GridSearch(free, moves, informed=True)
                 for _ in range(5):
                     ends = free_cell(rng, free), free_cell(rng, free)
-                    assert cost(jumps.way(*ends), moves) == cost(plain.way(*ends), moves)
+                    assert cost(jumps.find_path(*ends), moves) == cost(plain.find_path(*ends), moves)
 
 
 def test_turned_and_mirrored_maps_cost_the_same() -> None:
@@ -111,7 +111,7 @@ def test_turned_and_mirrored_maps_cost_the_same() -> None:
             costs = set()
             for k in range(8):
                 ends = (turned_cell(end, free.shape, k) for end in (start, goal))
-                costs.add(cost(JumpSearch(turned(free, k), MOVES[name]).way(*ends), MOVES[name]))
+                costs.add(cost(JumpSearch(turned(free, k), MOVES[name]).find_path(*ends), MOVES[name]))
             assert len(costs) == 1
             found += None not in costs
     assert found > 15
@@ -132,8 +132,8 @@ def test_lengths_around_whole_words(name: str) -> None:
                     jumps, plain = JumpSearch(free, moves), GridSearch(free, moves, informed=True)
                     corner = tuple(int(v) for v in np.argwhere(free)[-1][::-1])
                     for ends in ((free_cell(rng, free), corner), (corner, free_cell(rng, free))):
-                        mine = jumps.way(*ends)
-                        assert cost(mine, moves) == cost(plain.way(*ends), moves), (free.shape, ends)
+                        mine = jumps.find_path(*ends)
+                        assert cost(mine, moves) == cost(plain.find_path(*ends), moves), (free.shape, ends)
                         found += mine.cells is not None
     assert found > 600
 
@@ -223,14 +223,14 @@ def test_budgets_and_ends() -> None:
     free = rng.random((40, 40)) >= 0.25
     free[0, 0] = free[39, 39] = True
     one = JumpSearch(free, MOVES["octile"])
-    whole = one.way((0, 0), (39, 39))
+    whole = one.find_path((0, 0), (39, 39))
     assert whole.ending == FOUND
     assert whole.expansions > 10
     for budget in (1, whole.expansions - 1, whole.expansions, whole.expansions + 1):
-        answer = one.way((0, 0), (39, 39), budget)
+        answer = one.find_path((0, 0), (39, 39), budget)
         assert answer.ending == (FOUND if budget >= whole.expansions else LIMIT)
         assert answer.expansions == min(budget, whole.expansions)
-    here = one.way((0, 0), (0, 0))
+    here = one.find_path((0, 0), (0, 0))
     assert told(here) == (FOUND, 0, [[0, 0]])
 
 
@@ -329,16 +329,18 @@ def test_closed_cells_are_open_again_afterwards() -> None:
         start, goal = free_cell(rng, free), free_cell(rng, free)
         one = JumpSearch(free, MOVES[name])
         words = one.packed.words.copy()
-        first = one.way(start, goal)
+        first = one.find_path(start, goal)
         closed = [free_cell(rng, free) for _ in range(12)]
         closed = [c for c in [*closed, *closed[:3], (0, 0), (69, 19)] if c not in (start, goal)]
         shut = free.copy()
         for x, y in closed:
             shut[y, x] = False
-        mine = one.way(start, goal, closed=closed)
-        assert cost(mine, MOVES[name]) == cost(JumpSearch(shut, MOVES[name]).way(start, goal), MOVES[name])
+        mine = one.find_path(start, goal, closed=closed)
+        assert cost(mine, MOVES[name]) == cost(
+            JumpSearch(shut, MOVES[name]).find_path(start, goal), MOVES[name]
+        )
         assert np.array_equal(one.packed.words[20:-20], words[20:-20])
-        assert told(one.way(start, goal)) == told(first)
+        assert told(one.find_path(start, goal)) == told(first)
 
 
 # ---- the search --------------------------------------------------------------------------------
@@ -355,7 +357,9 @@ def test_both_forms_write_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -
                 free = rng.random(rng.integers(3, 75, 2)) >= rng.choice([0.05, 0.3, 0.45])
                 one = JumpSearch(free, MOVES[name])
                 for budget in (None, 9):
-                    answers[form].append(told(one.way(free_cell(rng, free), free_cell(rng, free), budget)))
+                    answers[form].append(
+                        told(one.find_path(free_cell(rng, free), free_cell(rng, free), budget))
+                    )
     assert answers["plain"] == answers["compiled"]
 
 
@@ -367,8 +371,8 @@ def test_nothing_is_cleared_between_searches_yet_nothing_is_remembered() -> None
     endings: Counter[int] = Counter()
     for _ in range(40):
         ends = free_cell(rng, free), free_cell(rng, free)
-        again = kept.way(*ends)
-        assert told(again) == told(JumpSearch(free, MOVES["octile"]).way(*ends))
+        again = kept.find_path(*ends)
+        assert told(again) == told(JumpSearch(free, MOVES["octile"]).find_path(*ends))
         endings[again.ending] += 1
     assert endings[FOUND] > 10
     assert endings[EXHAUSTED] > 0
@@ -377,10 +381,10 @@ def test_nothing_is_cleared_between_searches_yet_nothing_is_remembered() -> None
 def test_room_for_jump_points_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     free = np.random.default_rng(54).random((60, 60)) >= 0.25
     free[0, 0] = free[59, 59] = True
-    roomy = JumpSearch(free, MOVES["octile"]).way((0, 0), (59, 59))
+    roomy = JumpSearch(free, MOVES["octile"]).find_path((0, 0), (59, 59))
     assert roomy.ending == FOUND
     monkeypatch.setattr(jps_search, "FIRST_NODES", -470)
     tight = JumpSearch(free, MOVES["octile"])
     assert len(tight._nodes) == 6 * 10
-    assert told(tight.way((0, 0), (59, 59))) == told(roomy)
+    assert told(tight.find_path((0, 0), (59, 59))) == told(roomy)
     assert len(tight._nodes) > 6 * 100

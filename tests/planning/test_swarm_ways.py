@@ -81,18 +81,18 @@ def test_in_pieces_walks_are_what_they_are_at_once(part: int, monkeypatch: pytes
         for batch in (LineWalks(ground, nodes), at_once):
             pieces = list(batch.pieces())
             cut += len(pieces) > 1
-            assert batch.steps == at_once.steps == sum(piece.ways.steps for piece in pieces)
+            assert batch.steps == at_once.steps == sum(piece.paths.steps for piece in pieces)
             made, seen = batch.whole(), 0
             for name in ("first", "at", "step", "legal", "missing"):
                 assert getattr(made, name).tolist() == getattr(at_once, name).tolist()
             for piece in pieces:
-                own = piece.ways.first + seen
+                own = piece.paths.first + seen
                 assert (own[1:-1] == at_once.first[piece.walks][1:]).all()
                 assert at_once.first[piece.walk] <= own[0]
                 assert own[-1] <= at_once.first[piece.walks.stop]
                 goes_on = at_once.first[piece.walk] < own[0]
                 assert piece.before == (at_once.step[own[0] - 1] if goes_on else -1)
-                assert piece.ways.at.tolist() == at_once.at[own[0] : own[-1]].tolist()
+                assert piece.paths.at.tolist() == at_once.at[own[0] : own[-1]].tolist()
                 seen = int(own[-1])
             judged = score(ground, batch, Weights())
             for name in ("fitness", "exact", "legal"):
@@ -195,7 +195,7 @@ def test_the_seed_is_written_as_waypoints_of_exactly_its_cost() -> None:
         if exact <= 0:
             continue
         seen += 1
-        way = ground.exact_way(scene.start)
+        way = ground.shortest_path(scene.start)
         assert path_of(way, ground.moves, scene.grid.terrain).exact == exact
         start = np.array(scene.start)
         for k in (1, 4):
@@ -211,7 +211,7 @@ def test_the_seed_is_written_as_waypoints_of_exactly_its_cost() -> None:
 
 def test_few_waypoints_are_enough_on_an_open_map() -> None:
     ground = open_ground("octile")
-    assert len(waypoints_of(ground, ground.exact_way((0, 0)), 3)) <= 4
+    assert len(waypoints_of(ground, ground.shortest_path((0, 0)), 3)) <= 4
 
 
 def test_particles_decode_to_cells_and_snap_to_the_nearest_that_reaches_the_goal() -> None:

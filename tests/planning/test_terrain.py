@@ -104,7 +104,7 @@ def test_both_forms_of_the_search_write_the_same(
                 if grid.blocked[goal[1], goal[0]]:
                     goal = (0, 0)
                 for budget in (None, 7):
-                    a = one.way((0, 0), goal, budget)
+                    a = one.find_path((0, 0), goal, budget)
                     answers[form].append(
                         (a.ending, a.expansions, None if a.cells is None else a.cells.tolist())
                     )
@@ -197,11 +197,11 @@ def test_the_base_starts_again_before_it_runs_out_of_bits() -> None:
     grid = rough(rng, 6, 7, 0.0)
     assert grid.terrain is not None
     one = TerrainSearch(~grid.blocked, grid.terrain, MOVES["octile"].weighed(), informed=True)
-    first = one.way((0, 0), (5, 3))
+    first = one.find_path((0, 0), (5, 3))
     one._base = -(2**62) + 2 * one._span
     bases = []
     for _ in range(4):
-        again = one.way((0, 0), (5, 3))
+        again = one.find_path((0, 0), (5, 3))
         assert np.array_equal(first.cells, again.cells)
         assert again.expansions == first.expansions
         bases.append(one._base)
@@ -213,18 +213,18 @@ def test_budgets_and_regions() -> None:
     grid = Grid(np.zeros((5, 6), bool), terrain=np.full((5, 6), 9))
     assert grid.terrain is not None
     one = TerrainSearch(~grid.blocked, grid.terrain, MOVES["four-connected"].weighed(), informed=True)
-    whole = one.way((0, 0), (5, 4))
+    whole = one.find_path((0, 0), (5, 4))
     assert whole.ending == FOUND
     for budget in range(1, whole.expansions + 2):
-        answer = one.way((0, 0), (5, 4), budget)
+        answer = one.find_path((0, 0), (5, 4), budget)
         assert answer.ending == (FOUND if budget >= whole.expansions else LIMIT)
         assert answer.expansions == min(budget, whole.expansions)
     assert (one.region((2, 2)).ending, one.region((2, 2)).expansions) == (EXHAUSTED, 30)
     assert (one.region((2, 2), 7).ending, one.region((2, 2), 7).expansions) == (LIMIT, 7)
     wall = [(3, y) for y in range(5)]
-    shut = one.way((0, 0), (5, 4), closed=wall)
+    shut = one.find_path((0, 0), (5, 4), closed=wall)
     assert (shut.ending, shut.expansions) == (EXHAUSTED, 15)
-    assert one.way((0, 0), (5, 4)).expansions == whole.expansions
+    assert one.find_path((0, 0), (5, 4)).expansions == whole.expansions
 
 
 # ---- AD-GSO ------------------------------------------------------------------------------------

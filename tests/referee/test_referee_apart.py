@@ -9,7 +9,7 @@ import pytest
 
 from lampyris.model.obstacles import Track
 from lampyris.model.traffic import Obstacle
-from lampyris.referee.geometry.separation import bodies_violation, least_gap
+from lampyris.referee.geometry.separation import least_gap, obstacles_violation
 
 WALKER, CUTTER, TOLD = (Obstacle(kind, 0.0, True) for kind in ("random-walk", "cutter", "recorded"))
 
@@ -49,7 +49,7 @@ def test_the_least_gap_is_that_of_a_plain_look_at_each_pair(seed: int) -> None:
     if wanted < 0.0:
         assert found is not None
         assert found[0] == pytest.approx(wanted, abs=3e-9)
-    assert (bodies_violation(tracks, bodies, resolution, end) is not None) == (wanted < -1e-9)
+    assert (obstacles_violation(tracks, bodies, resolution, end) is not None) == (wanted < -1e-9)
 
 
 def crossing_pair(gap: float) -> list[Track]:
@@ -62,17 +62,17 @@ def crossing_pair(gap: float) -> list[Track]:
 
 def test_a_short_meeting_between_two_corners_is_found_with_its_time_and_place() -> None:
     tracks = crossing_pair(-0.01)
-    found = bodies_violation(tracks, [WALKER, WALKER], 1.0, 2.0)
+    found = obstacles_violation(tracks, [WALKER, WALKER], 1.0, 2.0)
     assert found is not None
     assert found.rule == "bodies apart"
-    assert "bodies 0 and 1" in str(found)
-    assert bodies_violation(crossing_pair(1e-6), [WALKER, WALKER], 1.0, 2.0) is None
+    assert "obstacles 0 and 1" in str(found)
+    assert obstacles_violation(crossing_pair(1e-6), [WALKER, WALKER], 1.0, 2.0) is None
 
 
 def test_touching_is_no_overlap() -> None:
     t = np.array([0.0, 3.0])
     follow = [Track(t, np.array([[x, 0.0], [x + 3.0, 0.0]]), 0.5, 1.0) for x in (0.0, 1.0, 2.0)]
-    assert bodies_violation(follow, [WALKER] * 3, 1.0, 3.0) is None
+    assert obstacles_violation(follow, [WALKER] * 3, 1.0, 3.0) is None
 
 
 def test_only_kinds_that_avoid_others_are_judged() -> None:
@@ -82,13 +82,13 @@ def test_only_kinds_that_avoid_others_are_judged() -> None:
         ([WALKER, CUTTER], False), ([CUTTER, TOLD], False),
         ([WALKER, Obstacle("of a new kind", 0.5, True)], True),
     ):  # fmt: skip
-        assert (bodies_violation(tracks, bodies, 1.0, 2.0) is not None) == judged
+        assert (obstacles_violation(tracks, bodies, 1.0, 2.0) is not None) == judged
 
 
 def test_nobody_is_judged_before_it_appears_nor_after_the_end() -> None:
     early = Track(np.array([0.0, 1.0]), np.array([[0.0, 0.0], [5.0, 0.0]]), 0.5, 9.0)
     late = Track(np.array([1.0]), np.array([[0.0, 0.0]]), 0.5, 9.0)
-    assert bodies_violation([early, late], [WALKER] * 2, 1.0, 4.0) is None
+    assert obstacles_violation([early, late], [WALKER] * 2, 1.0, 4.0) is None
     back = Track(np.array([0.0, 1.0, 3.0]), np.array([[0.0, 0.0], [5.0, 0.0], [0.0, 0.0]]), 0.5, 9.0)
-    assert bodies_violation([back, late], [WALKER] * 2, 1.0, 4.0) is not None
-    assert bodies_violation([back, late], [WALKER] * 2, 1.0, 2.0) is None
+    assert obstacles_violation([back, late], [WALKER] * 2, 1.0, 4.0) is not None
+    assert obstacles_violation([back, late], [WALKER] * 2, 1.0, 2.0) is None

@@ -124,7 +124,7 @@ def into_a_wall(p: Path, s: Scene, rng: np.random.Generator) -> Case | None:
     return again(p, cells), s
 
 
-def wall_on_the_way(p: Path, s: Scene, rng: np.random.Generator) -> Case | None:
+def wall_along(p: Path, s: Scene, rng: np.random.Generator) -> Case | None:
     x, y = p.cells[int(rng.integers(1, len(p.cells) - 1))].tolist()
     return p, at(s, x, y)
 
@@ -235,7 +235,7 @@ CORRUPTIONS: list[tuple[Corruption, set[str]]] = [
     (stands_still, {"step"}),
     (off_the_map, {"outside"}),
     (into_a_wall, {"wall"}),
-    (wall_on_the_way, {"wall"}),
+    (wall_along, {"wall"}),
     (cut_corner, {"corner"}),
     (over_a_wall, {"knight"}),
     (wide_robot, {"sweep"}),

@@ -20,8 +20,8 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
-from lampyris.referee import bodies, certify, check_trace
-from lampyris.referee.bodies import AgentTracks, ClashDetector
+from lampyris.referee import certify, check_trace, clashes
+from lampyris.referee.clashes import AgentTracks, ClashDetector
 from lampyris.referee.geometry.shapes import disc_cells
 
 Rng = np.random.Generator
@@ -50,7 +50,7 @@ def test_lawful_traces_pass(traces: list[Trace]) -> None:
 
 
 def test_long_runs_are_judged_in_stretches(traces: list[Trace], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bodies, "_ENTRIES", 40)
+    monkeypatch.setattr(clashes, "_ENTRIES", 40)
     for trace in traces[:15]:
         assert judge(trace) is None
 
@@ -402,7 +402,7 @@ def test_pairs_equal_the_definition(radii: tuple[float, ...], monkeypatch: pytes
     rng = np.random.default_rng(33)
     seen: dict[str, int] = {}
     for k in range(900):
-        monkeypatch.setattr(bodies, "_ENTRIES", int(rng.choice([10, 60, 10_000])))
+        monkeypatch.setattr(clashes, "_ENTRIES", int(rng.choice([10, 60, 10_000])))
         side = 5 + 4 * len(radii)
         if k % 3:
             # A few bodies shoulder to shoulder: clashes between ticks are rare in open crowds.

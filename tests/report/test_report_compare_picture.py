@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import UsageError
-from lampyris.report.pictures.compare_picture import LOOKS, DrawnPath, Speeds, beside, draw_ways, look_of
+from lampyris.report.pictures.compare_picture import LOOKS, DrawnPath, Speeds, beside, draw_paths, look_of
 
 
 def test_every_look_is_its_own() -> None:
@@ -53,11 +53,11 @@ def test_a_way_that_turns_back_and_one_that_waits() -> None:
 def _draw(out: Path) -> None:
     grid = lampyris.load_grid("guide")
     way = np.array([[0.0, 9.0], [3.0, 6.0], [7.0, 0.0]])
-    line = Speeds("one", "8 s", np.linspace(0, 8, 9), np.full(9, 0.5), "m/s", way=0)
+    line = Speeds("one", "8 s", np.linspace(0, 8, 9), np.full(9, 0.5), "m/s", path=0)
     other = Speeds("two", "", np.linspace(0, 8, 9), np.full(9, 2.0), "VU")
-    draw_ways(
+    draw_paths(
         grid, (0, 9), (7, 0), [DrawnPath("one", "cost 1", way), DrawnPath("two", "no path", np.zeros((0, 2)))], out,
-        title="two planners on a map", told="words", speeds=[line, other], speeds_title="speeds",
+        title="two planners on a map", subtitle="words", speeds=[line, other], speeds_title="speeds",
         tracks=[way[::-1]],
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ from lampyris.report.data.csv import DRIVE_COLUMNS, PROFILE_COLUMNS, write_drive
 from lampyris.report.data.metrics import cause_shares, drive_shares, worth_telling
 from lampyris.report.data.serialize import drive_record, profile_record
 from lampyris.report.film.drive_film import DriveRenderer, film_drive
-from lampyris.report.pictures.path_picture import draw_course
+from lampyris.report.pictures.path_picture import draw_sampled_path
 
 
 @pytest.fixture
@@ -109,11 +109,11 @@ def test_every_law_has_a_look_of_its_own() -> None:
 def test_shares_are_of_the_whole() -> None:
     profile = sample_course()
     found = cause_shares(profile)
-    assert sum(c.way for c in found) == pytest.approx(1)
+    assert sum(c.distance for c in found) == pytest.approx(1)
     assert sum(c.time for c in found) == pytest.approx(1)
     assert [c.time for c in found] == sorted((c.time for c in found), reverse=True)
     by = {c.cause: c for c in found}
-    assert by["zone"].way == pytest.approx(2 / 9, abs=0.01)
+    assert by["zone"].distance == pytest.approx(2 / 9, abs=0.01)
     # 2 m at 0.6 m/s of so many seconds.
     assert by["zone"].time == pytest.approx(2 / 0.6 / profile.duration, abs=0.01)
     ends = [c._replace(time=0.004 if c.cause == "goal" else 0.2) for c in found]
@@ -128,10 +128,10 @@ def test_shares_are_of_the_whole() -> None:
 def test_shares_of_a_drive_are_of_its_stretches() -> None:
     drive = sample_drive()
     by = {c.cause: c for c in drive_shares(drive)}
-    assert by["wait"].way == 0
+    assert by["wait"].distance == 0
     assert by["wait"].time == pytest.approx(2.0 / drive.duration)
-    assert by["moving obstacle"].way == pytest.approx(0.32 / drive.curves[0].length)
-    assert sum(c.way for c in by.values()) == pytest.approx(1)
+    assert by["moving obstacle"].distance == pytest.approx(0.32 / drive.curves[0].length)
+    assert sum(c.distance for c in by.values()) == pytest.approx(1)
 
 
 # ---- pictures ----
@@ -141,13 +141,13 @@ def test_shares_of_a_drive_are_of_its_stretches() -> None:
 def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures: list[Any]) -> None:
     profile = sample_course()
     movers = ObstacleStates([[12, 12], [40, 30]], [0.3, 0.0], [1, 1], [[1, 0], [0, 0]])
-    draw_course(
+    draw_sampled_path(
         sample_room(), profile, tmp_path / "a.png", by=by, movers=movers, given=profile.xy[::40], radius=0.2
     )  # type: ignore[index]
     told = words_of(figures[0])
-    assert {"start", "goal", "wall", "moving obstacle", "way given"} <= told
+    assert {"start", "goal", "wall", "moving obstacle", "path given"} <= told
     if by == "speed":
-        assert "way, by speed" in told
+        assert "path, by speed" in told
         assert [a.get_ylabel() for a in figures[0].axes][1] == "speed (m/s)"
     else:
         assert {w.rsplit(" ", 1)[0] for w in told} >= {
@@ -164,7 +164,7 @@ def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures:
 
 def test_the_picture_is_the_same_every_time(tmp_path: Path) -> None:
     for k in range(2):
-        draw_course(sample_room(), sample_course(), tmp_path / f"{k}.png", by="cause")
+        draw_sampled_path(sample_room(), sample_course(), tmp_path / f"{k}.png", by="cause")
     assert (tmp_path / "0.png").read_bytes() == (tmp_path / "1.png").read_bytes()
     shown = np.asarray(Image.open(tmp_path / "0.png").convert("RGB"))
     for cause in ("zone", "curvature", "limit"):
@@ -174,10 +174,10 @@ def test_the_picture_is_the_same_every_time(tmp_path: Path) -> None:
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="speed or cause"):
-        draw_course(sample_room(), sample_course(), tmp_path / "a.png", by="law")
+        draw_sampled_path(sample_room(), sample_course(), tmp_path / "a.png", by="law")
     flat = replace(sample_course(), xy=None)
     with pytest.raises(UsageError, match="without places"):
-        draw_course(sample_room(), flat, tmp_path / "a.png")
+        draw_sampled_path(sample_room(), flat, tmp_path / "a.png")
     with pytest.raises(UsageError, match=r"\.png or \.svg"):
         draw_comparison([("a", sample_course())], 0, tmp_path / "a.gif")
     units = sample_profile(sample_plan(sample_scene()), "dissertation")
@@ -210,7 +210,7 @@ def test_many_causes_and_laws_still_have_room(tmp_path: Path, figures: list[Any]
     profile = sample_course(n=380)
     names = sorted(set(style.CAUSES) - {"obstacle", "waiting", "ring 1", "ring 2", "angle"})
     many = replace(profile, cause=tuple(names[k // 20] for k in range(380)), cause_index=None)
-    draw_course(sample_room(), many, tmp_path / "a.png", by="cause")
+    draw_sampled_path(sample_room(), many, tmp_path / "a.png", by="cause")
     draw_comparison([(name, many) for name in style.LAWS], 0, tmp_path / "b.png")
     for figure in figures:
         tidy(figure)

@@ -74,7 +74,7 @@ def test_the_studies_are_what_the_page_says() -> None:
         ("mixed", "replan"), ("improved", "close"), ("ad-gso", "replan"), ("ad-gso, gates closed", "close"),
         ("ad-gso, gates ignored", "ignore"), ("astar", None),
     ]  # fmt: skip
-    (crowd,) = asked["moving"].crowds
+    (crowd,) = asked["moving"].traffic_cases
     assert (crowd.kind, crowd.count, crowd.tracks) == ("random-walk", 20, "live")
     assert all(study.moves == "dissertation" for study in asked.values())
 

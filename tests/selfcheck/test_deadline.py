@@ -31,7 +31,7 @@ def drawn(number: int) -> DeadlineCall:
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["limit", "cancel"])
 def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    halt = cancellation.halt
+    halt = cancellation.raise_cancelled
 
     def late() -> None:
         until = time.process_time() + 0.1
@@ -39,7 +39,7 @@ def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch)
             pass
         halt()
 
-    monkeypatch.setattr(cancellation, "halt", late)
+    monkeypatch.setattr(cancellation, "raise_cancelled", late)
     monkeypatch.setattr(deadline, "PAUSES_S", (0.0,))
     found = outcome(kind)
     assert found.failed > 0
@@ -114,7 +114,7 @@ def test_processes_are_stopped_and_one_that_is_late_or_answers_otherwise_is_seen
     )
     whose = {
         "COMMAND": "os._exit = after(os._exit)\n",
-        "ENGINE": "cancellation.halt = after(cancellation.halt)\n",
+        "ENGINE": "cancellation.raise_cancelled = after(cancellation.halt)\n",
     }
     monkeypatch.setattr(deadline, "PAUSES_S", (0.0,))
     for code, words in whose.items():

@@ -160,7 +160,7 @@ def test_an_error_is_a_failure_and_does_not_stop_the_check(monkeypatch: pytest.M
     def crash(*args: Any) -> None:
         raise ZeroDivisionError("as if")
 
-    monkeypatch.setattr(SearchMap, "way", crash)
+    monkeypatch.setattr(SearchMap, "extract_path", crash)
     made = outcome("4x4-drawn", 200)
     assert made.cases == 200
     assert 0 < made.failed < 200

@@ -62,7 +62,7 @@ def test_legs_follow_one_another_at_stated_speeds(seed, period):
         scene, 12.0, speed=1.0, seed=seed, period=period, going=lambda t, end: standing(route, t, end)
     )
     assert crowd.tick == 0.5
-    for body in range(len(roster.bodies)):
+    for body in range(len(roster.obstacles)):
         own = legs[legs[:, 0] == body]
         assert (own[1:, 1] == own[:-1, 2]).all()
         ends = own[:, 3:5] + own[:, 5:7] * (own[:, 2] - own[:, 1])[:, None]
@@ -84,10 +84,12 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
     trace = run_ticks(scene, Scripted((fail(),)), seed=seed, ticks=15)
     legs, _, roster = run(scene, 15.0, speed=1.0, seed=seed, period=0.3)
     for tick in range(15):
-        here = [tuple(at(legs, b, float(tick) + 1e-9).round(6).tolist()) for b in range(len(roster.bodies))]
+        here = [
+            tuple(at(legs, b, float(tick) + 1e-9).round(6).tolist()) for b in range(len(roster.obstacles))
+        ]
         assert here == [(float(x), float(y)) for x, y in trace.obstacles_at(tick)]
     assert seed or roster.whole[0].xy.tolist() == [[0, 5], [0, 6], [1, 7]]
-    assert [b.kind for b in roster.bodies] == [b.kind for b in trace.obstacle_specs]
+    assert [b.kind for b in roster.obstacles] == [b.kind for b in trace.obstacle_specs]
 
 
 @pytest.mark.parametrize("seed", some(range(30), 10))
@@ -156,7 +158,7 @@ def test_a_patrol_that_is_cut_off_at_the_end_of_its_route_keeps_to_it(seed):
     )
     route, roster = line((0.0, 0.0), (1.0, 0.0), 4.0), Roster()
     crowd = TrafficMotion(1.0, 0).open(scene, roster)
-    shuttle = crowd.crowd.drivers[0]
+    shuttle = crowd.traffic.drivers[0]
     for k in range(600):
         t, end = k * 0.1, (k + 1) * 0.1
         place = float(rng.choice([0.0, 1.6, 2.4, 4.0]))

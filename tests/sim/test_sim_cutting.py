@@ -41,7 +41,7 @@ def runs_of(seed):
         s = min(0.5 * t, 18.0)
         legs.append(running.advance(t, end, Trajectory(route, [Segment(t, end, s, 0.5, 0.0)])))
     table = np.concatenate(legs)
-    assert len(roster.bodies) == 3
+    assert len(roster.obstacles) == 3
     ran = 0
     for body in range(3):
         own = table[table[:, 0] == body]

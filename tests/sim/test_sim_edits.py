@@ -41,7 +41,7 @@ def test_a_wall_across_the_way_is_driven_around():
     assert trace.robot.tolist() == [[0, 1], [1, 1], [2, 2], [3, 2], [4, 2], [5, 1]]
     assert story(trace) == [(2, "wall", (3, 0)), (2, "replan", (1, 1)), (5, "arrive", (5, 1))]
     assert trace.events[0].sentence == "2 cells turned into walls."
-    assert trace.events[1].sentence == "Walls have come into the way; planned anew."
+    assert trace.events[1].sentence == "Walls now block the path; replanned."
     assert (trace.replans, trace.waits) == (1, 0)
     assert trace.edits == scene.edits
 
@@ -51,7 +51,7 @@ def test_who_stands_there_and_the_goal_stay_free():
     scene = Scene(LANE, (0, 1), (5, 1), traffic=patrol, edits=Edit(2, ((1, 1), (4, 2), (5, 1), (0, 0))))
     trace = judged(run(scene, Scripted((drive(row(1, 0, 5)),))))
     assert trace.edits == (Edit(2, ((0, 0),)),)
-    told = "1 cell turned into a wall. 3 cells stayed free: somebody is there, or it is the goal."
+    told = "1 cell turned into a wall. 3 cells stayed free: occupied, or the goal."
     assert trace.events[0].sentence == told
     only = replace(scene, edits=Edit(2, ((1, 1), (5, 1))))
     trace = judged(run(only, Scripted((drive(row(1, 0, 5)),))))
@@ -125,7 +125,7 @@ def test_what_turns_free_is_told_at_once_with_its_ground():
     assert dict(last.terrain) == {(2, 0): 100, (3, 0): 0}
     assert [e.sentence for e in trace.events if e.word != "wall"][:2] == [
         "2 cells turned free.",
-        "Walls have gone; planned anew.",
+        "Walls are gone; replanned.",
     ]
 
 
@@ -290,6 +290,6 @@ def test_a_rule_taken_out_is_caught(monkeypatch, part, broken):
 
 
 def test_a_planner_that_is_not_told_waits_before_the_wall(monkeypatch):
-    monkeypatch.setattr(Walls, "told", lambda self, change: change)
+    monkeypatch.setattr(Walls, "as_reported", lambda self, change: change)
     scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(2, ((3, 0), (3, 1))))
     assert run(scene, registry.make("astar", {}), patience=3).outcome is Outcome.BLOCKED

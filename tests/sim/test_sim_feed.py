@@ -144,7 +144,7 @@ def spoilt(kind, seed, lasts=np.inf):
     spec = (RandomWalk(3), Patrol(((8, 3), (12, 3))))
     scene = Scene(ROOM, (0, 0), (15, 15), robot=robot, traffic=spec)
     feed = FaultySensor(
-        kind, at=float(rng.uniform(1.0, 8.0)), lasts=lasts, body=int(rng.integers(3)), goal=(15, 15)
+        kind, at=float(rng.uniform(1.0, 8.0)), lasts=lasts, obstacle=int(rng.integers(3)), goal=(15, 15)
     )
     return drive(scene, AStar(), seed=seed, feed=feed, obstacle_speed=0.7), feed
 

@@ -14,7 +14,7 @@ from lampyris.errors import LampyrisError, SceneError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk
-from lampyris.sim.traffic.mobility import MOBILITIES, crowd, patrols
+from lampyris.sim.traffic.mobility import MOBILITIES, drawn_traffic, patrols
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
 from lampyris.sim.world.world import Occupancy
@@ -26,12 +26,12 @@ SCENE = Scene(GRID, (1, 1), (48, 48))
 def test_every_kind_has_as_many_as_were_asked_for() -> None:
     for kind in MOBILITIES:
         for count in (0, 1, 2, 3, 7, 20):
-            made = crowd(kind, count, GRID, 1, radius=0.25)
+            made = drawn_traffic(kind, count, GRID, 1, radius=0.25)
             each = [one.count if isinstance(one, RandomWalk | Crossing) else 1 for one in made]
             assert sum(each) == count
             assert {one.radius for one in made} <= {0.25}
-    assert crowd("none", 9, GRID, 1) == ()
-    mixed = crowd("mixed", 20, GRID, 1, rate=0.5)
+    assert drawn_traffic("none", 9, GRID, 1) == ()
+    mixed = drawn_traffic("mixed", 20, GRID, 1, rate=0.5)
     assert mixed[0] == Crossing(6)
     assert all(isinstance(one, Patrol) for one in mixed[1:7])
     assert mixed[7:] == (RandomWalk(8, 0.5),)
@@ -39,10 +39,10 @@ def test_every_kind_has_as_many_as_were_asked_for() -> None:
 
 def test_a_crowd_is_decided_by_its_seed_and_is_what_the_command_line_makes() -> None:
     for kind in MOBILITIES:
-        one = crowd(kind, 9, GRID, 4, fit=SCENE)
-        assert one == crowd(kind, 9, GRID, 4, fit=SCENE)
+        one = drawn_traffic(kind, 9, GRID, 4, fit=SCENE)
+        assert one == drawn_traffic(kind, 9, GRID, 4, fit=SCENE)
         assert one == traffic_of(TrafficOptions(9, kind), SCENE, 4)
-    assert crowd("patrol", 9, GRID, 4) != crowd("patrol", 9, GRID, 5)
+    assert drawn_traffic("patrol", 9, GRID, 4) != drawn_traffic("patrol", 9, GRID, 5)
 
 
 def test_patrols_join_two_cells_of_one_region_a_dozen_apart() -> None:
@@ -66,11 +66,13 @@ def test_patrols_that_fit_are_taken_by_the_simulation(radius: float, moves: str)
         scene = Scene(Grid(blocked), (0, 0), (11, 11), moves=moves)  # type: ignore[arg-type]
         count = 14 if radius == 0 else 4
         for fit in (scene, None):
-            full = replace(scene, traffic=crowd("patrol", count, scene.grid, seed, radius=radius, fit=fit))
+            full = replace(
+                scene, traffic=drawn_traffic("patrol", count, scene.grid, seed, radius=radius, fit=fit)
+            )
             space = CellIndex(full.grid)
             world = Occupancy(space, robot_shape(full, space), space.number(full.start))
             try:
-                assert len(open_traffic(full, world, seed).bodies) == count
+                assert len(open_traffic(full, world, seed).obstacles) == count
             except LampyrisError:
                 assert fit is None
                 refused += 1
@@ -87,7 +89,7 @@ def test_what_cannot_be_is_refused() -> None:
         ("OPTIONS", "patrol", 3, {"rate": 0.5}),
     ):
         with pytest.raises(LampyrisError) as refused:
-            crowd(kind, count, GRID, 0, **more)  # type: ignore[arg-type]
+            drawn_traffic(kind, count, GRID, 0, **more)  # type: ignore[arg-type]
         assert refused.value.code == code
     with pytest.raises(SceneError, match="4 of 5 patrols fit") as full:
         patrols(5, Grid(np.zeros((3, 3), dtype=np.bool_)), 0)
@@ -95,5 +97,5 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(SceneError, match="0 of 1 patrols fit"):
         patrols(1, Grid(np.ones((3, 3), dtype=np.bool_)), 0)
     with pytest.raises(SettingError) as wrong:
-        crowd("patrl", 1, GRID, 0)
+        drawn_traffic("patrl", 1, GRID, 0)
     assert "patrol" in str(wrong.value)

@@ -20,7 +20,7 @@ from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.sim.grid import loop
 from lampyris.sim.traffic import obstacle_draws
 from lampyris.sim.traffic.continuous_traffic import TrafficMotion
-from lampyris.sim.traffic.mobility import MOBILITIES, crowd
+from lampyris.sim.traffic.mobility import MOBILITIES, drawn_traffic
 from lampyris.sim.traffic.motion_sources import Roster
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
@@ -32,7 +32,7 @@ def starts(scene: Scene, seed: int) -> list[tuple[str, tuple[int, int]]]:
     space = CellIndex(scene.grid)
     world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     crowd = open_traffic(scene, world, seed)
-    return [(body.kind, space.cell(n)) for body, n in zip(crowd.bodies, world.where, strict=True)]
+    return [(body.kind, space.cell(n)) for body, n in zip(crowd.obstacles, world.where, strict=True)]
 
 
 @pytest.mark.parametrize("kind", MOBILITIES)
@@ -54,7 +54,7 @@ def test_what_is_drawn_is_accepted_on_any_map_at_any_radius(kind: str, number: i
     count = int(rng.integers(1, 12))
     try:
         starts(scene, number)
-        more = crowd(kind, count, scene.grid, number, radius=radius, fit=scene)
+        more = drawn_traffic(kind, count, scene.grid, number, radius=radius, fit=scene)
     except SceneError as full:
         if "obstacle specification" not in full.what and "patrols fit" not in full.what:
             assert before  # the ones that were there do not fit themselves
@@ -79,7 +79,7 @@ def test_the_simulations_that_were_reported(radius: float) -> None:
     found = load("rooms-20")
     bare = Scene(found.grid, found.start, found.goal)
     for seed in range(2, 5):
-        made = crowd("patrol", 20, found.grid, seed, radius=radius, fit=bare)
+        made = drawn_traffic("patrol", 20, found.grid, seed, radius=radius, fit=bare)
         assert len(starts(replace(bare, traffic=made), seed)) == 20
 
 
@@ -88,11 +88,11 @@ def test_patrols_take_all_the_room_there_is() -> None:
     blocked = np.ones((60, 60), dtype=bool)
     for x, y in ((5, 5), (6, 5), (40, 31), (40, 32)):
         blocked[y, x] = False
-    made = crowd("patrol", 2, Grid(blocked), 0)
+    made = drawn_traffic("patrol", 2, Grid(blocked), 0)
     ends = {frozenset(one.waypoints) for one in made if isinstance(one, Patrol)}
     assert ends == {frozenset({(5, 5), (6, 5)}), frozenset({(40, 31), (40, 32)})}
     with pytest.raises(SceneError, match="2 of 3 patrols fit"):
-        crowd("patrol", 3, Grid(blocked), 0)
+        drawn_traffic("patrol", 3, Grid(blocked), 0)
 
 
 # ---- nobody moves who is not concerned ---------------------------------------------------------------------
@@ -154,7 +154,8 @@ def test_a_patrol_more_moves_nobody_wherever_it_stands_in_the_list(seed: int, at
 def test_one_obstacle_more_moves_none_of_the_others(kind: str) -> None:
     for seed in range(4):
         few, many = (
-            starts(replace(BARE, traffic=crowd(kind, n, BARE.grid, seed, fit=BARE)), seed) for n in (14, 15)
+            starts(replace(BARE, traffic=drawn_traffic(kind, n, BARE.grid, seed, fit=BARE)), seed)
+            for n in (14, 15)
         )
         assert many[:14] == few
 

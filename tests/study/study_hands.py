@@ -33,7 +33,7 @@ def study_of(seeds: int = 10, maps: int = 2, **more: Any) -> Study:
         worlds += [World(ground, (0, 0), (8, 7)), World(ground, (0, 7), (8, 0))]
     return Study(
         "hands", "simulate", tuple(worlds), (Config("a"), Config("b", {"n": 1})), (Config("law"),),
-        seeds=tuple(range(seeds)), crowds=(StudyTraffic(), StudyTraffic("random-walk", 3)), **more,
+        seeds=tuple(range(seeds)), traffic_cases=(StudyTraffic(), StudyTraffic("random-walk", 3)), **more,
     )  # fmt: skip
 
 

@@ -296,7 +296,7 @@ MISTAKES = [
         "version: 1\nmaps: [{bundled: guide, queries: {random: 100000}}]\nplanners: [astar]\nseeds: 101",
         "LIMIT",
         "1:1",
-        "10,100,000 runs or more: 100,000 queries x 101 seeds x 1 planners x 1 laws x 1 crowds",
+        "10,100,000 runs or more: 100,000 queries x 101 seeds x 1 planners x 1 laws x 1 traffic cases",
     ),
     (
         ALL + "seeds: 1000000\nlaws: [physical, blind, cloud]",

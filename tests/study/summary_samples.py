@@ -22,7 +22,7 @@ def study(
     maps: int = 2,
     queries: int = 3,
     seeds: int = 2,
-    crowds: Sequence[StudyTraffic] = (StudyTraffic(), StudyTraffic("random-walk", 5)),
+    traffic_cases: Sequence[StudyTraffic] = (StudyTraffic(), StudyTraffic("random-walk", 5)),
     laws: Sequence[str] = ("dissertation",),
     **more: Any,
 ) -> Study:
@@ -37,7 +37,7 @@ def study(
         worlds=tuple(worlds),
         planners=tuple(Config(p) for p in planners),
         laws=tuple(Config(law) for law in laws),
-        crowds=tuple(crowds),
+        traffic_cases=tuple(traffic_cases),
         seeds=tuple(range(seeds)),
     )
 
@@ -52,7 +52,7 @@ def metrics(cost: float, arrived: bool = True, **more: Any) -> dict[str, Any]:
 
 def place(one: Study, job: Job) -> tuple[int, int, int, int]:
     """World, crowd, seed and entrant of a job."""
-    shape = (len(one.worlds), len(one.crowds), len(one.seeds), len(one.planners) * len(one.laws))
+    shape = (len(one.worlds), len(one.traffic_cases), len(one.seeds), len(one.planners) * len(one.laws))
     w, c, s, e = (int(k) for k in np.unravel_index(job.index, shape))
     return w, c, s, e
 

@@ -18,7 +18,7 @@ from lampyris.study.design.study import StudyTraffic
 
 def runs(make: Callable[[int, int], dict[str, Any]], seeds: int, planners: str = "abc") -> Runs:
     """Of one world: ``make(seed, entrant)``."""
-    one = study(tuple(planners), maps=1, queries=1, seeds=seeds, crowds=(StudyTraffic(),))
+    one = study(tuple(planners), maps=1, queries=1, seeds=seeds, traffic_cases=(StudyTraffic(),))
     many = len(planners)
     return runs_of(one, [(k, "done", "", make(k // many, k % many)) for k in range(many * seeds)])
 

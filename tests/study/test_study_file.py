@@ -76,7 +76,7 @@ def test_maps_and_planners_are_enough() -> None:
     stored = library.describe("guide").queries
     assert [(w.start, w.goal, w.published) for w in s.worlds] == [(q.start, q.goal, None) for q in stored]
     assert s.worlds[0].ground.hash == map_hash(lampyris.load_grid("guide"))
-    assert (s.name, s.kind, s.moves, s.crowds, s.seeds, s.root) == (
+    assert (s.name, s.kind, s.moves, s.traffic_cases, s.seeds, s.root) == (
         "s",
         "plan",
         "octile",
@@ -130,7 +130,7 @@ memory: true
         True,
     )
     assert (s.robot["radius"], s.robot["v_max"], s.seeds) == (0.5, 2.0, (5, 2))
-    assert s.crowds == (StudyTraffic(), StudyTraffic("mixed", 9, 0.5, 0.25, "live"))
+    assert s.traffic_cases == (StudyTraffic(), StudyTraffic("mixed", 9, 0.5, 0.25, "live"))
     assert (s.expansions, s.seconds) == (None, 2.5)
     assert s.drive["period"] == 0.5
     assert set(s.drive) == set(DriveSettings.__slots__)
@@ -147,7 +147,7 @@ def test_the_preset_and_the_kind_where_nothing_is_said() -> None:
         50,
         9,
     )
-    assert s.crowds == (StudyTraffic("random-walk", 3),)
+    assert s.traffic_cases == (StudyTraffic("random-walk", 3),)
     assert load({**GUIDE, "traffic": [{"count": 3}], "kind": "plan"}).kind == "plan"
     assert load({**GUIDE, "kind": "simulate"}).kind == "simulate"
 
@@ -223,7 +223,7 @@ def test_traffic_grids() -> None:
     s = load(
         ALL + "traffic: [none, {kind: patrol, radius: 0.5, grid: {count: [1, 2], tracks: [live, replayed]}}]"
     )
-    assert s.crowds == (
+    assert s.traffic_cases == (
         StudyTraffic(), StudyTraffic("patrol", 1, None, 0.5, "live"), StudyTraffic("patrol", 1, None, 0.5, "replayed"),
         StudyTraffic("patrol", 2, None, 0.5, "live"), StudyTraffic("patrol", 2, None, 0.5, "replayed"),
     )  # fmt: skip
@@ -411,7 +411,7 @@ def test_limits_hold_before_anything_is_made(monkeypatch: pytest.MonkeyPatch) ->
         + str(list(range(11)))
         + "}}]"
     )
-    assert (error.code, error.what) == ("LIMIT", "10,989 crowds")
+    assert (error.code, error.what) == ("LIMIT", "10,989 traffic cases")
     monkeypatch.setattr("lampyris.study.design.worlds.MAX_ALL_CELLS", 2600)
     load(MAPS + "[guide, env-1]")
     error, _ = refused(MAPS + "[guide, env-1, env-2]")

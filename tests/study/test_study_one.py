@@ -22,7 +22,7 @@ from lampyris.model.trace import Trace
 from lampyris.planning import registry
 from lampyris.planning.base import Budget, Traits
 from lampyris.sim.grid import loop
-from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.mobility import drawn_traffic
 from lampyris.study.design.study import Config, Study, StudyTraffic, canonical
 from lampyris.study.execution import site
 from lampyris.study.execution import worker as one
@@ -84,7 +84,7 @@ def test_a_simulation_is_that_of_the_loop(who: str, law_: str) -> None:
     assert isinstance(made, Trace)
     seed = job.plain["seed"]
     scene = Scene(grid, (0, 0), made.scene.goal, traffic=())
-    scene = replace(scene, traffic=crowd("mixed", 6, grid, seed, fit=scene))
+    scene = replace(scene, traffic=drawn_traffic("mixed", 6, grid, seed, fit=scene))
     ticks = site.world_of(job.plain, grid).last_tick(None)
     told = loop.run(scene, registry.make(who), seed=seed, law=law_, ticks=ticks)
     assert np.array_equal(made.robot, told.robot)

@@ -56,7 +56,8 @@ def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> Non
 
 def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
     one = study(
-        about="Which is shorter?", crowds=(StudyTraffic(), StudyTraffic("random-walk", 5, tracks="live"))
+        about="Which is shorter?",
+        traffic_cases=(StudyTraffic(), StudyTraffic("random-walk", 5, tracks="live")),
     )
     words = told(page(one, by_chance(4), tmp_path))
     for wanted in (
@@ -70,7 +71,7 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
 
 def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     one = study(
-        crowds=(StudyTraffic("patrol", 1), StudyTraffic("random-walk", 5), StudyTraffic("crossing", 2)),
+        traffic_cases=(StudyTraffic("patrol", 1), StudyTraffic("random-walk", 5), StudyTraffic("crossing", 2)),
         seeds=90, expansions=5_000_000, robot={"jerk_max": None, "radius": 0.25, "reverse": True},
     )  # fmt: skip
     words = told(page(one, lambda w, c, s, e: ("done", metrics(9.0 + e)), tmp_path))
@@ -81,7 +82,7 @@ def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     ):  # fmt: skip
         assert wanted in words, wanted
     assert "random-walk" not in words
-    assert {c.label for c in one.crowds} == {"1 patrol", "5 random-walk", "2 crossing"}
+    assert {c.label for c in one.traffic_cases} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
 @pytest.mark.parametrize(
@@ -101,7 +102,7 @@ def test_a_page_says_who_collided(tmp_path: Path) -> None:
     def make(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(10.0 + e, collisions=2 if (w, e) == (1, 2) else 0, hits=0)
 
-    words = told(page(study(crowds=ONE_CROWD), make, tmp_path))
+    words = told(page(study(traffic_cases=ONE_CROWD), make, tmp_path))
     assert "The robot collided in 2 of c's runs." in words
     assert "An obstacle ran into the robot in no run." in words
 
@@ -122,7 +123,9 @@ def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
 def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path) -> None:
     for k in range(0, len(HOSTILE) - 3, 5):
         names = HOSTILE[k : k + 4]
-        one = study(("a", "b"), maps=1, queries=2, seeds=1, crowds=ONE_CROWD, name=names[0], about=names[1])
+        one = study(
+            ("a", "b"), maps=1, queries=2, seeds=1, traffic_cases=ONE_CROWD, name=names[0], about=names[1]
+        )
         planners = (Config("ad-gso", {names[2]: names[3]}, names[2]), Config("astar", {}, names[3] or "-"))
         one = Study(**{f: getattr(one, f) for f in one.__slots__} | {"planners": planners})
         runs = runs_of(one, [(k, "done", "", metrics(10.0 + k, outcome=names[0])) for k in range(len(one))])
@@ -139,7 +142,7 @@ def test_poor_studies_have_sound_pages(
 ) -> None:
     names, queries, seeds = shape
     planners = ("only",) if names == "only" else tuple(names)
-    one = study(planners, maps=1, queries=queries, seeds=seeds, kind=kind, crowds=ONE_CROWD)
+    one = study(planners, maps=1, queries=queries, seeds=seeds, kind=kind, traffic_cases=ONE_CROWD)
     words = told(page(one, by_chance(1, failing), tmp_path))
     assert not re.search(r"\bnan\b|\binf\b|\bNone\b.*\bNone\b.*\[", words)
 
@@ -152,11 +155,11 @@ def test_a_study_that_has_not_begun_has_a_page(tmp_path: Path) -> None:
 
 
 def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_path: Path) -> None:
-    one = study(("dstar-lpso", "dstar16-lpso", "ad-gso"), crowds=ONE_CROWD)
+    one = study(("dstar-lpso", "dstar16-lpso", "ad-gso"), traffic_cases=ONE_CROWD)
     words = told(page(one, by_chance(2, 0.0), tmp_path))
     for wanted in ("Figure 4.5", "Figure 4.6", "Figure 4.7", "sum of the cost-to-go", "by the true length"):
         assert wanted in words
-    other = told(page(study(crowds=ONE_CROWD), by_chance(2, 0.0), tmp_path))
+    other = told(page(study(traffic_cases=ONE_CROWD), by_chance(2, 0.0), tmp_path))
     assert "Figure 4.6" in other
     assert "by the true length" not in other
 
@@ -166,19 +169,21 @@ def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Pat
         return "done", metrics(9.0, arrived=c + e < 4)
 
     some = (StudyTraffic("random-walk", 10), StudyTraffic(), StudyTraffic("random-walk", 5))
-    text = page(study(crowds=some), fewer, tmp_path)
+    text = page(study(traffic_cases=some), fewer, tmp_path)
     assert "over the number of obstacles (random walkers)" in told(text)
     (drawn,) = re.findall(
         r"<svg[^>]*density.*?</svg>|<svg(?:(?!</svg>).)*moving obstacles.*?</svg>", text, re.DOTALL
     )
     assert all(f">{count}<" in drawn for count in (0, 5, 10))
-    for crowds in (some[:2], (*some, StudyTraffic("patrol", 3))):
-        assert "over the number of obstacles" not in told(page(study(crowds=crowds), fewer, tmp_path))
+    for traffic_cases in (some[:2], (*some, StudyTraffic("patrol", 3))):
+        assert "over the number of obstacles" not in told(
+            page(study(traffic_cases=traffic_cases), fewer, tmp_path)
+        )
 
 
 def test_of_very_many_entrants_there_are_tables_and_no_figures(tmp_path: Path) -> None:
     planners = tuple(f"p{k}" for k in range(90))
-    one = study(planners, maps=1, queries=2, seeds=1, crowds=ONE_CROWD)
+    one = study(planners, maps=1, queries=2, seeds=1, traffic_cases=ONE_CROWD)
     text = page(one, by_chance(1, 0.0), tmp_path)
     assert "90 names would not be legible" in told(text)
     assert text.count("<svg") == 3
@@ -227,7 +232,7 @@ def test_films_are_run_again_and_are_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_the_film_is_of_the_world_where_one_failed() -> None:
-    one = study(("a", "b", "c"), crowds=ONE_CROWD)
+    one = study(("a", "b", "c"), traffic_cases=ONE_CROWD)
     make = by_chance(0, 0.0)
     records = []
     for job in one.jobs():
@@ -252,7 +257,7 @@ def test_a_drive_has_a_film_and_a_plan_or_a_failure_has_none(tmp_path: Path) -> 
     assert text.count("data:image/webp") == 1
     assert "Of all worlds" not in told(text)
     for kind, record in (("plan", ("done", "", metrics(9.0))), ("simulate", ("failed", "MEMORY", {}))):
-        runs = runs_of(study(("a", "b"), kind=kind, crowds=ONE_CROWD), [(0, *record)])
+        runs = runs_of(study(("a", "b"), kind=kind, traffic_cases=ONE_CROWD), [(0, *record)])
         assert choose(summarise(runs), runs) is None
         assert "data:image/webp" not in page_of(runs, summarise(runs))
 

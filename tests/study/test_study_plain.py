@@ -34,7 +34,7 @@ STUDY = Study(
         Config("ad-gso", {"nt": 10, "rho": 0.4, "iter_max": None}, "ours", "dist 1.0"),
     ),
     laws=(Config("physical", {"creep": 0.1}), Config("dissertation", {})),
-    crowds=(StudyTraffic(), StudyTraffic("random-walk", 5, 0.1, 0.2, "live")),
+    traffic_cases=(StudyTraffic(), StudyTraffic("random-walk", 5, 0.1, 0.2, "live")),
     seeds=(3, 1),
     moves="octile",
     robot={"radius": 0.0, "jerk_max": None},
@@ -103,7 +103,7 @@ CHANGES: list[tuple[dict[str, Any], str]] = [
     ({"planners": (STUDY.planners[0], replace(STUDY.planners[1], origin="dist 1.1"))},
      "planners.1.origin: 'dist 1.0' and 'dist 1.1'"),
     ({"laws": (STUDY.laws[0],)}, "laws: 2 values and 1 values"),
-    ({"crowds": (StudyTraffic(), StudyTraffic("random-walk", 6, 0.1, 0.2, "live"))}, "crowds.1.count: 5 and 6"),
+    ({"traffic_cases": (StudyTraffic(), StudyTraffic("random-walk", 6, 0.1, 0.2, "live"))}, "crowds.1.count: 5 and 6"),
     ({"seeds": (3, 2)}, "seeds.1: 1 and 2"),
     ({"seeds": (3, 1, 2)}, "seeds: [3, 1] and [3, 1, 2]"),
 ]  # fmt: skip

@@ -74,7 +74,7 @@ def test_what_they_ask() -> None:
         ("ad-gso", "replan"), ("ad-gso", "close"), ("ad-gso", "ignore"), ("dstar-lpso", "replan"),
         ("dstar16-lpso", "close"),
     ], "each way with gates, so that like meets like"  # fmt: skip
-    assert [(c.kind, c.tracks) for c in compared.crowds] == [("random-walk", "live")] * 3
+    assert [(c.kind, c.tracks) for c in compared.traffic_cases] == [("random-walk", "live")] * 3
     assert {w.name for w in everyone.planners} == set(registry.names())
     keys = {job.key for job in everyone.jobs()}
     told = ("ad-gso (passes", "dstar")
@@ -84,8 +84,8 @@ def test_what_they_ask() -> None:
     without = [w.name for w in everyone.planners if w.settings.get("seeded") is False]
     assert sorted(without) == sorted(SWARMS) == sorted(w.name for w in everyone.planners if w.starts_exact)
     density = load_study("density")
-    assert {c.tracks for c in density.crowds} == {"replayed"}
-    assert {c.kind for c in density.crowds} == {"random-walk", "patrol", "crossing"}
+    assert {c.tracks for c in density.traffic_cases} == {"replayed"}
+    assert {c.kind for c in density.traffic_cases} == {"random-walk", "patrol", "crossing"}
     assert load_study("laws").kind == "drive"
     swept = {w.called.removeprefix("ad-gso ").partition("=")[0] for w in load_study("sensitivity").planners}
     assert swept == {"nt", "mvr", "rho", "gamma"}
@@ -108,7 +108,7 @@ def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
     slow = ("dstar-lpso", "dstar16-lpso", "mmas-dstar", "space-time-astar")
     few = tuple(w for w in study.planners if w.name not in slow)[:4]
     small = replace(
-        study, worlds=study.worlds[:1], planners=few, laws=study.laws[:3], crowds=study.crowds[:1],
+        study, worlds=study.worlds[:1], planners=few, laws=study.laws[:3], traffic_cases=study.traffic_cases[:1],
         seeds=study.seeds[:1],
     )  # fmt: skip
     rows: list[Row] = []
@@ -127,7 +127,9 @@ def test_gamma_decides_nothing_and_rho_something() -> None:
         for w in study.planners
         if w.called in ("ad-gso nt=10", *(f"ad-gso {s}" for s in ("gamma=0.3", "rho=1.0")))
     )
-    small = replace(study, kind="plan", planners=(default, *others), crowds=study.crowds[:1], seeds=(0,))
+    small = replace(
+        study, kind="plan", planners=(default, *others), traffic_cases=study.traffic_cases[:1], seeds=(0,)
+    )
     rows: dict[str, Row] = {}
     run(small, lambda some: rows.update({row.key: row for row in some}))
     ways: dict[str, list[object]] = {}
@@ -140,7 +142,9 @@ def test_gamma_decides_nothing_and_rho_something() -> None:
 def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> None:
     study = load_study("line-up")
     some = tuple(w for w in study.planners if w.name in ("astar", "pso", "pso-apf"))
-    small = replace(study, worlds=study.worlds[:2], planners=some, crowds=study.crowds[:1], seeds=(0,))
+    small = replace(
+        study, worlds=study.worlds[:2], planners=some, traffic_cases=study.traffic_cases[:1], seeds=(0,)
+    )
     rows: dict[str, Row] = {}
     run(small, lambda some: rows.update({row.key: row for row in some}))
     records = [

@@ -93,7 +93,7 @@ def test_equal_settings_under_two_labels_are_one_run() -> None:
         "twice", "simulate", (*study.worlds, study.worlds[1]),
         (Config("a"), Config("b", {"n": 1}), Config("b", {"n": 1}, "again"), Config("b", {"n": 1}, "guest", "g 1.0")),
         (Config("law"), Config("law", label="other name")),
-        crowds=(StudyTraffic(), StudyTraffic("random-walk", 3), StudyTraffic()),
+        traffic_cases=(StudyTraffic(), StudyTraffic("random-walk", 3), StudyTraffic()),
         seeds=(0, 1, 2),
     )  # fmt: skip
     keys = {job.key for job in twice.jobs()}

@@ -22,7 +22,7 @@ NAN = math.nan
 
 
 def entry(summary: Summary, entrant: str, crowd: str = "none") -> object:
-    return next(e for e in summary.entries if (e.entrant, e.crowd) == (entrant, crowd))
+    return next(e for e in summary.entries if (e.entrant, e.traffic) == (entrant, crowd))
 
 
 def test_seeds_are_averaged_before_anything_is_counted() -> None:
@@ -32,7 +32,7 @@ def test_seeds_are_averaged_before_anything_is_counted() -> None:
 
 
 def test_every_failure_stays_in_the_denominator() -> None:
-    one = study(("a", "b"), maps=1, queries=4, seeds=3, crowds=(StudyTraffic(),))
+    one = study(("a", "b"), maps=1, queries=4, seeds=3, traffic_cases=(StudyTraffic(),))
     ends = ("refused", "timeout", "failed")
 
     def make(w: int, c: int, s: int, e: int) -> Made:
@@ -52,7 +52,7 @@ def test_every_failure_stays_in_the_denominator() -> None:
 
 
 def test_a_mean_over_common_worlds_does_not_reward_who_fails_on_long_ways() -> None:
-    one = study(("good", "lazy"), maps=1, queries=4, seeds=1, crowds=(StudyTraffic(),))
+    one = study(("good", "lazy"), maps=1, queries=4, seeds=1, traffic_cases=(StudyTraffic(),))
     summary = summarise(
         runs(one, lambda w, c, s, e: ("done", metrics(10.0 * (w + 1) + e, not (e == 1 and w > 1))))
     )
@@ -69,7 +69,7 @@ def test_a_mean_over_common_worlds_does_not_reward_who_fails_on_long_ways() -> N
 
 
 def test_who_never_arrives_is_left_out_of_the_common_worlds_and_named() -> None:
-    one = study(("a", "b", "never"), maps=1, queries=3, seeds=2, crowds=(StudyTraffic(),))
+    one = study(("a", "b", "never"), maps=1, queries=3, seeds=2, traffic_cases=(StudyTraffic(),))
     summary = summarise(
         runs(one, lambda w, c, s, e: ("done", metrics(10.0 + w + e, e == 0 or (e == 1 and w > 0))))
     )
@@ -82,7 +82,7 @@ def test_who_never_arrives_is_left_out_of_the_common_worlds_and_named() -> None:
 
 def test_differences_are_taken_run_by_run() -> None:
     """Of a query that one solved with another seed than the other nothing can be said."""
-    one = study(("a", "b"), maps=1, queries=3, seeds=2, crowds=(StudyTraffic(),))
+    one = study(("a", "b"), maps=1, queries=3, seeds=2, traffic_cases=(StudyTraffic(),))
     solved = {0: ((1, 1), (1, 1)), 1: ((1, 0), (0, 1)), 2: ((1, 1), (0, 1))}
 
     def make(w: int, c: int, s: int, e: int) -> Made:
@@ -106,7 +106,7 @@ def test_holm_is_over_all_comparisons_of_a_measure() -> None:
 
 
 def test_early_failure_is_no_saving_of_work() -> None:
-    one = study(("works", "gives up"), maps=1, queries=4, seeds=1, crowds=(StudyTraffic(),))
+    one = study(("works", "gives up"), maps=1, queries=4, seeds=1, traffic_cases=(StudyTraffic(),))
     summary = summarise(
         runs(one, lambda w, c, s, e: ("done", metrics(10.0 if e == 0 else 1.0, e == 0 or w == 0)))
     )
@@ -120,7 +120,7 @@ def test_early_failure_is_no_saving_of_work() -> None:
 
 def test_half_a_way_is_no_short_way() -> None:
     """Whatever a row says: what is told of ways is told of those that lead to the goal."""
-    one = study(("a",), maps=1, queries=2, seeds=1, crowds=(StudyTraffic(),))
+    one = study(("a",), maps=1, queries=2, seeds=1, traffic_cases=(StudyTraffic(),))
     half = metrics(3.0) | {"arrived": False}
     own = entry(summarise(runs(one, lambda w, *_: ("done", half if w else metrics(20.0)))), "a").own
     assert (own["cost"].value, own["cost"].runs) == (20.0, 1)
@@ -157,7 +157,7 @@ def naive(one: object, make: object, name: str, e: int, c: int) -> list[float]:
 def test_means_are_those_of_plain_loops(seed: int) -> None:
     one, make = study(queries=5, seeds=3), by_chance(seed, 0.5)
     summary = summarise(runs(one, make))
-    for c, crowd in enumerate(summary.crowds):
+    for c, crowd in enumerate(summary.traffic_cases):
         for e, entrant in enumerate(summary.entrants):
             for name in ("cost", "expansions", "collisions"):
                 found, own = naive(one, make, name, e, c), entry(summary, entrant, crowd).own[name]
@@ -188,7 +188,7 @@ def test_the_machines_form_is_plain_and_finite() -> None:
 
 
 def test_of_one_query_the_seed_is_the_unit() -> None:
-    one = study(("a", "b"), maps=1, queries=1, seeds=9, crowds=(StudyTraffic(),))
+    one = study(("a", "b"), maps=1, queries=1, seeds=9, traffic_cases=(StudyTraffic(),))
     summary = summarise(runs(one, lambda w, c, s, e: ("done", metrics(10.0 + s + e, s != 8))))
     assert summary.unit == "seed"
     assert entry(summary, "a").own["cost"].units == 8
@@ -197,7 +197,7 @@ def test_of_one_query_the_seed_is_the_unit() -> None:
 
 
 def test_what_was_not_run_yet_is_told_and_counted_nowhere() -> None:
-    one = study(("a", "b"), maps=1, queries=4, seeds=2, crowds=(StudyTraffic(),))
+    one = study(("a", "b"), maps=1, queries=4, seeds=2, traffic_cases=(StudyTraffic(),))
     summary = summarise(
         runs(one, lambda w, c, s, e: None if w == 3 and e == 1 else ("done", metrics(10.0 + w)))
     )
@@ -220,7 +220,7 @@ def test_the_reference_can_be_chosen() -> None:
 
 
 def test_seconds_stand_in_no_summary_that_is_not_asked_for_them() -> None:
-    one = study(("a",), maps=1, crowds=(StudyTraffic(),))
+    one = study(("a",), maps=1, traffic_cases=(StudyTraffic(),))
     made = runs(one, lambda w, c, s, e: ("done", metrics(10.0, cpu_s=0.5)))
     assert "cpu_s" not in summarise(made).entries[0].own
     assert "cpu_s" in summarise(made, timing=True).entries[0].own
@@ -244,7 +244,7 @@ def test_tables_of_every_kind_hold_no_number_that_is_none(
 
 
 def test_the_cost_of_an_any_angle_planner_says_whose_it_is() -> None:
-    one = study(("steps", "lines"), kind="plan", crowds=(StudyTraffic(),))
+    one = study(("steps", "lines"), kind="plan", traffic_cases=(StudyTraffic(),))
 
     def make(w: int, c: int, s: int, e: int) -> Made:
         return "done", metrics(20.0 + w + e, length_any_angle=18.5 + w if e else None)
@@ -260,7 +260,7 @@ def test_the_cost_of_an_any_angle_planner_says_whose_it_is() -> None:
 
 
 def test_ticks_are_said_to_be_those_until_arrival_and_are() -> None:
-    one = study(("a",), maps=1, queries=1, seeds=2, crowds=(StudyTraffic(),))
+    one = study(("a",), maps=1, queries=1, seeds=2, traffic_cases=(StudyTraffic(),))
 
     def make(w: int, c: int, s: int, e: int) -> Made:
         return "done", metrics(10.0, s == 0) | {"ticks": 10 if s == 0 else 500}

@@ -15,10 +15,10 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded
 from lampyris.sim.traffic import recorded
-from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.mobility import drawn_traffic
 from lampyris.sim.traffic.recorded import check_tracks
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import CellIndex, body_shape, robot_shape
+from lampyris.sim.world.cell_index import CellIndex, obstacle_shape, robot_shape
 from lampyris.sim.world.world import Occupancy
 from lampyris.study.design.study import StudyTraffic
 from lampyris.study.execution import obstacle_tracks
@@ -33,7 +33,7 @@ KINDS = ("random-walk", "patrol", "crossing", "mixed")
 def scene_of(kind: str, count: int = 7, radius: float = 0.0, seed: int = 0, moves: Any = "octile") -> Scene:
     grid = grid_of(seed, 24, 0.12 if radius == 0 else 0.03)
     bare = Scene(grid, (0, 0), (grid.width - 1, grid.height - 1), moves=moves)
-    return replace(bare, traffic=crowd(kind, count, grid, seed, radius=radius, fit=bare))
+    return replace(bare, traffic=drawn_traffic(kind, count, grid, seed, radius=radius, fit=bare))
 
 
 def drawn(scene: Scene, seed: int, ticks: int) -> Any:
@@ -77,7 +77,7 @@ def test_nobody_ever_covers_start_or_goal_and_the_simulator_takes_the_tracks(
                 apart = np.sqrt(((cells - end) ** 2).sum(axis=1)) * scene.grid.resolution
                 assert apart.min() > radius
         space = CellIndex(scene.grid)
-        shape = body_shape(scene, space, radius, None)
+        shape = obstacle_shape(scene, space, radius, None)
         cover = frozenset({space.number(scene.start), space.number(scene.goal)})
         lanes = check_tracks(space, [(k, t, shape) for k, t in enumerate(made)], cover)
         for x, y in (scene.start, scene.goal):
@@ -181,7 +181,7 @@ def test_the_quick_look_at_tracks_never_lets_a_meeting_pass() -> None:
     grid = Grid(np.zeros((5, 6), dtype=np.bool_))
     scene = Scene(grid, (0, 0), (5, 4), moves="octile")
     space = CellIndex(grid)
-    shape = body_shape(scene, space, 0.0, None)
+    shape = obstacle_shape(scene, space, 0.0, None)
     rng = np.random.default_rng(5)
     said = {True: 0, False: 0}
     for _ in range(1500):

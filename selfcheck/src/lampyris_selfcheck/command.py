@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from lampyris_selfcheck.runner import Range, Result, Told
 
 Names = Annotated[
-    list[str] | None, typer.Argument(metavar="[NAME]...", help="Which checks (default: all; see --list).")
+    list[str] | None,
+    typer.Argument(metavar="[NAME]...", help="The checks to run (default: all; see --list)."),
 ]
 Size = Annotated[
     str,
@@ -40,29 +41,35 @@ Size = Annotated[
         help="commit (minutes in all), nightly (hours) or release (a day).",
     ),
 ]
-Only = Annotated[str | None, typer.Option("--only", metavar="KIND", help="One kind of cases alone.")]
+Only = Annotated[str | None, typer.Option("--only", metavar="KIND", help="Only this kind of cases.")]
 First = Annotated[int, typer.Option("--first", metavar="K", help="Number of the first case.", min=0)]
 Cases = Annotated[
-    int | None, typer.Option("--cases", metavar="N", help="Cases of each kind (default: the size's).", min=1)
+    int | None,
+    typer.Option(
+        "--cases", metavar="N", help="Number of cases of each kind (default: as --size says).", min=1
+    ),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same cases.", min=0)]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of all random draws: same seed, same cases.", min=0)]
 Folder = Annotated[
     Path | None,
     typer.Option("--folder", metavar="DIR", help="Input data: MovingAI maps, for `scen`."),
 ]
 Workers = Annotated[
-    int | None, typer.Option("--workers", metavar="N", help="Processes (default: one a core).", min=1)
+    int | None,
+    typer.Option("--workers", metavar="N", help="Number of worker processes (default: one per core).", min=1),
 ]
 Ledger = Annotated[
     Path | None,
-    typer.Option("--ledger", metavar="FILE", help="Keep what is done, and go on from there the next time."),
+    typer.Option(
+        "--ledger", metavar="FILE", help="Record finished work in FILE and resume from it next time."
+    ),
 ]
 Failures = Annotated[
     Path | None,
     typer.Option("--failures", metavar="DIR", help="Write each failing case to a file."),
 ]
 Record = Annotated[
-    Path | None, typer.Option("--record", metavar="FILE", help="Append what came of it (JSON lines).")
+    Path | None, typer.Option("--record", metavar="FILE", help="Append the results (JSON lines).")
 ]
 List = Annotated[bool, typer.Option("--list", help="Print the checks and their kinds of cases.")]
 
@@ -87,9 +94,9 @@ def selfcheck(
     list_: List = False,
     json_: Json = False,
 ) -> None:
-    """Try what is promised: cases, failures, seconds, seed of each check.
+    """Test the documented promises: cases, failures, seconds and seed of each check.
 
-    Exits with 0 only if all hold, with 6 if a promise is broken.
+    Exits with 0 only if all of them hold, with 6 if a promise is broken.
     """
     from lampyris_selfcheck.check import Ask
     from lampyris_selfcheck.runner import Range

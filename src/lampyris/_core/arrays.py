@@ -22,7 +22,7 @@ def numbers_of(
     array = checks.numbers(value, shape)
     if array is None or (finite and not np.isfinite(array).all()):
         kind = "finite numbers" if finite else "numbers"
-        raise _refused(noun, name, value, f"{kind} of shape {_told(shape)}")
+        raise _refused(noun, name, value, f"{kind} of shape {_shape_text(shape)}")
     array.setflags(write=False)
     return array
 
@@ -37,7 +37,7 @@ def whole_of(noun: str, name: str, value: object, shape: tuple[int | None, ...])
     array = checks.array_of(value)
     fits = array is not None and checks.fits(array, shape) and (array.dtype.kind in "iu" or not array.size)
     if array is None or not fits or (array.dtype.kind == "u" and array.size and array.max() >= 2**63):
-        raise _refused(noun, name, value, f"whole numbers of shape {_told(shape)}")
+        raise _refused(noun, name, value, f"whole numbers of shape {_shape_text(shape)}")
     made = np.array(array, dtype=np.int64)
     made.setflags(write=False)
     return made
@@ -73,6 +73,6 @@ def _refused(noun: str, name: str, value: object, allowed: str) -> SettingError:
     return SettingError("ARRAY", shown(value), where=f"{noun}.{name}", allowed=allowed)
 
 
-def _told(shape: tuple[int | None, ...]) -> str:
+def _shape_text(shape: tuple[int | None, ...]) -> str:
     inside = ", ".join("n" if n is None else str(n) for n in shape)
     return f"({inside},)" if len(shape) == 1 else f"({inside})"

@@ -1,15 +1,15 @@
-"""Stopping a call before it is done: when its time is out, when somebody says so, on Ctrl-C.
+"""Cancellation: stopping a call early, on a time limit, a cancel token or Ctrl-C.
 
-Anyone who limits a call opens a *watch*; whatever runs inside looks at it. A watch is one word of memory, 0
-until the call is to stop. Compiled loops read that word every few hundred cells
-(:mod:`lampyris.kernels._jit`), others ask :func:`checkpoint`. A thread of its own sets the word when the time is
-out: the loops let go of the interpreter, so it is never kept from doing so. Without a limit there is no
-thread, and every result is what it would be without any of this.
+A limited call opens a :class:`CancelScope`, and the code inside polls it. The scope's flag is one word of memory,
+0 until the call is to stop. Compiled loops read that word every few hundred cells
+(:mod:`lampyris.kernels._jit`); other code calls :func:`checkpoint`. A timer thread sets the word when the time
+is out; compiled loops release the interpreter lock, so the thread can always run. Without a limit there is no
+thread, and results are the same as without cancellation.
 
-Watches lie inside each other: what stops the outer one stops the inner one, not the other way round.
+Scopes nest: cancelling an outer scope cancels the inner one, not the other way round.
 
-Some work must not be stopped halfway: a library whose import was left half done stays broken for the rest of
-the process. :func:`uninterrupted` has signals wait until it is done.
+Some work must not be interrupted halfway: a library whose import was interrupted stays broken for the rest of
+the process. :func:`uninterrupted` defers signals until it is done.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 class Cancelled(BaseException):
     """The call was stopped. Raised by :func:`checkpoint` and by kernels; the code that opened the scope catches it.
 
-    Not an ``Exception``: a guest's planner that makes an answer of whatever goes wrong inside it would make
-    one of this, too, and its call would never end as stopped.
+    Not an ``Exception``: a third-party planner that turns every exception into a result would swallow this one,
+    and its call would never end as cancelled.
     """
 
 
 def _new() -> Word:
-    # NumPy is imported when a loop first asks for its word: the command line listens from its first moment
-    # on, and its help must not wait for NumPy.
+    # NumPy is imported when a loop first needs the word: the command line handles Ctrl-C from the start,
+    # and its help must not wait for NumPy.
     import numpy as np
 
     return np.zeros(1, dtype=np.int64)
@@ -52,15 +52,15 @@ def _new() -> Word:
 
 @cache
 def _never() -> Word:
-    """The word of calls that nobody limits. Nobody writes to it."""
+    """The word of calls without a limit. It is never written."""
     return _new()
 
 
 class CancelToken:
-    """Stops every call that was given it, now and later: ``Budget(stop=stop)``.
+    """Cancels every call it was passed to, now and later: ``Budget(stop=stop)``.
 
-    ``set`` may be called from any thread. In a handler of :mod:`signal` it works too, but Python runs those
-    between two of its own steps, not within a compiled loop; :func:`interrupts` is for that.
+    ``set`` may be called from any thread. It also works in a handler of :mod:`signal`, but Python runs those
+    between two bytecodes, not within a compiled loop; use :func:`interrupts` for that.
     """
 
     __slots__ = ("_is_set", "_watches")
@@ -75,52 +75,52 @@ class CancelToken:
         return self._is_set
 
     def set(self) -> None:
-        """Stop. It takes no lock, so that it can be called anywhere at any moment."""
-        # In this order, and the other way round in join: a watch that joins meanwhile is told by one of both.
+        """Cancel. Takes no lock, so it can be called anywhere at any time."""
+        # In this order, and the reverse in join: a scope that joins meanwhile is cancelled by one of the two.
         self._is_set = True
         for watch in list(self._watches.values()):
-            watch.tell()
+            watch.cancel()
 
     def join(self, watch: CancelScope) -> None:
-        """Have a watch told, too, when this is."""
+        """Cancel a scope, too, when this token is set."""
         self._watches[id(watch)] = watch
         if self._is_set:
-            watch.tell()
+            watch.cancel()
 
     def leave(self, watch: CancelScope) -> None:
-        """Let go of a watch."""
+        """Remove a scope."""
         self._watches.pop(id(watch), None)
 
 
 class _Interrupt(CancelToken):
-    """What Ctrl-C sets."""
+    """The token that Ctrl-C sets."""
 
     __slots__ = ("is_left",)
 
     def __init__(self) -> None:
         super().__init__()
         self.is_left = False
-        """Whether the next Ctrl-C is handled elsewhere; the code that reads it reports it."""
+        """Whether the next Ctrl-C is handled elsewhere."""
 
 
 class CancelScope:
-    """One call's limit.
+    """The limits of one call.
 
     Parameters
     ----------
     seconds : from now on; None: no limit of its own.
-    stop : what may stop it; None: nothing of its own.
-    outer : the watch that this one lies in.
+    stop : token that cancels it; None: no token of its own.
+    outer : the enclosing scope.
     """
 
-    __slots__ = ("_is_told", "_over", "_word", "deadline", "outer", "stop", "stops")
+    __slots__ = ("_is_cancelled", "_over", "_word", "deadline", "outer", "stop", "stops")
     deadline: float
     stops: tuple[CancelToken, ...]
 
     def __init__(self, seconds: float | None, stop: CancelToken | None, outer: CancelScope | None) -> None:
         self.outer = outer
         self.stop = stop
-        self._is_told = False
+        self._is_cancelled = False
         self._word: Word | None = None
         own = math.inf if seconds is None else time.perf_counter() + seconds
         self.deadline = own if outer is None else min(own, outer.deadline)
@@ -128,7 +128,7 @@ class CancelScope:
         self._over: threading.Event | None = None
 
     def begin(self) -> None:
-        """Start to count the time, and to listen."""
+        """Start the timer and register with the tokens."""
         for stop in self.stops:
             stop.join(self)
         if self.deadline < math.inf:
@@ -138,7 +138,7 @@ class CancelScope:
             ).start()
 
     def end(self) -> None:
-        """Nobody looks at it any more."""
+        """Stop the timer and unregister."""
         for stop in self.stops:
             stop.leave(self)
         if self._over is not None:
@@ -146,38 +146,38 @@ class CancelScope:
 
     def _wait(self, over: threading.Event) -> None:
         left = self.deadline - time.perf_counter()
-        # A timeout must fit the system's clock; nobody waits for months.
+        # A timeout must fit the system's clock.
         while left > 0.0 and not over.wait(min(left, 1e6)):
             left = self.deadline - time.perf_counter()
         if left <= 0.0:
-            self.tell()
+            self.cancel()
 
-    def tell(self) -> None:
-        """The call is to stop."""
-        # In this order, and the other way round in word: the second of the two sets it.
-        self._is_told = True
+    def cancel(self) -> None:
+        """Cancel the call."""
+        # In this order, and the reverse in word: the second of the two sets it.
+        self._is_cancelled = True
         if self._word is not None:
             self._word[0] = 1
 
     @property
     def word(self) -> Word:
-        """What compiled loops look at."""
+        """The word that compiled loops poll."""
         if self._word is None:
             self._word = _new()
-            if self._is_told:
+            if self._is_cancelled:
                 self._word[0] = 1
         return self._word
 
     @property
     def is_over(self) -> bool:
         """Whether the call is to stop."""
-        if not self._is_told and time.perf_counter() >= self.deadline:
-            self.tell()
-        return self._is_told
+        if not self._is_cancelled and time.perf_counter() >= self.deadline:
+            self.cancel()
+        return self._is_cancelled
 
     @property
-    def was_told(self) -> bool:
-        """Whether somebody stopped this very call, and it did not merely run out of time."""
+    def was_cancelled(self) -> bool:
+        """Whether this call's own token was set, as opposed to its time running out."""
         return self.stop is not None and self.stop.is_set
 
 
@@ -187,22 +187,22 @@ class _ThreadScope(threading.local):
 
 _here = _ThreadScope()
 _listening: _Interrupt | None = None
-"""What :func:`interrupts` sets, while it listens."""
+"""The token of :func:`interrupts`, while it is active."""
 
 
 def word() -> Word:
-    """The word that loops of this thread are to look at now."""
+    """The word that loops of this thread poll now."""
     here = _here.watch
     return _never() if here is None else here.word
 
 
 def watch() -> CancelScope | None:
-    """The innermost watch of this thread."""
+    """The innermost scope of this thread."""
     return _here.watch
 
 
 def checkpoint() -> None:
-    """Go on, or not: for loops in Python, and between two steps that take a while.
+    """Raise if the call is cancelled: for Python loops, and between two long steps.
 
     Raises
     ------
@@ -211,10 +211,10 @@ def checkpoint() -> None:
     """
     here = _here.watch
     if here is not None and here.is_over:
-        halt()
+        raise_cancelled()
 
 
-def halt() -> None:
+def raise_cancelled() -> None:
     """Stop the call.
 
     Raises
@@ -236,7 +236,7 @@ def watching(seconds: float | None = None, stop: CancelToken | None = None) -> I
     seconds : of wall time; None: no limit.
     stop : stops it when it is set.
 
-    The watch of this call; None where it has neither limit: then the outer one, if any, goes on.
+    The scope of this call; None where it has neither limit: then the outer scope, if any, applies.
     """
     if seconds is None and stop is None:
         yield None
@@ -254,7 +254,7 @@ def watching(seconds: float | None = None, stop: CancelToken | None = None) -> I
 
 @contextlib.contextmanager
 def shielded() -> Iterator[None]:
-    """Finish what is done inside, whatever the watch says: it is short and must not be left half done."""
+    """Ignore cancellation inside: for short work that must not be left half done."""
     was = _here.watch
     _here.watch = None
     try:
@@ -265,11 +265,11 @@ def shielded() -> Iterator[None]:
 
 @contextlib.contextmanager
 def under(watch: CancelScope | None) -> Iterator[None]:
-    """Do what is done inside, in this thread, under the watch of another thread's call that it is a part of.
+    """Run the code inside, in this thread, under the scope of another thread's call that it belongs to.
 
     Parameters
     ----------
-    watch : of that call (:func:`watch`), its word asked for there before; None: nobody limits it.
+    watch : scope of that call (:func:`watch`), its word created there before; None: no limit.
     """
     was = _here.watch
     _here.watch = watch
@@ -280,14 +280,14 @@ def under(watch: CancelScope | None) -> Iterator[None]:
 
 
 def leave_next(is_left: bool) -> None:
-    """Leave the next Ctrl-C to a handler that the caller sets; loops are stopped by those after it.
+    """Leave the next Ctrl-C to a handler that the caller sets; later ones cancel loops again.
 
-    The caller cannot be told by its handler alone: it may have given it back before the thread that listens
-    reads of the signal.
+    The caller's handler alone is not enough: it may be restored before the listening thread reads the
+    signal.
 
     Parameters
     ----------
-    is_left : False once no handler waits for it any more, unless it has come.
+    is_left : False once the caller no longer handles it, unless it has arrived.
     """
     if _listening is not None:
         _listening.is_left = is_left
@@ -295,52 +295,52 @@ def leave_next(is_left: bool) -> None:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[None]:
-    """Have Ctrl-C heard within compiled loops, which else hear of it when they are done.
+    """Let Ctrl-C interrupt compiled loops, which otherwise notice it only when they are done.
 
-    For the main thread, where Ctrl-C raises :class:`KeyboardInterrupt`; elsewhere it does nothing. The system
-    tells of a signal through a pipe that a thread reads, and which sets the word that the loops look at.
+    For the main thread, where Ctrl-C raises :class:`KeyboardInterrupt`; elsewhere it does nothing. A signal
+    wakes a thread through a pipe, and the thread sets the word that the loops poll.
 
-    Where Python cannot raise it (in a function that C calls, as LLVM does while code is loaded, or as an
-    object goes), it would be printed and forgotten; the word has it, so that nothing is said.
+    Where Python cannot raise it (in a callback from C, as while LLVM loads code, or in a finaliser) it would be
+    printed and dropped; the word is set all the same, so nothing is printed.
     """
-    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not heard or threading.current_thread() is not threading.main_thread():
+    default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not default or threading.current_thread() is not threading.main_thread():
         yield
         return
-    told, tell = os.pipe()
-    os.set_blocking(tell, False)
-    before = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     if before != -1:
-        # Somebody else listens already.
+        # Another wakeup file descriptor is in use.
         signal.set_wakeup_fd(before)
-        os.close(told)
-        os.close(tell)
+        os.close(reader)
+        os.close(writer)
         yield
         return
     global _listening
     _listening = interrupt = _Interrupt()
-    threading.Thread(target=_listen, args=(told, interrupt), name="lampyris-ctrl-c", daemon=True).start()
-    say = sys.unraisablehook
-    sys.unraisablehook = lambda lost: None if lost.exc_type is KeyboardInterrupt else say(lost)
+    threading.Thread(target=_listen, args=(reader, interrupt), name="lampyris-ctrl-c", daemon=True).start()
+    report = sys.unraisablehook
+    sys.unraisablehook = lambda lost: None if lost.exc_type is KeyboardInterrupt else report(lost)
     try:
         with watching(stop=interrupt):
             yield
     finally:
-        sys.unraisablehook = say
+        sys.unraisablehook = report
         _listening = None
         signal.set_wakeup_fd(-1)
-        os.close(tell)  # the thread reads to the end, and ends
+        os.close(writer)  # the thread reads to the end and exits
 
 
-def _listen(told: int, interrupt: _Interrupt) -> None:
-    while said := os.read(told, 64):
-        for _ in range(said.count(signal.SIGINT)):
-            _hear(interrupt)
-    os.close(told)
+def _listen(reader: int, interrupt: _Interrupt) -> None:
+    while received := os.read(reader, 64):
+        for _ in range(received.count(signal.SIGINT)):
+            _on_interrupt(interrupt)
+    os.close(reader)
 
 
-def _hear(interrupt: _Interrupt) -> None:
-    """One Ctrl-C. Who has set another handler meanwhile wants to hear of it in another way."""
+def _on_interrupt(interrupt: _Interrupt) -> None:
+    """Handle one Ctrl-C, unless another handler has been set meanwhile."""
     if interrupt.is_left:
         interrupt.is_left = False
     elif _handler(signal.SIGINT) is signal.default_int_handler:
@@ -352,17 +352,17 @@ Handler = Callable[[int, FrameType | None], Any]
 
 _NAMES = "INT TERM BREAK HUP QUIT ALRM VTALRM PROF USR1 USR2 XCPU"
 _RAISING = tuple(getattr(signal, f"SIG{n}") for n in _NAMES.split() if hasattr(signal, f"SIG{n}"))
-"""Signals whose handlers are known to raise: to end a program, or what takes it too long."""
+"""Signals whose handlers are known to raise, to end a program or a call that takes too long."""
 
 
 class _Waiting:
-    """Signals that wait.
+    """Deferred signals.
 
     Attributes
     ----------
-    handlers : what is to be called for each signal, then.
-    came : the signals that have come.
-    is_over : whether signals need wait no longer.
+    handlers : what is called for each signal afterwards.
+    came : the signals that have arrived.
+    is_over : whether signals are no longer deferred.
     """
 
     def __init__(self) -> None:
@@ -371,7 +371,7 @@ class _Waiting:
         self.is_over = False
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of a signal meanwhile."""
+        """The handler of signals while they are deferred."""
         if self.is_over:  # an exception came before the former handler was back in its place
             self.handlers[number](number, frame)
         else:

@@ -11,24 +11,24 @@ Smooth: TypeAlias = Literal["arcs", "none"]
 DRIVE_SPACING = 0.125
 """Cells between two nodes of the path of a drive, at most."""
 
-COURSE_SPACING = 0.25
-"""Cells between two nodes of a course, at most."""
+SAMPLE_SPACING = 0.25
+"""Cells between two nodes of a sampled path, at most."""
 
 PROFILE_SMOOTH: Final = "none"
 """How ``lampyris.speed_profile(scene, plan)``, ``lampyris plan`` and ``lampyris speed`` drive a planned path: along its
 cells, each corner rounded within half a step, or a stop."""
 
-COURSE_SMOOTH: Final = "taut"
+SAMPLE_SMOOTH: Final = "taut"
 """How ``lampyris.smooth(scene, plan)`` draws a planned path, and a drive by its ``arcs``."""
 
 SMOOTH: Final = "arcs"
 """How paths become curves where nothing else is said."""
 
 POINTS_SMOOTH: Final = SMOOTH
-"""How points that somebody gave (an array, a file) are driven: along their own lines, corners rounded."""
+"""How points given by the user (an array, a file) are driven: along their own lines, corners rounded."""
 
 SIMULATION_PATIENCE = 50
-"""Ticks in a row that the robot of a simulation waits before it gives up."""
+"""Consecutive ticks that the robot of a simulation waits before it gives up."""
 
 CREEP = 0.1
 """Share of a robot's top speed that clearance and the rules beside it never take away."""

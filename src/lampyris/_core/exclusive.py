@@ -5,7 +5,7 @@ lets go of the interpreter. Two calls at once would read and write the same memo
 without end, a crash of the process. A second call is therefore refused with :class:`BusyError` while another
 is at work, from another thread or from within the first (a signal handler, a callback). It is refused and not
 kept waiting: a waiting call could not keep to the seconds of its budget, would not hear of ``Budget.stop``,
-and one from within the first would wait for ever.
+and one from within the first would wait forever.
 
 Use one object for each thread, or a ``threading.Lock`` around the calls if several threads share one.
 """

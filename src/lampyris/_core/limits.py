@@ -84,13 +84,13 @@ MEMORY = Limit("MEMORY", "LAMPYRIS_MAX_MEMORY", 2048, "MiB")
 """Memory that planning on a map may take, as estimated from its size and the planner."""
 
 PATH = Limit("PATH_LENGTH", "LAMPYRIS_MAX_PATH", 1_000_000, "cells")
-"""Cells of a path that is judged, timed and told: up to 600 bytes and 7 microseconds each."""
+"""Cells of a path that is judged, timed and reported: up to 600 bytes and 7 microseconds each."""
 
 NODES = Limit("NODES", "LAMPYRIS_MAX_NODES", 500_000, "nodes")
-"""Nodes of a course, where speeds are decided: some 2 KiB and 70 microseconds each."""
+"""Nodes of a sampled path, where speeds are decided: some 2 KiB and 70 microseconds each."""
 
 TICKS = Limit("TICKS", "LAMPYRIS_MAX_TICKS", 250_000, "ticks")
-"""Ticks of a simulation that was not told when to end: some 2 milliseconds each."""
+"""Ticks of a simulation without a given end: some 2 milliseconds each."""
 
 DECISIONS = Limit("DECISIONS", "LAMPYRIS_MAX_DECISIONS", 100_000, "decisions")
 """Decisions of a drive, one a period: some 0.1 milliseconds each, and as much for each obstacle near."""
@@ -109,7 +109,7 @@ def demand_memory(height: int, width: int, border: int, what: str) -> None:
     ----------
     height, width : of the map, cells.
     border : how wide the border is that searches lay around it; a map of one row has more border than cells.
-    what : who asks, such as ``planning with astar``.
+    what : the caller, such as ``planning with astar``.
 
     Raises
     ------

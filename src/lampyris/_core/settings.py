@@ -146,7 +146,7 @@ def flag(default: bool) -> Any:
 
 
 def redeclared(parent: type, name: str, default: Any) -> Any:
-    """Declare a setting of a parent class anew, with another default."""
+    """Declare a setting of a parent class again, with another default."""
     return field(default=default, metadata={_KEY: settings_of(parent)[name]})
 
 

@@ -25,7 +25,7 @@ collecting again and again took a twelfth of the time of a small plan."""
 
 
 def main() -> None:
-    """Run the command line; every way out has its exit code, and none is a traceback."""
+    """Run the command line; every ending has its exit code, and none is a traceback."""
     demand_streams()
     if sys.stdout is None:
         print("error[FILE_WRITE]: standard output is closed", file=sys.stderr)
@@ -45,7 +45,7 @@ def main() -> None:
         gc.set_threshold(*threshold)
         warnings.showwarning = show
         try:
-            # Here, where a reader that has left can still be told from a fault; not at the interpreter's end.
+            # Here, where a closed pipe can still be distinguished from a fault; not at the interpreter's end.
             sys.stdout.flush()
             sys.stderr.flush()
         finally:
@@ -57,7 +57,7 @@ def _leave() -> None:
 
     Taking the interpreter down takes up to a quarter of a second; and where Ctrl-C came while some library
     ran code from a string, Python would end itself by the signal instead, even if the exception was caught.
-    Where processes were started, they are ended in the usual way. That multiprocessing is imported says
+    Where processes were started, they are ended as usual. That multiprocessing is imported says
     nothing: SciPy imports it for its own use, and planners that use SciPy took a fifth of a second to end.
     """
     processes = sys.modules.get("multiprocessing.process")

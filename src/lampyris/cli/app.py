@@ -35,7 +35,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     help="From a map to a safe, timed path among moving obstacles.",
-    epilog="Exit codes: 0 done, 2 bad words or values of the call, 3 a bad file, 4 no path or not arrived, "
+    epilog="Exit codes: 0 done, 2 wrong arguments, 3 a bad file, 4 no path or not arrived, "
     "5 limit, 6 internal fault or broken promise, 130 Ctrl-C.",
 )
 

@@ -67,12 +67,14 @@ Law = Annotated[
 ]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; may be given several times."),
+    typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same bytes.")]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of all random draws: same seed, same bytes.")]
 Resolution = Annotated[
     float | None,
-    typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
+    typer.Option(
+        "--resolution", metavar="M", help="Metres per cell, for maps that do not state it (default 1)."
+    ),
 ]
 RobotFile = Annotated[
     str | None,
@@ -93,18 +95,18 @@ Layer = Annotated[
     typer.Option(
         "--layer",
         metavar="luciferin|cost|none",
-        help="What lies under the path in the picture: luciferin, cost or none.",
+        help="The layer drawn under the path: luciferin, cost or none.",
     ),
 ]
 Csv = Annotated[
     Path | None,
     typer.Option(
-        "--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t_s, s, a, cause, x, y, why."
+        "--csv", metavar="FILE", help="One row per node: x_m, y_m, yaw, v, t_s, s, a, cause, x, y, why."
     ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 NoTiming = Annotated[
-    bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
+    bool, typer.Option("--no-timing", help="Leave timings out of the JSON: same call, same bytes.")
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
 Explain = Annotated[
@@ -113,7 +115,9 @@ Explain = Annotated[
 Save = Annotated[
     Path | None,
     typer.Option(
-        "--save-scenario", metavar="FILE", help="Write all of it to a file for `lampyris run` (.yaml, .json)."
+        "--save-scenario",
+        metavar="FILE",
+        help="Save this call as a scenario for `lampyris run` (.yaml, .json).",
     ),
 ]
 Values = Annotated[
@@ -121,7 +125,7 @@ Values = Annotated[
     typer.Option(
         "--values",
         metavar="occupancy|costmap",
-        help="What grey and numbers of the map mean: occupancy or costmap.",
+        help="How grey levels and numbers in the map are read: occupancy or costmap.",
     ),
 ]
 Colour = Annotated[
@@ -129,28 +133,30 @@ Colour = Annotated[
     typer.Option(
         "--colour",
         metavar="legend|luminance",
-        help="A colour not of the legend: legend refuses, luminance reads all as grey.",
+        help="Colours outside the legend: legend refuses them, luminance reads every colour as grey.",
     ),
 ]
 AllowOutside = Annotated[
-    bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
+    bool, typer.Option("--allow-outside", help="Allow file names that point outside the file's own folder.")
 ]
 MaxCells = Annotated[
     int | None,
     typer.Option(
-        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells (default 2^24)."
+        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps with more cells (default 2^24)."
     ),
 ]
 SetLaw = Annotated[
     list[str] | None,
     typer.Option(
-        "--set-law", metavar="KEY=VALUE", help="A setting of the law, such as blind.reach=5; several times."
+        "--set-law", metavar="KEY=VALUE", help="A setting of the law, such as blind.reach=5; repeatable."
     ),
 ]
 Zones = Annotated[
     Path | None,
     typer.Option(
-        "--zones", metavar="FILE", help="Speed zones: a Nav2 speed mask (.yaml), or m/s a cell (.npy, .csv)."
+        "--zones",
+        metavar="FILE",
+        help="Speed zones: a Nav2 speed mask (.yaml), or m/s per cell (.npy, .csv).",
     ),
 ]
 ObstacleRadius = Annotated[
@@ -159,7 +165,7 @@ ObstacleRadius = Annotated[
 Track = Annotated[
     list[Path] | None,
     typer.Option(
-        "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."
+        "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, one row per tick."
     ),
 ]
 Obstacles = Annotated[
@@ -179,7 +185,9 @@ Mobility = Annotated[
 PlanLimit = Annotated[
     float | None,
     typer.Option(
-        "--plan-limit", metavar="S", help="Seconds for each call of the planner; after that the robot waits."
+        "--plan-limit",
+        metavar="S",
+        help="Time limit of each planner call, seconds; after it the robot waits.",
     ),
 ]
 Rate = Annotated[

@@ -95,7 +95,7 @@ def check_ending(kind: str, path: Path) -> None:
 def demand_place(path: Path, *, append: bool = False) -> bool:
     """See that a file can be written there; whether there is one that would be lost.
 
-    Folders, pipes, sockets and disks are refused: opening a pipe without a reader would wait for ever.
+    Folders, pipes, sockets and disks are refused: opening a pipe without a reader would wait forever.
     ``/dev/null`` and other devices of characters may be written to, but not read back (``append``).
 
     Raises

@@ -212,7 +212,7 @@ def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[Obstac
     ------
     SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
     """
-    from lampyris.sim.traffic.mobility import MOBILITIES, crowd
+    from lampyris.sim.traffic.mobility import MOBILITIES, drawn_traffic
 
     mobility, rate, radius = options.mobility, options.rate, options.obstacle_radius
     check_choice("MOBILITY", "--mobility", mobility, MOBILITIES)
@@ -221,7 +221,7 @@ def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[Obstac
     made: list[ObstacleSpec] = [replace(one, radius=radius) for one in scene.traffic]
     made += [Recorded(read_track(p), radius) for p in options.tracks]
     fit = replace(scene, traffic=tuple(made))
-    more = crowd(mobility, options.obstacles, scene.grid, seed, rate=rate, radius=radius, fit=fit)
+    more = drawn_traffic(mobility, options.obstacles, scene.grid, seed, rate=rate, radius=radius, fit=fit)
     return (*made, *more)
 
 

@@ -27,7 +27,7 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     try:
         # Asked twice. By name first: merely opening some devices does something. Of the open file then: it
         # may have been changed for another in between. O_NONBLOCK, because opening a pipe nobody writes to
-        # would wait for ever.
+        # would wait forever.
         _regular(os.stat(name).st_mode, name)
         handle = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as stream:

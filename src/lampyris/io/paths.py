@@ -1,4 +1,4 @@
-"""A way from a file: where a robot is to drive, planned here or elsewhere.
+"""A path from a file: where a robot is to drive, planned here or elsewhere.
 
 Read are: a table (CSV) with columns ``x_m`` and ``y_m`` (metres of the map frame), as ``lampyris plan
 --csv`` and ``lampyris speed --csv`` write it, or ``x`` and ``y``, or two columns of numbers without a
@@ -31,12 +31,12 @@ YAML_VALUES = 40_000
 """Some 2,500 poses, read in 2 s; a longer one is quicker in JSON."""
 _NEAR = 1e-6
 """Cells: a point so near the centre of one is meant to be there. Metres printed with all their digits come
-back off by the last of them, and a way between two walls that touch would cut through one."""
+back off by the last of them, and a path between two walls that touch would cut through one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathPoints:
-    """Points of a way as a file has them.
+    """Points of a path as a file has them.
 
     Parameters
     ----------
@@ -67,10 +67,10 @@ class PathPoints:
         """
         here = (grid.width, grid.height, grid.resolution, grid.origin)
         if self.map is not None and self.map != here:
-            told = "{} x {} cells of {:g} m, origin {}".format(*self.map)
+            map_text = "{} x {} cells of {:g} m, origin {}".format(*self.map)
             raise FileError(
                 "WAY_MAP",
-                f"planned on a map of {told}",
+                f"planned on a map of {map_text}",
                 where=self.where,
                 allowed="{} x {} cells of {:g} m, origin {}".format(*here),
                 todo="give the map it was planned on",
@@ -85,8 +85,8 @@ class PathPoints:
         return xy[moves]
 
 
-def read_way(path: str | os.PathLike[str], units: str | None = None) -> PathPoints:
-    """Read a way.
+def read_path_points(path: str | os.PathLike[str], units: str | None = None) -> PathPoints:
+    """Read a path.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ def read_way(path: str | os.PathLike[str], units: str | None = None) -> PathPoin
         # The line with which `ros2 topic echo` ends a message begins a second document.
         text = data.rstrip()
         text = text.removesuffix(b"---") if text.endswith(b"\n---") else text
-        said = read_yaml(text, name, max_bytes=YAML_BYTES, max_values=YAML_VALUES)
-        return _from_document(said)
+        document = read_yaml(text, name, max_bytes=YAML_BYTES, max_values=YAML_VALUES)
+        return _from_document(document)
     if suffix == ".json" or data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{":
         return _from_document(read_json(data, name))
     return _from_table(data, name, units)
@@ -128,7 +128,7 @@ def _from_table(data: bytes, name: str, units: str | None) -> PathPoints:
     _few_enough(len(table.rows), f"{name}:{table.rows[-1][0]}")
     metric = {"x_m", "y_m"} <= set(table.columns)
     if table.columns:
-        # Our own tables have both: those in metres are for everybody, those in cells are the plan's.
+        # Our own tables have both: those in metres are for everyone, those in cells are the plan's.
         metric = metric and not (units == "cells" and {"x", "y"} <= set(table.columns))
         columns = table.find("x_m", "y_m") if metric else table.find("x", "y")
     else:
@@ -143,70 +143,70 @@ def _few_enough(n: int, where: str) -> None:
         raise LimitError("LIMIT", f"{n:,} points", where=where, allowed=f"at most {MAX_POINTS:,}")
 
 
-def _from_document(said: JsonDocument | YamlDocument) -> PathPoints:
+def _from_document(document: JsonDocument | YamlDocument) -> PathPoints:
     """A ROS path, alone or as rosbridge wraps it; or a plan of ours."""
-    data = said.data
-    way: tuple[str | int, ...] = ()
+    data = document.data
+    key_path: tuple[str | int, ...] = ()
     if isinstance(data.get("msg"), dict) and "poses" not in data:
-        data, way = data["msg"], ("msg",)
+        data, key_path = data["msg"], ("msg",)
     if isinstance(data.get("poses"), list):
-        return _from_poses(said, data, way)
+        return _from_poses(document, data, key_path)
     if "cells" in data and "planner" in data:
-        return _from_plan(said, data)
-    keys = ", ".join(shown(key) for key in list(said.data)[:5])
+        return _from_plan(document, data)
+    keys = ", ".join(shown(key) for key in list(document.data)[:5])
     what = f"an object with {keys}" if keys else "an empty object"
     allowed = "a nav_msgs/Path (`poses`), or what `lampyris plan --json` prints (`cells`)"
-    raise FileError("WAY", what, where=said.at(), allowed=allowed)
+    raise FileError("WAY", what, where=document.at(), allowed=allowed)
 
 
 def _from_poses(
-    said: JsonDocument | YamlDocument, data: dict[str, Any], way: tuple[str | int, ...]
+    document: JsonDocument | YamlDocument, data: dict[str, Any], key_path: tuple[str | int, ...]
 ) -> PathPoints:
-    way = (*way, "poses")
-    _few_enough(len(data["poses"]), said.at(*way))
+    key_path = (*key_path, "poses")
+    _few_enough(len(data["poses"]), document.at(*key_path))
     points = []
     for k, stamped in enumerate(data["poses"]):
         # A PoseStamped; a PoseArray of the same name has the pose itself.
-        pose, place = stamped, (*way, k)
+        pose, place = stamped, (*key_path, k)
         for step in ("pose", "position"):
             if step == "pose" and isinstance(pose, dict) and "position" in pose:
                 continue
             if not isinstance(pose, dict) or not isinstance(pose.get(step), dict):
                 raise FileError(
-                    "WAY", f"pose {k} has no {step}", where=said.at(*place), allowed="pose.position"
+                    "WAY", f"pose {k} has no {step}", where=document.at(*place), allowed="pose.position"
                 )
             pose, place = pose[step], (*place, step)
-        points.append([_number(said, pose.get(axis), (*place, axis)) for axis in "xy"])
+        points.append([_number(document, pose.get(axis), (*place, axis)) for axis in "xy"])
     if not points:
-        raise FileError("WAY", "a path without poses", where=said.at(*way), allowed="at least one")
+        raise FileError("WAY", "a path without poses", where=document.at(*key_path), allowed="at least one")
     header = data.get("header")
     frame = header.get("frame_id") if isinstance(header, dict) else None
     notes: tuple[str, ...] = ()
     if isinstance(frame, str) and frame not in ("", "map"):
         notes = (f"the path is in the frame {shown(frame)}; its numbers are taken for the map's",)
-    return PathPoints(np.array(points), "metres", notes=notes, where=said.where)
+    return PathPoints(np.array(points), "metres", notes=notes, where=document.where)
 
 
-def _from_plan(said: JsonDocument | YamlDocument, data: dict[str, Any]) -> PathPoints:
+def _from_plan(document: JsonDocument | YamlDocument, data: dict[str, Any]) -> PathPoints:
     cells = data["cells"]
     if not isinstance(cells, list) or not cells:
         what = "a plan that found no path" if not cells else f"{shown(cells)}"
-        raise FileError("WAY", what, where=said.at("cells"), allowed="a list of cells [x, y]")
-    _few_enough(len(cells), said.at("cells"))
+        raise FileError("WAY", what, where=document.at("cells"), allowed="a list of cells [x, y]")
+    _few_enough(len(cells), document.at("cells"))
     points = []
     for k, cell in enumerate(cells):
         if not isinstance(cell, list) or len(cell) != 2:
-            raise FileError("WAY", f"{shown(cell)}", where=said.at("cells", k), allowed="a cell [x, y]")
-        points.append([_number(said, cell[i], ("cells", k, i)) for i in (0, 1)])
-    return PathPoints(np.array(points), "cells", map=_map_of(data.get("map")), where=said.where)
+            raise FileError("WAY", f"{shown(cell)}", where=document.at("cells", k), allowed="a cell [x, y]")
+        points.append([_number(document, cell[i], ("cells", k, i)) for i in (0, 1)])
+    return PathPoints(np.array(points), "cells", map=_map_of(data.get("map")), where=document.where)
 
 
-def _map_of(told: Any) -> tuple[int, int, float, tuple[float, ...]] | None:
+def _map_of(record: Any) -> tuple[int, int, float, tuple[float, ...]] | None:
     """Shape and place of the map a plan is of, where it tells them as we write them."""
-    if not isinstance(told, dict):
+    if not isinstance(record, dict):
         return None
-    size = [told.get(key) for key in ("width", "height", "resolution")]
-    origin = told.get("origin")
+    size = [record.get(key) for key in ("width", "height", "resolution")]
+    origin = record.get("origin")
     numbers = [*size, *(origin if isinstance(origin, list) else ())]
     if len(numbers) != 6 or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers):
         return None
@@ -214,10 +214,10 @@ def _map_of(told: Any) -> tuple[int, int, float, tuple[float, ...]] | None:
     return width, height, float(resolution), tuple(map(float, pose))
 
 
-def _number(said: JsonDocument | YamlDocument, value: Any, way: tuple[str | int, ...]) -> float:
+def _number(document: JsonDocument | YamlDocument, value: Any, key_path: tuple[str | int, ...]) -> float:
     real = isinstance(value, int | float) and not isinstance(value, bool)
     if not real or not math.isfinite(value) or abs(value) > GREATEST:
-        what = f"{way[-1]} is {shown(value)}" if value is not None else f"{way[-1]} is missing"
+        what = f"{key_path[-1]} is {shown(value)}" if value is not None else f"{key_path[-1]} is missing"
         allowed = f"a number from -{GREATEST:g} to {GREATEST:g}"
-        raise FileError("WAY", what, where=said.at(*way), allowed=allowed)
+        raise FileError("WAY", what, where=document.at(*key_path), allowed=allowed)
     return float(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 LOOK = 256
-"""Cells expanded between two looks at the word that halts: 0.03 to 0.5 ms, by kernel."""
+"""Cells expanded between two cancellation checks: 0.03 to 0.5 ms, by kernel."""
 STRETCH = 4096
 """Cells written between two looks, where they are only written."""
 
@@ -34,5 +34,5 @@ def highest(word: Any) -> Any:
 
 
 def stopped(halt: Any) -> Any:
-    """Whether the call is to stop (:mod:`lampyris._core.cancellation`); read anew each time, from memory."""
+    """Whether the call is to stop (:mod:`lampyris._core.cancellation`); read again each time, from memory."""
     return halt[0] != 0

@@ -76,8 +76,8 @@ OWN_NS = 20_000_000
 VIEWED = 4096
 """Elements from which on an array that is only touched here and there is read in place, not made a list."""
 
-WAY = "way"
-"""The work of a kernel that follows one way through a map: the map's width, not its cells."""
+PATH = "path"
+"""The work of a kernel that follows one path through a map: the map's width, not its cells."""
 
 DAMAGE = (EOFError, UnpicklingError, ValueError, LookupError, AttributeError, ImportError, TypeError)
 """What reading damaged machine code may come to; whether it is, :meth:`Kernel.damaged` finds out."""
@@ -92,7 +92,7 @@ _ears: list[Callable[[bool], None]] = []
 
 
 class NothingKept(RuntimeWarning):
-    """Machine code could not be kept on disk: it works, but every process compiles anew."""
+    """Machine code could not be kept on disk: it works, but every process recompiles."""
 
     for_people = True
 
@@ -137,7 +137,7 @@ class Kernel:
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
         self._out = tuple(names.index(name) for name in out)
-        self._of = None if of in ("", WAY) else names.index(of)
+        self._of = None if of in ("", PATH) else names.index(of)
         self._sparse = of != ""
         self._arity = len(names)
         self._halts = names[-1:] == ("halt",)
@@ -152,10 +152,10 @@ class Kernel:
         args = self.complete(args)
         halt = args[-1]
         if halt[0]:
-            cancellation.halt()
+            cancellation.raise_cancelled()
         result = self._run(args)
         if halt[0]:
-            cancellation.halt()
+            cancellation.raise_cancelled()
         return result
 
     def complete(self, args: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -232,7 +232,7 @@ class Kernel:
     def linked(self) -> Callable[..., Any]:
         """The plain form with plain callees: the lists it passes on must never reach a compiled one."""
         if self._linked is None:
-            self._linked = _twin(self, lambda callee: callee.linked(), {})
+            self._linked = _variant(self, lambda callee: callee.linked(), {})
         return self._linked
 
     def compiled(self) -> Callable[..., Any]:
@@ -248,7 +248,7 @@ class Kernel:
         return made
 
     def forget(self) -> None:
-        """Compile anew when it is needed next."""
+        """Recompile when it is needed next."""
         self._compiled = None
 
     def prepare(self, types: tuple[Any, ...]) -> bool:
@@ -264,7 +264,7 @@ class Kernel:
             dispatcher.compile(types)
         return bool(sum(dispatcher.stats.cache_misses.values()) > before)
 
-    def kept_in(self) -> str | None:
+    def cache_folder(self) -> str | None:
         """The folder its machine code is kept in; None if it is not kept. Imports numba."""
         dispatcher: Any = self.compiled()
         folder: str | None = dispatcher.stats.cache_path
@@ -274,7 +274,7 @@ class Kernel:
         """What is kept beside its machine code and cannot be read. Imports numba."""
         from lampyris.kernels import _machine as machine
 
-        folder = self.kept_in()
+        folder = self.cache_folder()
         return [] if folder is None else machine.damaged(Path(folder))
 
 
@@ -308,7 +308,7 @@ def compiled_only() -> Iterator[None]:
     """Run every kernel of this thread in its compiled form, for times that are compared with one another.
 
     Otherwise the first of those compared would run in plain form, up to a hundred times slower, until what
-    may be spent on it is. Loading and compiling are told apart: see :mod:`.loading`.
+    may be spent on it is. Loading and compiling are reported apart: see :mod:`.loading`.
     """
     _compiled_only.depth += 1
     try:
@@ -348,11 +348,11 @@ def keep_nothing(what: str, why: str, todo: str = "") -> None:
     _keeping = False
     forget()
     todo = todo or "set NUMBA_CACHE_DIR to a folder that can be written to"
-    warnings.warn(NothingKept(f"{what}, so each run compiles anew: {why}; {todo}"), stacklevel=3)
+    warnings.warn(NothingKept(f"{what}, so each run recompiles: {why}; {todo}"), stacklevel=3)
 
 
 def forget() -> None:
-    """Compile every kernel anew, or read it from disk, when it is needed next."""
+    """Recompile every kernel, or read it from disk, when it is needed next."""
     for k in KERNELS:
         k.forget()
 
@@ -375,12 +375,12 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         lowest: machine.bit("cttz"),
         highest: machine.bit("ctlz"),
     }
-    twin = _twin(k, lambda callee: callee.compiled(), helpers)
+    variant = _variant(k, lambda callee: callee.compiled(), helpers)
     keep = _keeping and _cache_works(k)
     if keep:
-        twin.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
+        variant.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        made = machine.compiled(twin, cache=keep, forceinline=k.inline)
+        made = machine.compiled(variant, cache=keep, forceinline=k.inline)
         _time_loading(made)
         return made
     except RuntimeError as error:
@@ -404,7 +404,7 @@ def _time_loading(dispatcher: Any) -> None:
     dispatcher.compile = timed
 
 
-def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:
+def _variant(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:
     """The source over a copy of its module's globals, one form of each callee and helper in place of another.
 
     The module itself is left alone.
@@ -417,10 +417,12 @@ def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) 
             scope[name] = form(value)
         elif callable(value) and value in helpers:
             scope[name] = helpers[value]
-    twin = FunctionType(k.plain.__code__, scope, k.plain.__name__, k.plain.__defaults__, k.plain.__closure__)
-    twin.__module__ = k.plain.__module__
-    twin.__qualname__ = k.plain.__qualname__
-    return twin
+    variant = FunctionType(
+        k.plain.__code__, scope, k.plain.__name__, k.plain.__defaults__, k.plain.__closure__
+    )
+    variant.__module__ = k.plain.__module__
+    variant.__qualname__ = k.plain.__qualname__
+    return variant
 
 
 def _cache_works(k: Kernel) -> bool:

@@ -14,15 +14,15 @@ class ObstacleTrack(Noun):
 
     Parameters
     ----------
-    body : its number; the same obstacle keeps it.
+    obstacle : its number; the same obstacle keeps it.
     track : its cells at the ticks ``since``, ``since + 1``, ...; at least one.
     since : the tick of the first.
     period : what comes after the track's end: None, nothing is known; n, its last n cells again and again (1:
-        it stays for ever).
+        it stays forever).
     footprint : offsets (dx, dy) of the cells it covers around its own.
     """
 
-    body: int
+    obstacle: int
     track: tuple[Cell, ...]
     since: int = 0
     period: int | None = None
@@ -40,7 +40,7 @@ class Change(Noun):
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow). A cell that a Change blocked and another frees has its terrain again.
     tick : when the robot stands there: its next step ends at ``tick + 1``.
-    obstacle_tracks : the moving obstacles, for planners that see traffic; None: not told, then ``obstacles`` is all
+    obstacle_tracks : the moving obstacles, for planners that see traffic; None: unknown, then ``obstacles`` is all
         that is known. The two say the same of ``tick``, or of ``tick + 1`` where the obstacles have made
         their step and the robot has not.
     terrain : cells whose terrain value changed, with the new value, 0 to 252

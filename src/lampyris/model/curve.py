@@ -1,4 +1,4 @@
-"""Curve: a drivable way of straight pieces and arcs, with exact length and curvature."""
+"""Curve: a drivable path of straight pieces and arcs, with exact length and curvature."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Curve(Value):
     heading : float64 (n, 2): unit vector along which each piece begins.
     lengths : float64 (n,), metres, > 0.
     curvature : float64 (n,), 1/m: 0 on a straight piece, 1 / radius on an arc, with its sign.
-    end : the last point, cells. Told besides the pieces, so that the goal is exact.
+    end : the last point, cells. Given besides the pieces, so that the goal is exact.
     resolution : metres a cell.
     stops : int64 (k,), rising: pieces before which the robot must stand still and turn on the spot, because
         no arc that it can drive fits there.

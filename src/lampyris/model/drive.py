@@ -38,7 +38,7 @@ class Moment(Noun):
     word : what.
     xy : where, cells.
     sentence : in words.
-    body : which obstacle; -1: none.
+    obstacle : which obstacle; -1: none.
     """
 
     t: float
@@ -59,9 +59,9 @@ class Drive(Value, Tabular):
     Parameters
     ----------
     scene : what was simulated.
-    planner, law, seed : who planned, who chose the speed, and the root of every draw.
+    planner, law, seed : the planner, the speed law, and the seed of all random draws.
     outcome : how it ended.
-    curves : the ways followed, one after the other.
+    curves : the paths followed, one after the other.
     t, s, v, a : float64 (n,); seconds, metres, m/s, m/s2.
     leg : int64 (n,), index into ``curves``.
     cause : what bound the speed of each stretch; ``cause_index`` (int64 (n,)) which obstacle or node, -1 none.

@@ -39,7 +39,7 @@ class Edit(Noun):
     blocked: tuple[Cell, ...] = ()
     freed: tuple[Cell, ...] = ()
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,

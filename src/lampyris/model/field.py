@@ -15,14 +15,14 @@ from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Field(Value):
-    """What each cell knows of the way to the goal. Arrays are (height, width) and read-only.
+    """What each cell knows of the path to the goal. Arrays are (height, width) and read-only.
 
     Parameters
     ----------
     free : bool; where the robot's centre may be (inflated by its radius, gates closed if so asked).
     exact : exact integer cost to the goal (see :class:`Moves`), -1 where the goal cannot be reached.
     step : index into ``moves.offsets`` of ``parent - cell`` by the local rule; -1 at the goal and where
-        there is no way.
+        there is no path.
     luciferin : ``luc(goal) = 0``, ``luc(cell) = (1 - rho) luc(parent) + gamma cost(cell)``; inf where
         there is none.
     goal : the goal cell.

@@ -73,7 +73,7 @@ class Grid(Value):
     Parameters
     ----------
     blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls
-        and, unless the reader was told otherwise, unknown cells.
+        and, unless specified otherwise, unknown cells.
     unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
         None if there are none.
     terrain : uint8, same shape, 0 to 252, or None: what a cell costs to enter besides its distance, as a
@@ -97,7 +97,7 @@ class Grid(Value):
     name: str = field(default="")
     terrain: ByteGrid | None = None
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,

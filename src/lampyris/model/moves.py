@@ -9,7 +9,7 @@ straight = q and diagonal = p, two different pairs (n straights, m diagonals), (
 integer, the right side below ``|dm| / (2.83 q^2)``.) q = 38,613,965 exceeds the 2^24 cells a map may have,
 so one 64-bit integer *is* the pair: exact order, exact ties.
 
-On maps with terrain n and m count 63rds, weighed by the cells entered, and may exceed q on ways of a hundred
+On maps with terrain n and m count 63rds, weighed by the cells entered, and may exceed q on paths of a hundred
 thousand cells and more. The order is then that of the cost with p/q for sqrt 2, which is 2.4e-16 of it away,
 and what :meth:`Moves.value` gives is right to the same share.
 """

@@ -39,7 +39,7 @@ class ObstacleStates(Value):
     velocity: Points | None = None
     age: float = 0.0
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,
@@ -71,7 +71,7 @@ class ObstacleStates(Value):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(Value):
-    """Where one moving obstacle is over time: straight and uniform between the points told.
+    """Where one moving obstacle is over time: straight and uniform between the points given.
 
     Before the first time it is not there; after the last it stays where it is.
 
@@ -88,7 +88,7 @@ class Track(Value):
     radius: float
     top_speed: float
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,

@@ -76,12 +76,12 @@ def count_steps(cells: Cells, moves: Moves) -> tuple[int, ...]:
     walk = np.asarray(cells).reshape(-1, 2)
     d = walk[1:] - walk[:-1]
     product = d[:, 0] * d[:, 1]
-    dear = int(np.count_nonzero(product))
-    straight = len(product) - dear
+    oblique = int(np.count_nonzero(product))
+    straight = len(product) - oblique
     if not moves.knight:
-        return straight, dear
+        return straight, oblique
     knights = int(np.count_nonzero(np.abs(product) == 2))
-    return straight, dear - knights, knights
+    return straight, oblique - knights, knights
 
 
 def path_of(cells: Cells, moves: Moves, terrain: ByteGrid | None = None) -> Path:

@@ -52,7 +52,7 @@ _SENTENCES = {
     Status.HEMMED_IN: "Moving obstacles stand on every acceptable neighbour of the robot.",
     Status.ITERATION_LIMIT: "Stopped at iter_max before the goal was reached.",
     Status.LIMIT: "Stopped at the budget before the search was over.",
-    Status.CANCELLED: "Stopped because somebody asked for it.",
+    Status.CANCELLED: "Stopped on request.",
 }
 
 
@@ -97,26 +97,25 @@ class Plan(Value, Tabular):
     jumps : AD-GSO's record, when asked for.
     best_by_iteration : a swarm's record, when asked for: the fitness of its best answer so far, in cells,
         after each iteration (infinity before there is one); it never rises.
-    gates_met : cells at which the ``replan`` gate policy sealed a gate and planned anew.
+    gates_met : cells at which the ``replan`` gate policy sealed a gate and replanned.
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
         baselines' "path cost".
-    repaired : whether moving obstacles count as walls in it: there was no other way to go on.
+    repaired : whether moving obstacles count as walls in it: there was no other path.
     gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``min_clearance``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
         centre, see :func:`lampyris.planning.field.gates.find_gates`.
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.
-    frame : where the map's cells lie in metres; None: not told (plans of a session).
-    pose_path : of a planner that plans headings: what is driven. ``path`` then holds the cells that the base passes
-        through.
+    frame : where the map's cells lie in metres; None: unknown (plans of a session).
+    pose_path : of a planner of poses: what is driven. ``path`` then holds the cells that the base passes through.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
-    attributes : what the path minds besides its length, with the values in effect: ``min_clearance`` (cells to
+    attributes : what the path considers besides its length, with the values in effect: ``min_clearance`` (cells to
         walls), ``obstacle_density_weight``, ``window`` (cells), ``traffic_density_weight``; empty: nothing.
         What makes a curve of the path keeps to them.
     notes : sentences a person should read, such as which of the attributes were weakened, and why.

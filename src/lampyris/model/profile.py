@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Profile(Value, Tabular):
-    """A speed for every node of a way, with the cause that binds it.
+    """A speed for every node of a path, with the cause that binds it.
 
     A wait is two nodes at one distance, both with v = 0 and a = 0, the second later than the first.
 
@@ -30,7 +30,7 @@ class Profile(Value, Tabular):
     ----------
     law : the law's name. The dissertation's own is in velocity units, one transfer a node; all others are in
         SI units.
-    s : distance along the way at each node, never falling; metres, or cells for ``dissertation``; shape (n,).
+    s : distance along the path at each node, never falling; metres, or cells for ``dissertation``; shape (n,).
     v : speed at each node; m/s, or velocity units.
     a : acceleration on the way to the next node (0 at the last); m/s2, or velocity units a transfer.
     t : time of arrival at each node; seconds, or transfers.
@@ -41,7 +41,7 @@ class Profile(Value, Tabular):
     caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
         chart draws as faint lines.
     xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
-    frame : where the map's cells lie in metres; None: not told.
+    frame : where the map's cells lie in metres; None: unknown.
     """
 
     law: str

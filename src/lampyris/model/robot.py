@@ -35,9 +35,9 @@ class Robot(Noun):
     a_max : greatest acceleration.
     d_max : greatest braking.
     a_lat_max : greatest lateral acceleration in a bend.
-    turn_radius : smallest radius it drives. Where no arc of that radius fits, it stands still and turns on the
-        spot. 0: it drives any bend, as slowly as a_lat_max requires.
-    jerk_max : greatest change of acceleration; it binds profiles, not drives.
+    turn_radius : smallest turning radius. Where no arc of that radius fits, it stands still and turns on the
+        spot. 0: any bend, as slowly as a_lat_max requires.
+    jerk_max : greatest jerk; it limits profiles, not drives.
     drive : how it moves, for planners that plan headings: differential turns in place, ackermann does not,
         omnidirectional also moves sideways. Planners on cells do not look at it.
     footprint : vertices (x ahead, y to the left) of its outline in metres, in order; the origin is its base, the

@@ -106,10 +106,12 @@ class Scene(Value):
         object.__setattr__(self, "traffic", tuple(listed))
         _small_enough(self.grid, "robot", self.robot.radius, "robot.radius")
         for k, one in enumerate(self.traffic):
-            body: object = one
-            if not isinstance(body, ObstacleSpec):
+            obstacle: object = one
+            if not isinstance(obstacle, ObstacleSpec):
                 allowed = "RandomWalk, Patrol, Crossing or Recorded"
-                raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
+                raise SettingError(
+                    "TYPE", f"a {type(obstacle).__name__}", where=f"traffic[{k}]", allowed=allowed
+                )
             check_obstacle(self.grid, k, one)
         object.__setattr__(self, "zones", None if zones is None else _zones(grid, zones))
         object.__setattr__(self, "edits", check_edits(grid, edits, first=1))

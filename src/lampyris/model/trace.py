@@ -45,7 +45,7 @@ class Outcome(StrEnum):
 _SENTENCES = {
     Outcome.ARRIVED: "The robot arrived at the goal.",
     Outcome.HIT: "An obstacle that does not yield ran into the robot while it stood still.",
-    Outcome.BLOCKED: "Moving obstacles kept every way closed for longer than the robot's patience.",
+    Outcome.BLOCKED: "Moving obstacles kept every path closed for longer than the robot's patience.",
     Outcome.TIMEOUT: "The last tick came before the robot arrived.",
     Outcome.NO_PATH: "No path: walls separate the start from the goal.",
     Outcome.START_OCCUPIED: "The start is not a free cell for this robot.",
@@ -72,19 +72,19 @@ class Trace(Value, Tabular):
     Parameters
     ----------
     scene : what was simulated.
-    planner, seed : who drove, and the root of every draw.
+    planner, seed : the planner, and the seed of all random draws.
     outcome : how it ended.
     robot : int32 (ticks + 1, 2); the robot's cell at each tick from 0. A waiting robot repeats its cell.
-    tracks : one int32 (ticks + 1 - appears, 2) for each body, from the tick it appeared.
-    appears : the tick each body appeared, never falling from one body to the next.
+    tracks : one int32 (ticks + 1 - appears, 2) for each obstacle, from the tick it appeared.
+    appears : the tick each obstacle appeared, never falling from one obstacle to the next.
     obstacle_specs : what each was.
     speed, cause : the robot's speed at each tick and what bound it; ``law`` and ``units`` say by which rule.
     events : in order of time.
     replans, waits : how often.
-    path_switches : how often a new plan left the way of the old one although its next step could be made.
+    path_switches : how often a new plan left the path of the old one although its next step could be made.
     iterations : the planner's rounds that were driven.
     expansions : cells expanded, all plannings together.
-    path : the way really driven, waits left out; None when the robot never could start.
+    path : the path really driven, waits left out; None when the robot never could start.
     detail : why it ended so, in words.
     last_tick : the tick at which it would have ended in any case; None: not known.
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
@@ -164,11 +164,11 @@ class Trace(Value, Tabular):
 
     @property
     def cost(self) -> float:
-        """Cost of the way driven, in cells."""
+        """Cost of the path driven, in cells."""
         return 0.0 if self.path is None else self.path.cost
 
     def obstacles_at(self, tick: int) -> list[Cell]:
-        """The cell of each body that is there at a tick, in order of appearance."""
+        """The cell of each obstacle that is there at a tick, in order of appearance."""
         return [
             (int(track[tick - t0, 0]), int(track[tick - t0, 1]))
             for track, t0 in zip(self.tracks, self.appears, strict=True)

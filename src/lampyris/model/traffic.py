@@ -1,4 +1,4 @@
-"""Traffic: what moves besides the robot. A scene holds specifications; a simulation turns them into bodies
+"""Traffic: what moves besides the robot. A scene holds specifications; a simulation turns them into obstacles
 with tracks.
 
 Yielding: random walkers and patrols wait for the robot; crossing and recorded obstacles do not. One of
@@ -19,7 +19,7 @@ from lampyris._core.scalars import in_range, is_real
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell, CellsLike
 
-MAX_BODIES = 10_000
+MAX_OBSTACLES = 10_000
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -41,7 +41,7 @@ class RandomWalk(Noun):
     radius: float = 0.0
     starts: tuple[Cell, ...] = ()
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,
@@ -69,7 +69,7 @@ class RandomWalk(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Patrol(Noun):
-    """One obstacle that drives along waypoints and back, for ever, by shortest ways; it waits where its way
+    """One obstacle that drives along waypoints and back, forever, by shortest paths; it waits where its path
     is taken.
 
     Parameters
@@ -81,7 +81,7 @@ class Patrol(Noun):
     waypoints: tuple[Cell, ...]
     radius: float = 0.0
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,
@@ -102,7 +102,7 @@ class Crossing(Noun):
 
     Parameters
     ----------
-    count : how many; their ways are drawn from the simulation's seed.
+    count : how many; their paths are drawn from the simulation's seed.
     radius : metres.
     """
 
@@ -116,7 +116,7 @@ class Crossing(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Recorded(Noun):
-    """One obstacle that replays a track, whatever anybody does: one cell a tick, then it stays at the last.
+    """One obstacle that replays a track, whatever the others do: one cell a tick, then it stays at the last.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class Recorded(Noun):
     track: tuple[Cell, ...]
     radius: float = 0.0
 
-    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
         def __init__(
             self,
@@ -171,9 +171,9 @@ class Obstacle(Noun):
 def _count(count: Any) -> int:
     if not (isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 0):
         raise SettingError.of("TRAFFIC_COUNT", "traffic.count", shown(count), allowed="a whole number >= 0")
-    if count > MAX_BODIES:
+    if count > MAX_OBSTACLES:
         what = f"{shown(count)} obstacles"
-        raise LimitError("LIMIT", what, allowed=f"at most {MAX_BODIES}", setting="traffic.count")
+        raise LimitError("LIMIT", what, allowed=f"at most {MAX_OBSTACLES}", setting="traffic.count")
     return int(count)
 
 

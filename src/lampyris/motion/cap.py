@@ -1,4 +1,4 @@
-"""Cap: one rule's speeds at the nodes of a course, and what a rule may look at besides the map."""
+"""Cap: one rule's speeds at the nodes of a sampled path, and what a rule may look at besides the map."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Around:
 
     Parameters
     ----------
-    cells : int64 (m, 2): cells that bodies of the tick model cover.
+    cells : int64 (m, 2): cells that obstacles of the tick model cover.
     movers : discs in continuous time; None: there are none.
     """
 

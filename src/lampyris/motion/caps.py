@@ -48,7 +48,7 @@ def approach(left: Floats, *, v_max: float, distance: float, v_app: float) -> Fl
 
     Parameters
     ----------
-    left : metres of the way that are left; (n,).
+    left : metres of the path that are left; (n,).
     v_max : m/s, at the distance where it begins and beyond.
     distance : metres, > 0.
     v_app : m/s, > 0: never less for this reason; the goal itself is braked for.

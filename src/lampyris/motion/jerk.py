@@ -21,7 +21,7 @@ limit, where it outweighs the objective's) is left out, so every step descends.
 
 It begins, from rest, with the profile without a jerk limit driven slower throughout: with v times k,
 accelerations change by k^2 and jerks by k^3. A robot that drives already cannot do so; there a profile half
-way between the fastest and the hardest braking is brought down to the limit by the method of centres (Huard
+path between the fastest and the hardest braking is brought down to the limit by the method of centres (Huard
 1967). Where that does not arrive, none is found and the start speed is refused; that none exists is not
 proven. Times lost, beside bounds: docs/speed/profile.md.
 """
@@ -105,14 +105,14 @@ def rest_to_rest(ds: float, rate: float, jerk_max: float, cap: float) -> float:
     """
 
     def ramp(v: float) -> float:
-        """Seconds from rest to v, half of which times v is the way."""
+        """Seconds from rest to v, half of which times v is the distance."""
         if v * jerk_max >= rate * rate:
             return v / rate + rate / jerk_max
         return 2.0 * math.sqrt(v / jerk_max)
 
-    way = cap * ramp(cap) if math.isfinite(cap) else math.inf
-    if way <= ds:
-        return 2.0 * ramp(cap) + (ds - way) / cap
+    ramp_length = cap * ramp(cap) if math.isfinite(cap) else math.inf
+    if ramp_length <= ds:
+        return 2.0 * ramp(cap) + (ds - ramp_length) / cap
     # v ramp(v) = ds, either from a quadratic or from v^3 = ds^2 jerk_max / 4.
     flat = rate * rate / jerk_max
     v = 0.5 * (math.sqrt(flat * flat + 4.0 * rate * ds) - flat)

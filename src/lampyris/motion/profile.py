@@ -85,10 +85,10 @@ def feasible_profile(
         only, where the robot may stand, and at stops, and not at both nodes of an edge.
     a_max, d_max : m/s2, > 0.
     v0 : m/s at the first node, >= 0.
-    on_infeasible : what to do with a v0 too fast for the caps or the way that is left. ``raise`` refuses.
+    on_infeasible : what to do with a v0 too fast for the caps or the rest of the path. ``raise`` refuses.
         ``brake`` is for a robot that already drives when an obstacle turns up: it brakes with d_max from
         the first node on and exceeds a cap for as long as that takes (cause ``braking``); if even so it
-        cannot stand at the last node, the speed left there is told, not hidden. A feasible v0 gives the
+        cannot stand at the last node, the speed left there is reported, not hidden. A feasible v0 gives the
         same profile either way.
     stop : bool (n,): where the robot stands still to turn on the spot, cause ``turn``; None: nowhere.
     jerk_max : m/s3, the greatest change of acceleration, see :mod:`lampyris.motion.jerk`; None: no limit.
@@ -97,7 +97,7 @@ def feasible_profile(
     Returns
     -------
     v with v[0] = v0 and v[n-1] = 0; a[i] = (v[i+1]^2 - v[i]^2) / (2 ds), the constant acceleration on the
-    way to node i + 1, and 0 at the last; t with t[0] = 0 and t[i+1] = t[i] + 2 ds / (v[i] + v[i+1]), exact
+    path to node i + 1, and 0 at the last; t with t[0] = 0 and t[i+1] = t[i] + 2 ds / (v[i] + v[i+1]), exact
     for it. Speed is monotone between nodes, so a limit that holds at two neighbours holds between them.
 
     Rounding: ``v[i+1]^2 <= v[i]^2 + 2 a_max ds``, its mirror image for braking, and the caps hold to 1e-12 of the
@@ -124,32 +124,32 @@ def feasible_profile(
     s = np.asarray(s, dtype=np.float64)
     ds = _edges(s)
     halt = np.zeros(len(s), dtype=np.bool_) if stop is None else np.asarray(stop, dtype=np.bool_)
-    way = _Way(s, ds, halt, _checked(s, caps, halt, a_max, d_max), a_max, d_max)
-    swept = _swept(way, v0)
+    path = _CappedPath(s, ds, halt, _checked(s, caps, halt, a_max, d_max), a_max, d_max)
+    swept = _swept(path, v0)
     feasible = bool(swept.v[0] >= v0 * v0 * (1.0 - _ROUNDING))
     if not feasible:
         if on_infeasible == "raise":
-            raise _infeasible(way, v0)
-        swept = _swept(way, v0, hard=True)
+            raise _infeasible(path, v0)
+        swept = _swept(path, v0, hard=True)
     x, cause, cause_index = swept.v, swept.cause, swept.cause_index
     x[0], cause[0], cause_index[0] = v0 * v0, START, -1
     if jerk_max is not None and feasible:
         smooth = limited(ds, x, a_max=a_max, d_max=d_max, jerk_max=_limit("jerk_max", jerk_max))
         if smooth is not None:
-            _name_again(way, x, smooth, cause, cause_index)
+            _name_again(path, x, smooth, cause, cause_index)
             x = smooth
         elif on_infeasible == "raise":
-            raise _too_jerky(way, v0, jerk_max)
+            raise _too_jerky(path, v0, jerk_max)
     v = np.sqrt(x)
     v[0] = v0
     a, t = np.zeros(len(s)), np.zeros(len(s))
     # Where an edge is short for its speed, the difference of squares is mostly rounding.
     np.clip((x[1:] - x[:-1]) / (2.0 * ds), -d_max, a_max, out=a[:-1])
-    clock(_durations(way, v, jerk_max), t)
+    clock(_durations(path, v, jerk_max), t)
     return Feasible(v, a, t, swept.words, cause_index)
 
 
-class _Way(NamedTuple):
+class _CappedPath(NamedTuple):
     """Where and how fast the robot may drive."""
 
     s: Floats
@@ -160,34 +160,34 @@ class _Way(NamedTuple):
     d_max: float
 
 
-def _swept(way: _Way, v0: float, *, hard: bool = False) -> Lowest:
+def _swept(path: _CappedPath, v0: float, *, hard: bool = False) -> Lowest:
     """Greatest squares of speed, their causes and what those speak of; x[0] below v0^2 if v0 is too fast.
 
     ``hard`` raises them to what full braking from v0 cannot avoid.
     """
-    x = way.low.v * way.low.v
-    cause, cause_index = way.low.cause.copy(), way.low.cause_index.copy()
-    for where, code in ((way.halt, TURN), (-1, GOAL), (0, START)):
+    x = path.low.v * path.low.v
+    cause, cause_index = path.low.cause.copy(), path.low.cause_index.copy()
+    for where, code in ((path.halt, TURN), (-1, GOAL), (0, START)):
         cause[where], cause_index[where] = code, -1
-    x[way.halt] = x[-1] = 0.0
+    x[path.halt] = x[-1] = 0.0
     x[0] = min(x[0], v0 * v0)
-    out = Lowest(x, cause, cause_index, way.low.names)
-    keeps, down = out.keeps, 2.0 * way.d_max * way.ds
+    out = Lowest(x, cause, cause_index, path.low.names)
+    keeps, down = out.keeps, 2.0 * path.d_max * path.ds
     if hard:
         brake_floor(x, down, v0 * v0, cause)
-    sweep(x, 2.0 * way.a_max * way.ds, down, keeps, cause, cause_index)
+    sweep(x, 2.0 * path.a_max * path.ds, down, keeps, cause, cause_index)
     return out
 
 
 def _name_again(
-    way: _Way, fastest: Floats, x: Floats, cause: NDArray[np.int64], cause_index: NDArray[np.int64]
+    path: _CappedPath, fastest: Floats, x: Floats, cause: NDArray[np.int64], cause_index: NDArray[np.int64]
 ) -> None:
     """Causes of a profile with a limit on jerk: what bound the one without, where it is as fast, or jerk."""
-    a = (x[1:] - x[:-1]) / (2.0 * way.ds)
+    a = (x[1:] - x[:-1]) / (2.0 * path.ds)
     free = x < fastest * (1.0 - _BINDS)
     cause[free], cause_index[free] = JERK, -1
-    cause[1:][free[1:] & (a >= way.a_max * (1.0 - _BINDS))] = ACCELERATION
-    cause[:-1][free[:-1] & (a <= -way.d_max * (1.0 - _BINDS))] = BRAKING
+    cause[1:][free[1:] & (a >= path.a_max * (1.0 - _BINDS))] = ACCELERATION
+    cause[:-1][free[:-1] & (a <= -path.d_max * (1.0 - _BINDS))] = BRAKING
     k = len(x) - 1
     for i in range(len(x) - 2, -1, -1):
         if cause[i] == BRAKING:
@@ -258,24 +258,24 @@ def _checked(
         raise SettingError(
             "PROFILE_BLOCKED",
             f"the robot may not drive at node {k}, {float(s[k] - s[0]):.6g} m from the start: "
-            f"0 m/s for the cause {_told(low, k)}",
+            f"0 m/s for the cause {_cause_name(low, k)}",
             where="path",
             allowed="a speed above 0 everywhere but at the ends and where the robot stops to turn, "
             "and at one node of each edge",
-            todo="plan another way, or wait",
+            todo="plan another path, or wait",
         )
     return low
 
 
-def _told(low: Lowest, k: int) -> str:
+def _cause_name(low: Lowest, k: int) -> str:
     """Cause and cause_index of node k in words."""
     word, of = low.names[low.cause[k]], int(low.cause_index[k])
     return word if of < 0 else f"{word} {of}"
 
 
-def _durations(way: _Way, v: Floats, jerk_max: float | None) -> Floats:
+def _durations(path: _CappedPath, v: Floats, jerk_max: float | None) -> Floats:
     """Seconds on each edge: exact for its constant acceleration, or from rest to rest."""
-    ds, cap = way.ds, way.low.v
+    ds, cap = path.ds, path.low.v
     pace = v[:-1] + v[1:]
     rest = pace == 0.0
     if not rest.any():
@@ -284,7 +284,7 @@ def _durations(way: _Way, v: Floats, jerk_max: float | None) -> Floats:
     dt = 2.0 * ds / np.where(rest, 1.0, pace)
     for k in np.flatnonzero(rest).tolist():
         length, low, high = float(ds[k]), *sorted((float(cap[k]), float(cap[k + 1])))
-        a, d = way.a_max, way.d_max
+        a, d = path.a_max, path.d_max
         if low == 0.0:
             # The caps' squares are taken as straight lines between nodes: from 0, they bound a ramp.
             ramp = high * high / (2.0 * length)
@@ -299,20 +299,20 @@ def _durations(way: _Way, v: Floats, jerk_max: float | None) -> Floats:
     return dt
 
 
-def _infeasible(way: _Way, v0: float) -> SettingError:
-    """The refusal, told by the node that asks for the slowest start."""
-    s, low, d_max = way.s, way.low, way.d_max
-    cap = np.where(way.halt, 0.0, low.v)
+def _infeasible(path: _CappedPath, v0: float) -> SettingError:
+    """The error, with the node that requires the slowest start."""
+    s, low, d_max = path.s, path.low, path.d_max
+    cap = np.where(path.halt, 0.0, low.v)
     cap[-1] = 0.0
     x = (cap * cap).tolist()
     # The very sums of the backward pass, so that the speed named is one that it lets through.
     k = len(x) - 1
     start = x[k]
-    for i, fall in zip(range(len(x) - 2, -1, -1), reversed((2.0 * d_max * way.ds).tolist()), strict=True):
+    for i, fall in zip(range(len(x) - 2, -1, -1), reversed((2.0 * d_max * path.ds).tolist()), strict=True):
         start += fall
         if x[i] <= start:
             k, start = i, x[i]
-    why = "goal" if k == len(x) - 1 else "turn" if way.halt[k] else _told(low, k)
+    why = "goal" if k == len(x) - 1 else "turn" if path.halt[k] else _cause_name(low, k)
     needed = (v0 * v0 - x[k]) / (2.0 * d_max)
     greatest = math.sqrt(start) if start >= _SMALL * _SMALL else 0.0
     return SettingError(
@@ -325,15 +325,15 @@ def _infeasible(way: _Way, v0: float) -> SettingError:
     )
 
 
-def _too_jerky(way: _Way, v0: float, jerk_max: float) -> SettingError:
+def _too_jerky(path: _CappedPath, v0: float, jerk_max: float) -> SettingError:
     """The refusal of a start speed from which no profile was found that keeps the limit on jerk."""
     known = 0.0
     for k in range(1, 13):
         more = known + math.ldexp(v0, -k)
-        x = _swept(way, more).v
+        x = _swept(path, more).v
         x[0] = more * more
-        limits = {"a_max": way.a_max, "d_max": way.d_max, "jerk_max": jerk_max}
-        if limited(way.ds, x, **limits, any_will_do=True) is not None:
+        limits = {"a_max": path.a_max, "d_max": path.d_max, "jerk_max": jerk_max}
+        if limited(path.ds, x, **limits, any_will_do=True) is not None:
             known = more
     return SettingError(
         "PROFILE_INFEASIBLE",

@@ -24,7 +24,7 @@ def checked_kind(where: str, value: Any, kind: type, *, none: bool = False) -> N
         raise SettingError("LAW_SETTING", shown(value), where=where, allowed=allowed)
 
 
-def told(settings: Any) -> dict[str, Any]:
+def flattened(settings: Any) -> dict[str, Any]:
     """Settings of a law as one flat table, dotted names for nested ones; None where a rule is off."""
     out: dict[str, Any] = {}
     for f in fields(settings):
@@ -32,7 +32,7 @@ def told(settings: Any) -> dict[str, Any]:
         if f.name in _HIDDEN:
             continue
         if is_dataclass(value):
-            out.update({f"{f.name}.{key}": v for key, v in told(value).items()})
+            out.update({f"{f.name}.{key}": v for key, v in flattened(value).items()})
         else:
             out[f.name] = value
     return out
@@ -52,7 +52,7 @@ def changed(settings: Any, given: Mapping[str, Any], kinds: Mapping[str, type], 
 
     Raises
     ------
-    SettingError : ``LAW_SETTING``: a name nobody knows, or a value out of its range.
+    SettingError : ``LAW_SETTING``: an unknown name, or a value out of its range.
     """
     plain: dict[str, Any] = {}
     inner: dict[str, dict[str, Any]] = {}
@@ -78,7 +78,7 @@ def changed(settings: Any, given: Mapping[str, Any], kinds: Mapping[str, type], 
     base = replace(settings, **plain)
     for rule, some in inner.items():
         if rule in plain and plain[rule] is None:
-            # Nested settings beside "off" are told for a rule that is off: files that were saved whole.
+            # Nested settings next to "off" are accepted for a rule that is off: files that were saved whole.
             raise SettingError(
                 "LAW_SETTING",
                 f"{rule} is off and has settings",

@@ -17,7 +17,7 @@ def edited(scene: Scene, change: Change, under_walls: dict[Cell, int] | None = N
     """The scene with the cells of ``change.blocked``, ``freed`` and ``terrain`` as they are now; itself if
     there are none.
 
-    A cell named in both is blocked. Planners with a robot of some radius make their free space anew from
+    A cell named in both is blocked. Planners with a robot of some radius make their free space again from
     it: one wall takes more than one cell from them.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Fields of one living map with different cells sealed, repaired from one to the next, not solved anew."""
+"""Fields of one living map with different cells sealed, repaired from one to the next, not solved from scratch."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from lampyris.typing import BoolGrid, ByteGrid, Cell
 class LivingMap:
     """What :func:`lampyris.planning.edits.edited` makes of a scene, without a copy of the map at each Change.
 
-    For a robot of some radius one wall takes a disc of cells: free space is made anew in a window around what
+    For a robot of some radius one wall takes a disc of cells: free space is made again in a window around what
     changed, twice as wide as the robot reaches, which is all that can matter there.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Planners by name, found by entry point: built-ins and guests alike."""
+"""Planners by name, found by entry point: built-in and third-party alike."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _entries(group: str = GROUP) -> Mapping[str, EntryPoint]:
 
 
 def names() -> tuple[str, ...]:
-    """The names of all planners on cells that are registered, sorted; a guest among them may fail to load."""
+    """The names of all planners on cells that are registered, sorted; a third-party one may fail to load."""
     return tuple(_entries())
 
 
@@ -103,7 +103,7 @@ def planner_class(name: str) -> type[Planner]:
 
 
 def _broken(entry: EntryPoint, what: str) -> InputError:
-    """The error for a guest that cannot be used; it names the package that has to be repaired."""
+    """The error for a third-party planner that cannot be used; it names the package that has to be repaired."""
     package = origin_of(entry.name) or "lampyris"
     return InputError(
         "PLANNER_BROKEN",
@@ -115,7 +115,7 @@ def _broken(entry: EntryPoint, what: str) -> InputError:
 
 @cache
 def origin_of(name: str) -> str:
-    """The distribution and its version that a planner of a guest comes from; empty for our own.
+    """The distribution and its version that a third-party planner comes from; empty for our own.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def row_of(name: str) -> PlannerInfo:
 def list_planners() -> Mapping[str, PlannerInfo]:
     """Every planner with its traits, settings and source, by name.
 
-    A guest that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
+    A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
     """
     rows = {}
     for name in names():

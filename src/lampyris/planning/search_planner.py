@@ -124,7 +124,7 @@ class SearchPlanner:
 
 
 class SearchSession(SessionBase):
-    """A session that remembers the map and the robot, and searches anew at every call."""
+    """A session that remembers the map and the robot, and runs a new search at every call."""
 
     def __init__(self, planner: SearchPlanner, scene: Scene, rng: np.random.Generator) -> None:
         self._planner, self._scene, self._robot, self._rng = planner, scene, scene.start, rng

@@ -42,7 +42,7 @@ def chosen_planner(
     if isinstance(planner, str):
         if inner is None:
             known = registry.settings_of(registry.planner_class(planner))
-            _refuse_clash(verb.__name__, planner, known, _told(verb, own))
+            _refuse_clash(verb.__name__, planner, known, _options_given(verb, own))
         for name in settings.keys() & (inner or {}).keys():
             raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
         return registry.make(planner, {**settings, **(inner or {})})
@@ -78,7 +78,7 @@ def demand_cells(planner: Planner, doing: str) -> None:
         )
 
 
-def _told(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:
+def _options_given(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:
     """Names of the function's own arguments that were given another value than they have by themselves."""
     defaults = _defaults(verb)
     return [
@@ -99,8 +99,8 @@ def _equal(value: Any, default: Any) -> bool:
     return isinstance(value, int | str) and type(value) is type(default) and bool(value == default)
 
 
-def _refuse_clash(verb: str, planner: str, known: Iterable[str], told: Iterable[str]) -> None:
-    for name in told:
+def _refuse_clash(verb: str, planner: str, known: Iterable[str], options: Iterable[str]) -> None:
+    for name in options:
         if name in known:
             raise UsageError(
                 "SETTING_CLASH",

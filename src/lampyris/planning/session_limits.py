@@ -21,7 +21,7 @@ class Limited(Protocol):
     def drop(self, anywhere: bool) -> str:
         """Let go of what a stopped call may have left half done; the planner's name.
 
-        What the session was told (where the robot is, what the map is like) stays.
+        What the session was given (the robot's place, the map) stays.
 
         Parameters
         ----------
@@ -38,7 +38,7 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
     """Make a session's ``plan`` keep to the seconds and the stop of its budget.
 
     After a call that was stopped the session gives the answers of one that never had that call, save that
-    it knows the Change: what may be half done is made anew, draws are taken back.
+    it knows the Change: what may be half done is made again, draws are taken back.
     """
 
     @functools.wraps(plan)
@@ -68,12 +68,12 @@ def _outer(own: CancelScope) -> bool:
 def stopped_plan(name: str, own: CancelScope, seconds: float | None) -> Plan:
     """The answer of a call that was stopped.
 
-    How far it had come is not told: it would be another figure in each run.
+    Progress is not reported: it would differ from run to run.
     """
-    if own.was_told:
+    if own.was_cancelled:
         return Plan(Status.CANCELLED, name)
-    told = f"Stopped after {seconds:g} s, its limit, before the search was over."
-    return Plan(Status.LIMIT, name, detail=told)
+    sentence = f"Stopped after {seconds:g} s, its limit, before the search was over."
+    return Plan(Status.LIMIT, name, detail=sentence)
 
 
 def within(budget: Budget | None, name: str, answer: Callable[[], Plan]) -> Plan:

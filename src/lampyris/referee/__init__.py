@@ -1,4 +1,4 @@
-"""The referee: the stranger who judges paths, plans, profiles, traces and drives, and names the broken rule.
+"""The referee: an independent check that judges paths, plans, profiles, traces and drives, and names the broken rule.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each
@@ -6,7 +6,7 @@ costs added up, discs laid against walls and clearances measured a second time h
 :class:`lampyris.errors.InternalFault`; :func:`certify` does both.
 
 What it cannot see: whether a "no path" is true (the tests compare that with an exhaustive search), and, of a
-trace, what happens *between* ticks beyond swaps and crossings: there bodies are cells at ticks. Of a drive
+trace, what happens *between* ticks beyond swaps and crossings: there obstacles are cells at ticks. Of a drive
 they are discs in continuous time, and every moment of it is judged.
 """
 

@@ -33,18 +33,18 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
     if plan.path is None:
         return Violation("waypoints", "plan", "there are waypoints without a path")
     cells = [(int(x), int(y)) for x, y in plan.path.cells]
-    told = [(int(x), int(y)) for x, y in points]
-    if not told or told[0] != cells[0] or told[-1] != cells[-1]:
+    stated = [(int(x), int(y)) for x, y in points]
+    if not stated or stated[0] != cells[0] or stated[-1] != cells[-1]:
         return Violation("waypoints", "plan", "the waypoints and the path have different ends")
-    broken = _order_violation(told, cells, scene)
+    broken = _order_violation(stated, cells, scene)
     if broken is not None:
         return broken
-    length = math.fsum(math.dist(a, b) for a, b in pairwise(told))
+    length = math.fsum(math.dist(a, b) for a, b in pairwise(stated))
     walked = math.fsum(math.dist(a, b) for a, b in pairwise(cells))
     said = plan.any_angle_length
     if length > walked * (1 + 1e-12) or said is None or abs(said - length) > 1e-12 * length:
         return Violation("waypoints", "plan", f"lines of {length!r} cells, said {said!r}, walk {walked!r}")
-    for k, (begin, end) in enumerate(pairwise(told)):
+    for k, (begin, end) in enumerate(pairwise(stated)):
         wall = line_meets(scene.grid.blocked, begin, end, scene)
         if wall is not None:
             return Violation(
@@ -53,14 +53,14 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
     return None
 
 
-def _order_violation(told: list[Cell], cells: list[Cell], scene: Scene) -> Violation | None:
+def _order_violation(stated: list[Cell], cells: list[Cell], scene: Scene) -> Violation | None:
     """Whether the path visits the waypoints one after the other."""
     at = 0
-    for k, point in enumerate(told):
+    for k, point in enumerate(stated):
         where = f"waypoint {k}"
         if not scene.grid.contains(point):
             return Violation("waypoints", where, f"{point} is outside the map")
-        if k and told[k - 1] == point:
+        if k and stated[k - 1] == point:
             return Violation("waypoints", where, f"{point} follows itself")
         try:
             at = cells.index(point, at)

@@ -1,4 +1,4 @@
-"""Caps of our law on a curve, measured anew at the nodes and between them."""
+"""Caps of our law on a curve, measured again at the nodes and between them."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.trace import Outcome
-from lampyris.referee.geometry.lines_and_arcs import SAME, joins, nearest_wall, pieces_of, wall_on_the_way
+from lampyris.referee.geometry.lines_and_arcs import SAME, joins, nearest_wall, pieces_of, wall_along
 from lampyris.referee.geometry.moving_discs import (
     STANDS,
     RobotMotion,
@@ -19,7 +19,7 @@ from lampyris.referee.geometry.moving_discs import (
     nearest,
     standing_contacts,
 )
-from lampyris.referee.geometry.separation import bodies_violation
+from lampyris.referee.geometry.separation import obstacles_violation
 from lampyris.referee.geometry.shapes import Ints, stands_free
 from lampyris.referee.meetings import (
     DUST,
@@ -41,10 +41,10 @@ _NEVER = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 def check_drive(drive: Drive) -> Violation | None:
     """Whether a drive broke a rule anywhere between its begin and its end.
 
-    Rules, in this order: ``lengths``, ``bodies``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
+    Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``, ``body speed``,
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle size``, ``obstacle speed``,
     ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
     contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
@@ -65,7 +65,9 @@ def check_drive(drive: Drive) -> Violation | None:
         or _walls(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
-        or bodies_violation(drive.tracks, drive.obstacle_specs, drive.scene.grid.resolution, drive.duration)
+        or obstacles_violation(
+            drive.tracks, drive.obstacle_specs, drive.scene.grid.resolution, drive.duration
+        )
         or _end(drive)
         or _moments(drive)
         or _numbers(drive)
@@ -79,7 +81,7 @@ def measure(drive: Drive) -> dict[str, Any]:
     driven), ``stood`` (seconds), ``lateral`` (greatest, m/s2), ``peak_accel``, ``peak_braking``, ``wall``
     (least distance from the centre to a wall, metres, infinity beyond the radius + 1 m), ``gap`` (least
     distance of the rims to an obstacle while moving; below 0 they overlap), ``gap_when``, ``gap_body``,
-    ``collisions`` (bodies in contact while the robot moved), ``hits`` (contacts while it stood).
+    ``collisions`` (obstacles in contact while the robot moved), ``hits`` (contacts while it stood).
     """
     empty = len(drive.t) < 2 or not drive.curves
     motion = None if empty else _motion(drive)
@@ -107,11 +109,11 @@ def measure(drive: Drive) -> dict[str, Any]:
         pairs = pairs_in(drive, motion)
         out["gap"], out["gap_when"], out["gap_body"] = nearest(motion, pairs)
         episodes = standing_contacts(motion, pairs, drive.period)
-        met = {k for k in range(len(drive.tracks)) if first_contact(motion, pairs.some(pairs.body == k))}
+        met = {k for k in range(len(drive.tracks)) if first_contact(motion, pairs.some(pairs.obstacle == k))}
         last = set(touching_at_the_end(drive, motion))
         if drive.outcome is Outcome.COLLISION:
             met |= last
-        fresh = last - {e.body for e in episodes} if drive.outcome is Outcome.HIT else set()
+        fresh = last - {e.obstacle for e in episodes} if drive.outcome is Outcome.HIT else set()
         out["collisions"], out["hits"] = len(met), len(episodes) + len(fresh)
     return out
 
@@ -139,7 +141,7 @@ def _shapes(drive: Drive) -> Violation | None:
         return Violation("lengths", "drive", f"{sorted(sizes)} values; one or more of each, and all alike")
     if len(drive.tracks) != len(drive.obstacle_specs):
         return Violation(
-            "bodies", "drive", f"{len(drive.tracks)} tracks of {len(drive.obstacle_specs)} bodies"
+            "bodies", "drive", f"{len(drive.tracks)} tracks of {len(drive.obstacle_specs)} obstacles"
         )
     if not np.isfinite(np.concatenate((drive.t, drive.s, drive.v, drive.a))).all():
         return Violation("lengths", "drive", "a value that is not a finite number")
@@ -320,7 +322,7 @@ def _walls(drive: Drive) -> Violation | None:
         k = int(off.argmax())
         return Violation("outside", f"stretch {k}", f"{_xy(place[k])} is off the map")
     for (curve, s0, s1), k in zip(_ranges(drive), np.unique(drive.leg).tolist(), strict=True):
-        found = wall_on_the_way(curve, s0, s1, grid, radius)
+        found = wall_along(curve, s0, s1, grid, radius)
         if found is not None:
             d, s, cell = found
             what = f"{d:.9g} m from the wall at {cell}; the radius is {radius:g}"
@@ -354,7 +356,7 @@ def _moments(drive: Drive) -> Violation | None:
             what = f"{m.word!r} at {m.t!r} s, after one at {before!r}, of {drive.duration!r}"
             return Violation("moments", f"moment {k}", what)
         if not -1 <= m.body < len(drive.tracks):
-            return Violation("moments", f"moment {k}", f"{m.word!r} speaks of body {m.body}")
+            return Violation("moments", f"moment {k}", f"{m.word!r} speaks of obstacle {m.body}")
         if m.word == "arrive" and not drive.arrived:
             return Violation("moments", f"moment {k}", f"arrives, and the outcome is {drive.outcome.value}")
         before = m.t

@@ -1,7 +1,7 @@
 """Edits: which cells really turned, by the rule alone, and the map of each tick.
 
 The rule is written down here a second time: at the beginning of a tick the cells of its edit turn, but for
-cells that the robot or a body covered at the tick before, and the goal, which never turn into walls.
+cells that the robot or an obstacle covered at the tick before, and the goal, which never turn into walls.
 """
 
 from __future__ import annotations
@@ -77,12 +77,12 @@ def _turn(walls: NDArray[np.bool_], turned: Edit) -> None:
 
 
 def _covered(trace: Trace, tick: int) -> set[Cell]:
-    """Every cell that the robot or a body covers at a tick."""
+    """Every cell that the robot or an obstacle covers at a tick."""
     resolution = trace.scene.grid.resolution
     at = [(trace.robot[tick], trace.scene.robot.radius)]
-    for track, since, body in zip(trace.tracks, trace.appears, trace.obstacle_specs, strict=True):
+    for track, since, obstacle in zip(trace.tracks, trace.appears, trace.obstacle_specs, strict=True):
         if since <= tick:
-            at.append((track[tick - since], body.radius))
+            at.append((track[tick - since], obstacle.radius))
     found: set[Cell] = set()
     for cell, radius in at:
         around = disc_cells(radius, resolution) + cell.astype(np.int64)
@@ -101,10 +101,10 @@ def edits_violation(trace: Trace, eras: list[Era]) -> Violation | None:
     for era in eras:
         due += [(era.first, "wall")] * bool(era.turned.blocked or era.held)
         due += [(era.first, "opened")] * bool(era.turned.freed)
-    told = [(event.tick, event.word) for event in trace.events if event.word in ("wall", "opened")]
-    for told_of, due_is in zip_longest(told, due):
-        if told_of != due_is:
-            return Violation("edits", "events", f"the next is {told_of}; by the rule {due_is}")
+    reported = [(event.tick, event.word) for event in trace.events if event.word in ("wall", "opened")]
+    for reported_edit, due_is in zip_longest(reported, due):
+        if reported_edit != due_is:
+            return Violation("edits", "events", f"the next is {reported_edit}; by the rule {due_is}")
     return None
 
 

@@ -1,4 +1,4 @@
-"""Robot and obstacles: sizes, speeds, who touched whom, and whether it was told."""
+"""Robot and obstacles: sizes, speeds, contacts, and whether they were reported."""
 
 from __future__ import annotations
 
@@ -35,12 +35,14 @@ def pairs_in(drive: Drive, motion: RobotMotion) -> Pairs:
 
 
 def tracks_violation(drive: Drive) -> Violation | None:
-    """Whether an obstacle's disc is smaller than its body, or faster than it can be."""
+    """Whether an obstacle's disc is smaller than its obstacle, or faster than it can be."""
     resolution = drive.scene.grid.resolution
-    for k, (track, body) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
-        # A small body of the tick model fills its cell: its disc may be larger than its radius.
-        if track.radius < body.radius * (1 - ROUNDING):
-            return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, {body.radius!r}")
+    for k, (track, obstacle) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
+        # A small obstacle of the tick model fills its cell: its disc may be larger than its radius.
+        if track.radius < obstacle.radius * (1 - ROUNDING):
+            return Violation(
+                "body size", f"body {k}", f"{track.radius!r} m in its track, {obstacle.radius!r}"
+            )
         if len(track.t) < 2:
             continue
         dt = np.diff(track.t)
@@ -57,39 +59,39 @@ def tracks_violation(drive: Drive) -> Violation | None:
 
 
 def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
-    """Contacts: none while the robot moves but a collision that is owned up to; the others are told."""
+    """Contacts: none while the robot moves but a reported collision; the others are reported, too."""
     if not drive.tracks:
-        return _told(drive, motion)
+        return _reported_contacts(drive, motion)
     pairs = pairs_in(drive, motion)
     late = drive.duration - drive.period - ROUNDING * drive.duration
     met = first_contact(motion, pairs) if moving(motion, pairs).any() else None
     if met is not None and (drive.outcome is not Outcome.COLLISION or met[0] < late):
-        t, body, d = met
-        reach = drive.scene.robot.radius + drive.tracks[body].radius
+        t, obstacle, d = met
+        reach = drive.scene.robot.radius + drive.tracks[obstacle].radius
         what = f"{d:.9g} m from the robot's centre at {t:.9g} s while it moves; the radii make {reach:g}"
-        return Violation("collision", f"body {body}", what)
+        return Violation("collision", f"body {obstacle}", what)
     last = touching_at_the_end(drive, motion)
     if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
         return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
     # Anyone who lets go and comes back between two decisions has not been away.
     episodes = standing_contacts(motion, pairs, drive.period)
     for one in episodes:
-        if drive.obstacle_specs[one.body].yields:
+        if drive.obstacle_specs[one.obstacle].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
-            return Violation("yield", f"body {one.body}", what)
-    told = [(m.body, m.t) for m in drive.moments if m.word in _MET]
+            return Violation("yield", f"body {one.obstacle}", what)
+    reported = [(m.body, m.t) for m in drive.moments if m.word in _MET]
     for one in episodes:
         lo, hi = one.begin - drive.period - NEAR, one.end + drive.period + NEAR
-        if not any(body == one.body and lo <= t <= hi for body, t in told):
+        if not any(obstacle == one.obstacle and lo <= t <= hi for obstacle, t in reported):
             what = f"touches the standing robot from {one.begin:.9g} s on; no moment tells of it"
-            return Violation("untold contact", f"body {one.body}", what)
+            return Violation("untold contact", f"body {one.obstacle}", what)
     if drive.outcome is Outcome.HIT and not (last or any(e.end >= late for e in episodes)):
         return Violation("outcome", "drive", "hit, but nobody is on the robot at the end")
-    return _told(drive, motion)
+    return _reported_contacts(drive, motion)
 
 
 def touching_at_the_end(drive: Drive, motion: RobotMotion) -> list[int]:
-    """Bodies within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
+    """Obstacles within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
     radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
     gaps = [gap_at(motion, track, radius, resolution, drive.duration) for track in drive.tracks]
     return [k for k, gap in enumerate(gaps) if gap <= NEAR]
@@ -99,7 +101,7 @@ def _moves_at_the_end(drive: Drive) -> bool:
     return len(drive.t) > 1 and bool(drive.v[-1] > 0 or drive.v[-2] > 0 or drive.a[-2] > 0)
 
 
-def _told(drive: Drive, motion: RobotMotion) -> Violation | None:
+def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
     """What is reported as a contact is one, within a micrometre."""
     radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
     for k, m in enumerate(drive.moments):
@@ -107,10 +109,10 @@ def _told(drive: Drive, motion: RobotMotion) -> Violation | None:
             continue
         if not 0 <= m.body < len(drive.tracks):
             return Violation(
-                "told contact", f"moment {k}", f"{m.word} with body {m.body}, which is not there"
+                "told contact", f"moment {k}", f"{m.word} with obstacle {m.body}, which is not there"
             )
         gap = gap_at(motion, drive.tracks[m.body], radius, resolution, m.t)
         if gap > NEAR and len(motion.t0):
-            what = f"{m.word} with body {m.body} at {m.t:.9g} s, which is {gap:.6g} m away"
+            what = f"{m.word} with obstacle {m.body} at {m.t:.9g} s, which is {gap:.6g} m away"
             return Violation("told contact", f"moment {k}", what)
     return None

@@ -36,7 +36,7 @@ def check_motion(
     """Whether a robot can drive so, keeps every limit at and between nodes, and stands still at the end.
 
     Rules, in this order: ``nodes``, ``s``, ``speed``, ``goal``, ``start``, ``acceleration``, ``braking``,
-    ``a``, each cap's own name, ``time``, ``jerk``. The first broken one is told, at its first node or edge.
+    ``a``, each cap's own name, ``time``, ``jerk``. The first broken one is reported, at its first node or edge.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ class _Motion:
             )
         )
         for k in np.flatnonzero(self.rest & ~self.wait).tolist() if found is None else ():
-            # A cap of 0 at an end, where the robot may stand, says nothing of the way.
+            # A cap of 0 at an end, where the robot may stand, says nothing of the path.
             top = float(min(cap[k], cap[k + 1]) or max(cap[k], cap[k + 1]))
             least = rest_to_rest(float(self.ds[k]), self.a_max, self.d_max, top) if top else math.inf
             if jerk_max is not None:
@@ -235,6 +235,6 @@ class _Motion:
             bad = where & ~(np.abs(change) <= jerk_max * (1 + 1e-9) * over + rough)
             if bad.any():
                 k = int(bad.argmax())
-                told = f"a changes by {float(change[k])!r} m/s2 in {float(over[k])!r} s"
-                return Violation("jerk", f"edge {k}", f"{told}; jerk_max is {jerk_max:g}")
+                change_text = f"a changes by {float(change[k])!r} m/s2 in {float(over[k])!r} s"
+                return Violation("jerk", f"edge {k}", f"{change_text}; jerk_max is {jerk_max:g}")
         return None

@@ -236,8 +236,8 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
     moves = _in_units(moves, 1)
     steps = _steps_of(moves)
     counted = np.bincount(steps.kind[code], minlength=3).tolist()
-    told = [*path.steps, 0, 0, 0][:3]
-    if counted != told or len(path.steps) > 3:
+    stated = [*path.steps, 0, 0, 0][:3]
+    if counted != stated or len(path.steps) > 3:
         return Violation(
             "steps",
             "path",
@@ -266,7 +266,7 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     """Whether a plan's verdict, path and numbers fit together and fit the scene.
 
     Rules of its own, before those of :func:`check_path`: ``status`` (a path exactly when found; found, or no
-    way, only between cells where the robot can stand; occupied only where it cannot), ``numbers`` (counts
+    path, only between cells where the robot can stand; occupied only where it cannot), ``numbers`` (counts
     that are negative), and after them ``gap`` (better than the best), ``gates`` (a gate on the way that is
     not on it), and those of :func:`lampyris.referee.schedule.schedule_violation` and
     :func:`lampyris.referee.any_angle.lines_violation`.
@@ -331,10 +331,10 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
         )
     if not wrong:
         return None
-    told = " and ".join(
+    stated = " and ".join(
         f"the robot {'can' if ok else 'cannot'} stand on the {end}" for end, ok in can.items()
     )
-    return Violation("status", "plan", f"{plan.status.value}, but {told}")
+    return Violation("status", "plan", f"{plan.status.value}, but {stated}")
 
 
 _ASKS_ENDS = (Status.FOUND, Status.NO_PATH, Status.START_OCCUPIED, Status.GOAL_OCCUPIED)

@@ -1,4 +1,4 @@
-"""Profiles: whether the robot can drive these speeds, may drive them, and arrives when it is told to."""
+"""Profiles: whether the robot can drive these speeds, may drive them, and arrives in the stated time."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid, Floats, Points
 
 ROUNDING = 1e-9
-"""Share of a bound that lengths along a way and distances to walls may be off by."""
+"""Share of a bound that lengths along a path and distances to walls may be off by."""
 
 CREEP = 0.1
-"""Share of v_max that no clearance takes away, unless the law was told another."""
+"""Share of v_max that no clearance takes away, unless the law was given another."""
 
 _TOGETHER = 4_096
 """Places whose walls are looked up at once."""
@@ -38,7 +38,7 @@ LawCap: TypeAlias = Callable[[Profile, Points, Scene, float], Bound]
 
 def check_profile(
     profile: Profile,
-    way: Path | None,
+    planned: Path | None,
     scene: Scene,
     *,
     v0: float = 0.0,
@@ -53,34 +53,34 @@ def check_profile(
     ``acceleration``, ``braking``, ``angle``, ``ring``, ``a``, ``time``; for every other those of
     :func:`lampyris.referee.motion.check_motion` with the robot's limits, to 1e-12 (that on jerk where the law
     promises it: all but those of :data:`JERKY`), and the caps of the law in :data:`LAWS`, such as
-    ``clearance``. The first broken one is told, at its first node.
+    ``clearance``. The first broken one is reported, at its first node.
 
     Parameters
     ----------
     profile, scene : judged. Moving obstacles are not known here: they only ever make a robot slower, so every
         bound asked for holds with them too.
-    way : the path that was asked for, taken as checked. Without ``profile.xy`` its nodes are the path's
+    planned : the path that was asked for, taken as checked. Without ``profile.xy`` its nodes are the path's
         cells, in a metric law with waits among them. With ``xy`` only the ends must be the path's: that the
         curve between them is free is for :mod:`lampyris.referee.geometry.curve` to say. None: ``xy`` alone, and
         nothing is asked of its ends.
     v0 : speed at the first node, in the law's units. The dissertation's law may lower it, every other must
         keep it.
     creep : share of v_max that no wall takes away.
-    slowest : m/s, what no rule of the law goes below; None: creep. Nothing is asked of a rival's.
+    slowest : m/s, what no rule of the law goes below; None: creep. Not required of a baseline law.
     corners : whether the corners of a path of cells must be slow enough for ``a_lat_max``, rule ``curvature``
-        (see :func:`corner_bounds`); nothing is asked of a rival's, or of the dissertation's law.
+        (see :func:`corner_bounds`); not required of a baseline law or of the dissertation's.
     stops : whether the robot must stand at corners that its turning circle does not fit in, rule ``turn``;
         nothing is asked of the dissertation's law.
     """
     if profile.law != "dissertation" and profile.law not in LAWS:
         return Violation("law", "profile", f"no rules are known here for a law called {profile.law!r}")
-    placed = _places(profile, way, scene)
+    placed = _places(profile, planned, scene)
     if isinstance(placed, Violation):
         return placed
     if profile.law == "dissertation":
-        if way is None:
+        if planned is None:
             return Violation("nodes", "profile", "the dissertation's law needs the path of cells")
-        return check_dissertation(profile, way, scene, v0)
+        return check_dissertation(profile, planned, scene, v0)
     robot = scene.robot
     caps = [rule(profile, placed, scene, creep) for rule in LAWS[profile.law]]
     jerky = profile.law in JERKY
@@ -96,7 +96,7 @@ def check_profile(
         if found is not None:
             return found
     # The caps are square roots of distances that were measured by other means.
-    told = [(name, cap * (1 + ROUNDING)) for name, cap in caps]
+    raised = [(name, cap * (1 + ROUNDING)) for name, cap in caps]
     found = check_motion(
         profile.s,
         profile.v,
@@ -105,7 +105,7 @@ def check_profile(
         a_max=robot.a_max,
         d_max=robot.d_max,
         v_max=robot.v_max,
-        caps=told,
+        caps=raised,
         v0=v0,
         jerk_max=None if jerky else robot.jerk_max,
     )
@@ -181,7 +181,7 @@ that a setting turns off must not be listed, or must give infinity then: setting
 
 
 JERKY = ("rpp",)
-"""Rivals that know neither a limit on jerk nor our creep speed.
+"""Baseline laws that know neither a limit on jerk nor our creep speed.
 
 What of a limit they break, :mod:`lampyris.motion.laws.compare` tells.
 """
@@ -248,39 +248,39 @@ def _nearest(levels: list[BoolGrid], places: Points, reach: float) -> Floats:
     return best
 
 
-def _places(profile: Profile, way: Path | None, scene: Scene) -> Points | Violation:
-    """Where the nodes are, cells; s must be the way's length to there."""
+def _places(profile: Profile, planned: Path | None, scene: Scene) -> Points | Violation:
+    """Where the nodes are, cells; s must be the path's length to there."""
     if profile.xy is None:
-        if way is None:
+        if planned is None:
             return Violation("nodes", "profile", "neither a path nor places of its nodes")
-        return _places_of_cells(profile, way, scene)
+        return _places_of_cells(profile, planned, scene)
     xy, s = profile.xy, profile.s
-    if way is not None:
+    if planned is not None:
         for k in (0, -1):
-            if np.abs(xy[k] - way.cells[k]).max() > ROUNDING * max(1.0, float(np.abs(xy[k]).max())):
-                at, cell = tuple(xy[k].tolist()), tuple(way.cells[k].tolist())
+            if np.abs(xy[k] - planned.cells[k]).max() > ROUNDING * max(1.0, float(np.abs(xy[k]).max())):
+                at, cell = tuple(xy[k].tolist()), tuple(planned.cells[k].tolist())
                 return Violation("nodes", f"node {k % len(xy)}", f"at {at}; the path has its end at {cell}")
     d = np.diff(xy, axis=0) * scene.grid.resolution
     chord = np.hypot(d[:, 0], d[:, 1])
     ds = np.diff(s)
     give = ROUNDING * (chord + float(np.abs(xy).max()) * scene.grid.resolution)
-    # No way is shorter than the straight one, and an arc of half a turn is the longest between two nodes.
+    # No path is shorter than the straight one, and an arc of half a turn is the longest between two nodes.
     bad = ~((ds >= chord - give) & (ds <= chord * (math.pi / 2) + give))
     return (
         first("s", bad, lambda k: f"{float(ds[k])!r} m for nodes {float(chord[k])!r} m apart", "edge") or xy
     )
 
 
-def _places_of_cells(profile: Profile, way: Path, scene: Scene) -> Points | Violation:
+def _places_of_cells(profile: Profile, planned: Path, scene: Scene) -> Points | Violation:
     """The cell of each node; the second node of a wait has that of the first."""
     metric = profile.law != "dissertation"
     s = profile.s
     fresh = np.append(True, np.diff(s) != 0) if metric else np.ones(len(s), dtype=np.bool_)
-    if int(fresh.sum()) != len(way.cells):
+    if int(fresh.sum()) != len(planned.cells):
         return Violation(
-            "nodes", "profile", f"{int(fresh.sum())} places for a path of {len(way.cells)} nodes"
+            "nodes", "profile", f"{int(fresh.sum())} places for a path of {len(planned.cells)} nodes"
         )
-    d = np.diff(way.cells.astype(np.int64), axis=0)
+    d = np.diff(planned.cells.astype(np.int64), axis=0)
     scale = scene.grid.resolution if metric else 1.0
     want = np.append(0.0, np.cumsum(np.hypot(d[:, 0], d[:, 1]) * scale))
     node = np.cumsum(fresh) - 1
@@ -288,7 +288,7 @@ def _places_of_cells(profile: Profile, way: Path, scene: Scene) -> Points | Viol
     wrong = first(
         "s", bad, lambda k: f"s is {float(s[k])!r}, the path is {float(want[node[k]])!r} long there"
     )
-    return wrong or way.cells[node].astype(np.float64)
+    return wrong or planned.cells[node].astype(np.float64)
 
 
 def _dawdling(profile: Profile, scene: Scene, slowest: float) -> Violation | None:

@@ -55,7 +55,7 @@ def _disc(radius: float, scene: Scene) -> list[Cell]:
 
 
 def _clash(a0: Cell, a1: Cell, b0: Cell, b1: Cell, own: list[Cell], other: list[Cell]) -> str:
-    """What two bodies do wrong while one goes from a0 to a1 and the other from b0 to b1."""
+    """What two obstacles do wrong while one goes from a0 to a1 and the other from b0 to b1."""
     new = {(a1[0] + x, a1[1] + y) for x, y in own}
     now = {(b1[0] + x, b1[1] + y) for x, y in other}
     if new & now:

@@ -1,4 +1,4 @@
-"""Traces: the robot's drive, every body's track, every pair at every tick, and the story told about them."""
+"""Traces: the robot's drive, every obstacle's track, every pair at every tick, and the events reported of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
-from lampyris.referee.bodies import AgentTracks, ClashDetector
+from lampyris.referee.clashes import AgentTracks, ClashDetector
 from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
@@ -20,18 +20,18 @@ _NEVER_DROVE = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 
 
 def check_trace(trace: Trace) -> Violation | None:
-    """Whether a simulation broke a rule: walls, steps, any two bodies at any tick, or what the trace reports.
+    """Whether a simulation broke a rule: walls, steps, any two obstacles at any tick, or what the trace reports.
 
     Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
     :mod:`lampyris.referee.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
-    ``knight``, ``sweep``; of each body ``appear``, ``footprint``, ``body outside``, ``body step``, ``body
-    wall``; of every two bodies ``together``, ``swap``, ``cross``, ``through`` (a long step over somebody);
+    ``knight``, ``sweep``; of each obstacle ``appear``, ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle
+    wall``; of every two obstacles ``together``, ``swap``, ``cross``, ``through`` (a long step over an obstacle);
     then ``outcome``, ``path``, ``moves``, ``steps``, ``cost``, ``waits``,
     ``replans``, ``numbers``, ``events``, ``speed``.
 
     Walls are those of the tick: a step is judged by the map of the tick at which it ends.
 
-    Two bodies are together when their footprints share a cell: the own cell and every cell whose square is
+    Two obstacles are together when their footprints share a cell: the own cell and every cell whose square is
     strictly nearer to the centre than the radius. The one thing allowed is the outcome ``hit``: at the last
     tick, an obstacle that does not yield has moved onto a robot that stood still.
     """
@@ -42,10 +42,10 @@ def check_trace(trace: Trace) -> Violation | None:
     return (
         edits_violation(trace, eras)
         or _robot(trace, eras)
-        or _bodies(trace, eras)
+        or _obstacles(trace, eras)
         or _pairs(trace)
         or _outcome(trace)
-        or _way(trace, eras)
+        or _path_violation(trace, eras)
         or _events(trace)
         or _speeds(trace)
     )
@@ -59,8 +59,8 @@ def _lengths(trace: Trace) -> Violation | None:
         if have != n:
             return Violation("lengths", "trace", f"{have} {what} for {n} ticks")
     if not len(trace.tracks) == len(trace.appears) == len(trace.obstacle_specs):
-        told = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.obstacle_specs)} bodies"
-        return Violation("lengths", "trace", told)
+        counts = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.obstacle_specs)} obstacles"
+        return Violation("lengths", "trace", counts)
     before = 0
     for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
         if not before <= t0 <= trace.ticks:
@@ -101,21 +101,21 @@ def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
     return None
 
 
-def _bodies(trace: Trace, eras: list[Era]) -> Violation | None:
-    """Each body alone: its size, its steps, the walls."""
+def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
+    """Each obstacle alone: its size, its steps, the walls."""
     grid = trace.scene.grid
-    for k, body in enumerate(trace.obstacle_specs):
-        inner = set(map(tuple, disc_cells(body.radius, grid.resolution).tolist()))
-        told = set(body.footprint)
-        if told != inner:
+    for k, obstacle in enumerate(trace.obstacle_specs):
+        inner = set(map(tuple, disc_cells(obstacle.radius, grid.resolution).tolist()))
+        stated = set(obstacle.footprint)
+        if stated != inner:
             outer = set(
-                map(tuple, disc_cells(body.radius + 2 * slack(body.radius), grid.resolution).tolist())
+                map(tuple, disc_cells(obstacle.radius + 2 * slack(obstacle.radius), grid.resolution).tolist())
             )
-            if not inner <= told <= outer:
-                what = f"covers {len(told)} cells, a disc of {body.radius:g} m covers {len(inner)}"
+            if not inner <= stated <= outer:
+                what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
                 return Violation("footprint", f"body {k}", what)
-    crowd = _crowd(trace)
-    at, there = crowd.at[:, 1:], crowd.there[:, 1:]
+    traffic = _traffic(trace)
+    at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
     if outside.any():
@@ -123,19 +123,19 @@ def _bodies(trace: Trace, eras: list[Era]) -> Violation | None:
     far = (np.abs(at[1:] - at[:-1]).max(axis=2, initial=0) > 1) & there[:-1]
     if far.any():
         return _body("body step", far, at, "more than one cell from where it is a tick later")
-    found = (_walled(crowd, era, ground.blocked) for era, ground in with_maps(eras, grid))
+    found = (_walled(traffic, era, ground.blocked) for era, ground in with_maps(eras, grid))
     return next((broken for broken in found if broken is not None), None)
 
 
-def _walled(crowd: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | None:
-    """The first body in a wall during an era."""
+def _walled(traffic: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | None:
+    """The first obstacle in a wall during an era."""
     ticks = slice(era.first, era.last + 1)
-    at, there = crowd.at[ticks, 1:], crowd.there[ticks, 1:]
+    at, there = traffic.at[ticks, 1:], traffic.there[ticks, 1:]
     x, y = at[..., 0], at[..., 1]
     wall = there & blocked[np.where(there, y, 0), np.where(there, x, 0)]
     if wall.any():
         return _body("body wall", wall, at, "in a wall", era.first)
-    for k, offsets in enumerate(crowd.covers[1:]):
+    for k, offsets in enumerate(traffic.covers[1:]):
         if len(offsets) > 1:
             t = np.flatnonzero(there[:, k])
             hit = first_overlap(blocked, x[t, k], y[t, k], offsets)
@@ -150,8 +150,8 @@ def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str, since: int = 0
     return Violation(rule, f"body {k} at tick {since + t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
 
 
-def _crowd(trace: Trace) -> AgentTracks:
-    """The robot and all bodies in one array; the robot is number 0."""
+def _traffic(trace: Trace) -> AgentTracks:
+    """The robot and all obstacles in one array; the robot is number 0."""
     n, count = len(trace.robot), len(trace.tracks)
     at = np.zeros((n, count + 1, 2), dtype=np.int64)
     there = np.zeros((n, count + 1), dtype=np.bool_)
@@ -168,41 +168,41 @@ def _crowd(trace: Trace) -> AgentTracks:
 
 def _pairs(trace: Trace) -> Violation | None:
     grid = trace.scene.grid
-    crowd = _crowd(trace)
-    judge = ClashDetector(crowd, grid.width, grid.height, _hits(trace))
+    traffic = _traffic(trace)
+    judge = ClashDetector(traffic, grid.width, grid.height, _hits(trace))
     clash = judge.first()
     over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
     if clash is None or (over is not None and over[0] < clash.tick):
         return None if over is None else over[1]
-    told = {
+    what = {
         "together": "cover one cell,",
         "swap": "change places at",
         "cross": "cross each other's diagonal beside",
     }[clash.rule]
     one = _name(clash.one)
-    sentence = f"{one} and {_name(clash.other)} {told} ({clash.cell[0]}, {clash.cell[1]})"
+    sentence = f"{one} and {_name(clash.other)} {what} ({clash.cell[0]}, {clash.cell[1]})"
     return Violation(clash.rule, f"tick {clash.tick}", sentence)
 
 
-def _name(body: int) -> str:
-    return "the robot" if body == 0 else f"body {body - 1}"
+def _name(obstacle: int) -> str:
+    return "the robot" if obstacle == 0 else f"body {obstacle - 1}"
 
 
 def _hits(trace: Trace) -> frozenset[int]:
-    """Bodies (1 is the first) that may lie on a robot that stood still: unyielding, and they moved."""
+    """Obstacles (1 is the first) that may lie on a robot that stood still: unyielding, and they moved."""
     if trace.outcome is not Outcome.HIT or trace.ticks == 0:
         return frozenset()
     if (trace.robot[-1] != trace.robot[-2]).any():
         return frozenset()
     return frozenset(
         k + 1
-        for k, (track, body) in enumerate(zip(trace.tracks, trace.obstacle_specs, strict=True))
-        if not body.yields and len(track) > 1 and (track[-1] != track[-2]).any()
+        for k, (track, obstacle) in enumerate(zip(trace.tracks, trace.obstacle_specs, strict=True))
+        if not obstacle.yields and len(track) > 1 and (track[-1] != track[-2]).any()
     )
 
 
 def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None:
-    """The first long step over a cell that some body covers before or after it: tick and violation."""
+    """The first long step over a cell that some obstacle covers before or after it: tick and violation."""
     d = np.diff(trace.robot.astype(np.int64), axis=0)
     for t in np.flatnonzero(np.abs(d).max(axis=1, initial=0) > 1).tolist():
         dx, dy = (int(v) for v in d[t])
@@ -212,10 +212,10 @@ def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None
         for tick in (t, t + 1):
             taken = judge.covered(tick)
             for px, py in passed:
-                for ox, oy in judge.crowd.covers[0].tolist():
-                    body = taken.get((x + px + ox, y + py + oy))
-                    if body is not None:
-                        what = f"the robot drives over {_name(body)} at ({x + px + ox}, {y + py + oy})"
+                for ox, oy in judge.traffic.covers[0].tolist():
+                    obstacle = taken.get((x + px + ox, y + py + oy))
+                    if obstacle is not None:
+                        what = f"the robot drives over {_name(obstacle)} at ({x + px + ox}, {y + py + oy})"
                         return t + 1, Violation("through", f"tick {t + 1}", what)
     return None
 
@@ -237,7 +237,7 @@ def _outcome(trace: Trace) -> Violation | None:
         )
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)
-        covers = _crowd(trace).covers
+        covers = _traffic(trace).covers
         mine = {(last[0] + dx, last[1] + dy) for dx, dy in covers[0].tolist()}
         for k in hits:
             x, y = (int(v) for v in trace.tracks[k - 1][-1])
@@ -249,8 +249,8 @@ def _outcome(trace: Trace) -> Violation | None:
     return None
 
 
-def _way(trace: Trace, eras: list[Era]) -> Violation | None:
-    """The way really driven, its cost, and how often the robot waited.
+def _path_violation(trace: Trace, eras: list[Era]) -> Violation | None:
+    """The path really driven, its cost, and how often the robot waited.
 
     It costs by the ground of the map as given: a wall that comes and goes leaves it as it was.
     """
@@ -258,10 +258,10 @@ def _way(trace: Trace, eras: list[Era]) -> Violation | None:
     waited = len(trace.robot) - len(cells)
     if trace.path is None:
         if trace.outcome not in _NEVER_DROVE or len(cells) > 1:
-            return Violation("path", "trace", f"{trace.outcome.value} without the way driven")
+            return Violation("path", "trace", f"{trace.outcome.value} without the path driven")
     else:
         if trace.path.cells.shape != cells.shape or (trace.path.cells != cells).any():
-            return Violation("path", "trace", "the way told is not the robot's cells without repeats")
+            return Violation("path", "trace", "the stated path is not the robot's cells without repeats")
         moves, grid = trace.scene.moves, trace.scene.grid
         broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
@@ -276,9 +276,9 @@ def _way(trace: Trace, eras: list[Era]) -> Violation | None:
         return Violation(
             "waits", "trace", f"claims {trace.waits} waits; the robot stood still {waited} times"
         )
-    told = sum(event.word in ("replan", "gate") for event in trace.events)
-    if trace.replans != told:
-        return Violation("replans", "trace", f"claims {trace.replans} replans; {told} are reported")
+    reported = sum(event.word in ("replan", "gate") for event in trace.events)
+    if trace.replans != reported:
+        return Violation("replans", "trace", f"claims {trace.replans} replans; {reported} are reported")
     if min(trace.iterations, trace.expansions) < 0:
         return Violation("numbers", "trace", f"{trace.iterations} iterations, {trace.expansions} expansions")
     return None

@@ -14,7 +14,7 @@ class Violation:
     Parameters
     ----------
     rule : one word or two, the same in every release; the tests and the tables use it.
-    where : node, tick or body, as far as it is known.
+    where : node, tick or obstacle, as far as it is known.
     sentence : what is wrong, with the values that were found.
     """
 

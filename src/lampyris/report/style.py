@@ -1,9 +1,9 @@
 """Colours, and how a figure becomes the same bytes every time.
 
 The landscape is cividis and the speeds are a middle stretch of inferno: both perceptually uniform and
-readable with the common kinds of colour blindness; where two things could be told apart by colour alone they
+readable with the common kinds of colour blindness; where two things could be distinguished by colour alone they
 also differ in shape or hatching. Terrain goes from the white of free ground to ochre, and its lightness alone
-says how dear it is: the dearest is still far lighter than a wall, and unknown cells are hatched.
+says how costly it is: the costliest is still far lighter than a wall, and unknown cells are hatched.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ WALL = (32, 36, 44)
 UNKNOWN = (178, 184, 194)
 UNKNOWN_STRIPE = (142, 149, 161)
 CUT_OFF = (226, 226, 228)
-DEAR = (186, 150, 96)
+COSTLY = (186, 150, 96)
 """Terrain of the highest value, five times plain ground; what lies between is mixed with FREE."""
 CHEAP = 0.14
-"""Share of DEAR in the lowest terrain there is, so that it can be told from plain ground."""
+"""Share of COSTLY in the lowest terrain there is, to distinguish it from plain ground."""
 START = "#c1121f"
 GOAL = "#ffb703"
 GATE = "#7b2cbf"
@@ -120,8 +120,8 @@ def terrain_colours() -> Rgb:
     """A colour for each terrain value, uint8 (253, 3): that of free ground for 0, then ever darker ochre."""
     share = CHEAP + (1 - CHEAP) * np.arange(MAX_TERRAIN + 1) / MAX_TERRAIN
     share[0] = 0.0
-    free, dear = (np.array(c, dtype=np.float64) for c in (FREE, DEAR))
-    out: Rgb = np.round(free + share[:, None] * (dear - free)).astype(np.uint8)
+    free, costly = (np.array(c, dtype=np.float64) for c in (FREE, COSTLY))
+    out: Rgb = np.round(free + share[:, None] * (costly - free)).astype(np.uint8)
     return out
 
 

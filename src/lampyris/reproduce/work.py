@@ -70,7 +70,7 @@ def reproduce(
         them is not run again. The page also tells of memory and times, which are measured each time.
     workers : processes.
     quick : fewer queries and seeds, in stores of their own.
-    progress : is told how far the runs are.
+    progress : is called with how far the runs are.
 
     Raises
     ------

@@ -102,7 +102,7 @@ class FaultySensor:
         map blocks the goal; ``late``: messages take ``by`` seconds; ``missing``: obstacles are left out.
     at : when it begins, seconds.
     lasts : how long, seconds.
-    body : the obstacle it is about.
+    obstacle : the obstacle it is about.
     by : how far it jumps (metres), or how late messages are (seconds); None: 5 of either.
     goal : for ``goal-gone``.
 
@@ -114,7 +114,7 @@ class FaultySensor:
     kind: str
     at: float
     lasts: float = math.inf
-    body: int = 0
+    obstacle: int = 0
     by: float | None = None
     goal: Cell | None = None
     _kept: list[ObstacleMessage] = field(default_factory=list, repr=False)
@@ -150,7 +150,7 @@ class FaultySensor:
         return self._spoilt(truth, robot)
 
     def _spoilt(self, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
-        kind, body = self.kind, self.body
+        kind, obstacle = self.kind, self.obstacle
         if kind == "stops":
             return []
         if kind == "duplicates":
@@ -161,23 +161,23 @@ class FaultySensor:
             assert self.goal is not None
             return [replace(truth, blocked=(self.goal,))]
         if kind == "missing":
-            return [_only(truth, body)]
+            return [_only(truth, obstacle)]
         if kind == "in-robot" and not len(truth.xy):
             return [_one_more(truth, robot)]
-        if body >= len(truth.xy):
+        if obstacle >= len(truth.xy):
             return [truth]
         xy = truth.xy.copy()
         if kind == "nan":
-            xy[body, 0] = np.nan
+            xy[obstacle, 0] = np.nan
         elif kind == "in-robot":
-            xy[body] = robot
+            xy[obstacle] = robot
         else:  # jumps, and stays there
-            xy[body, 0] += 5.0 if self.by is None else self.by
+            xy[obstacle, 0] += 5.0 if self.by is None else self.by
         return [replace(truth, xy=xy)]
 
 
-def _only(truth: ObstacleMessage, body: int) -> ObstacleMessage:
-    kept = np.arange(len(truth.xy)) != body
+def _only(truth: ObstacleMessage, obstacle: int) -> ObstacleMessage:
+    kept = np.arange(len(truth.xy)) != obstacle
     velocity = None if truth.velocity is None else truth.velocity[kept]
     return replace(
         truth,
@@ -212,14 +212,14 @@ def _nonsense(m: ObstacleMessage) -> str:
 
 @dataclass
 class SensorMonitor:
-    """The robot's own judge of what it is told.
+    """The robot's own monitor of the data it receives.
 
     Parameters
     ----------
     resolution : metres a cell.
     radius : of the robot, metres.
     max_age : seconds; older data are not trusted.
-    noise : metres that a told position may be off.
+    noise : metres that a reported position may be off.
 
     Attributes
     ----------
@@ -292,10 +292,10 @@ class SensorMonitor:
         over = squared > may * may
         if not over.any():
             return ""
-        body = int(np.argmax(over))
+        obstacle = int(np.argmax(over))
         return (
-            f"obstacle {body} jumps {math.sqrt(float(squared[body])):.3g} m in {m.stamp - last.stamp:.3g} s, "
-            f"with a stated top speed of {float(m.top_speed[body]):.3g} m/s"
+            f"obstacle {obstacle} jumps {math.sqrt(float(squared[obstacle])):.3g} m in {m.stamp - last.stamp:.3g} s, "
+            f"with a stated top speed of {float(m.top_speed[obstacle]):.3g} m/s"
         )
 
     def _inside(self, m: ObstacleMessage, robot: tuple[float, float]) -> str:

@@ -26,12 +26,12 @@ def run_study(
 
     Parameters
     ----------
-    study : a study, a study file, or the name of a ready study.
+    study : a study, a study file, or the name of a bundled study.
     store : where results are kept, as `lampyris study` keeps them: a run that is there is not run again.
         None: in memory only.
     workers : processes; with more than 1 the calling script needs the usual ``if __name__ == "__main__"``.
     dask : address of a Dask cluster, instead of processes.
-    progress : is told how far it is.
+    progress : is called with how far it is.
 
     Raises
     ------

@@ -10,7 +10,7 @@ QUOTED = 3
 
 
 def remark(who: str, notes: Sequence[str]) -> str:
-    """A sentence on the notes of somebody's runs; empty where no run has any.
+    """A sentence on the notes of a planner's runs; empty where no run has any.
 
     Parameters
     ----------

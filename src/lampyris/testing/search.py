@@ -14,7 +14,7 @@ from lampyris.typing import BoolGrid, ByteGrid, Cell
 def cheapest(
     free: BoolGrid, moves: Moves, start: Cell, goal: Cell, terrain: ByteGrid | None = None
 ) -> int | None:
-    """Exact cost of a cheapest way between two free cells, by a plain heap search; None if there is none.
+    """Exact cost of a cheapest path between two free cells, by a plain heap search; None if there is none.
 
     Over terrain (with weighed moves) each step costs its length times the weight of the cell entered.
     """

@@ -108,7 +108,7 @@ def _setting(key: str, value: Any, kind: type, name: str) -> dict[str, Any]:
     ----------
     key : what the setting is called, with the rule that it belongs to.
     value : its default.
-    kind, name : the class and the field. A guest's planner need not declare ranges: its form has none.
+    kind, name : the class and the field. A third-party planner need not declare ranges: its form has none.
     """
     declared = settings_of(kind).get(name)
     made = _plain(key, value, meanings_of(kind).get(name, ""))

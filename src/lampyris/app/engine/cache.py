@@ -1,4 +1,4 @@
-"""Known: fields of the last few places, so that what is asked again while something is dragged is at hand."""
+"""Known: fields of the last few places, so that what is asked again while something is dragged is available."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compared: several planners and speed laws in the same worlds, told as studies tell it."""
+"""Compared: several planners and speed laws in the same worlds, reported as in a study."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from lampyris.report.data.serialize import robot_record
 from lampyris.study.analysis.best import FEWEST, best
 from lampyris.study.analysis.runs import Runs, entrants_of, runs_of
 from lampyris.study.analysis.summary import summarise
-from lampyris.study.design.config import law_who, planner_who
+from lampyris.study.design.config import law_config, planner_config
 from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 
-MOST_WHO: Final = 16
+MOST_CONFIGS: Final = 16
 MOST_SEEDS: Final = 1000
 _KEYS: Final = ("name", "settings", "label")
 
@@ -47,12 +47,12 @@ class Comparison:
         return [(label, *pair) for label, pair in zip(entrants_of(self.study), pairs, strict=True)]
 
 
-def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
+def comparison(scenario: Scenario, request: Mapping[str, Any]) -> Comparison:
     """Who meets, from plain data.
 
     Parameters
     ----------
-    said : ``planners`` and ``laws``: lists of names or of {name, settings, label}; absent or empty: the
+    request : ``planners`` and ``laws``: lists of names or of {name, settings, label}; absent or empty: the
         scenario's own. ``seeds``: how many, from the scenario's own on, or a list; absent: 1.
 
     Raises
@@ -61,8 +61,8 @@ def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
     """
     own_planner = Config(scenario.planner, scenario.settings)
     own_law = Config(scenario.law, scenario.law_settings)
-    planners = _who(said.get("planners"), "planners", own_planner, planner_who)
-    laws = _who(said.get("laws"), "laws", own_law, law_who)
+    planners = _configs(request.get("planners"), "planners", own_planner, planner_config)
+    laws = _configs(request.get("laws"), "laws", own_law, law_config)
     scene = scenario.scene
     place = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
     study = Study(
@@ -71,8 +71,8 @@ def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
         worlds=(World(place, scene.start, scene.goal),),
         planners=planners,
         laws=laws,
-        crowds=(StudyTraffic(),),
-        seeds=_seeds(said.get("seeds"), scenario.seed),
+        traffic_cases=(StudyTraffic(),),
+        seeds=_seeds(request.get("seeds"), scenario.seed),
         moves=scene.moves.name,
         robot=robot_record(scene),
         ticks=scenario.ticks,
@@ -84,15 +84,15 @@ def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
     return Comparison(scenario, study)
 
 
-def _who(
+def _configs(
     given: Any, key: str, own: Config, make: Callable[[str, Mapping[str, Any], str], Config]
 ) -> tuple[Config, ...]:
     if given is None or given == []:
         return (make(own.name, own.settings, ""),)
     if not isinstance(given, list):
         raise FileError("TYPE", f"{key}", where=key, allowed="a list")
-    if len(given) > MOST_WHO:
-        raise LimitError("LIMIT", f"{len(given)} {key}", where=key, allowed=f"at most {MOST_WHO}")
+    if len(given) > MOST_CONFIGS:
+        raise LimitError("LIMIT", f"{len(given)} {key}", where=key, allowed=f"at most {MOST_CONFIGS}")
     made = []
     for k, one in enumerate(given):
         table = {"name": one} if isinstance(one, str) else one
@@ -145,7 +145,7 @@ class ComparisonResults:
 
 
 def compare(
-    compared: Comparison, look: Callable[[], None], job: Any, told: ComparisonResults
+    compared: Comparison, look: Callable[[], None], job: Any, results: ComparisonResults
 ) -> Iterator[bytes]:
     """Of the first seed ``H T* E* Z`` for each entrant, of the others ``Z`` alone; then ``S``:
     a study's summary, with who is ``best`` by each measure.
@@ -158,22 +158,22 @@ def compare(
         for s, seed in enumerate(compared.study.seeds):
             for k, (label, planner, law) in enumerate(compared.entrants):
                 head = {"job": job, "label": label, "planner": planner.name, "law": law.name, "seed": seed}
-                yield from _one(compared.scenario, (planner, law), head, look, told, (s, k))
-    runs = told.runs()
+                yield from _one(compared.scenario, (planner, law), head, look, results, (s, k))
+    runs = results.runs()
     tops = {name: one._asdict() for name, one in best(runs).items()}
-    said = summarise(runs, timing=True).as_json()
-    yield json_frame("S", {**said, "best": tops, "fewest": FEWEST})
+    request = summarise(runs, timing=True).as_json()
+    yield json_frame("S", {**request, "best": tops, "fewest": FEWEST})
 
 
 def _one(
     world: Scenario,
-    who: tuple[Config, Config],
+    config_pair: tuple[Config, Config],
     head: Mapping[str, Any],
     look: Callable[[], None],
-    told: ComparisonResults,
+    results: ComparisonResults,
     at: tuple[int, int],
 ) -> Iterator[bytes]:
-    planner, law = who
+    planner, law = config_pair
     scenario = replace(
         world, planner=planner.name, settings=planner.settings, law=law.name, law_settings=law.settings,
         seed=head["seed"],
@@ -198,12 +198,12 @@ def _one(
             raise
         if first and not begun:
             yield json_frame("H", {**head, "units": "", "causes": [], "obstacle_specs": []})
-        told.add(*at, "refused", fault.code, {})
+        results.add(*at, "refused", fault.code, {})
         metrics = {"outcome": "refused", "found": False, "arrived": False}
         yield json_frame("Z", {**head, "outcome": "refused", "sentence": str(fault), "metrics": metrics})
         return
     numbers = {**_metrics(trace), "plan_s": trace.timing.get("planning_s")}
-    told.add(*at, "done", "", numbers)
+    results.add(*at, "done", "", numbers)
     end = ending(trace, head)
     if first:
         end["edits"] = [asdict(edit) for edit in trace.edits]

@@ -1,4 +1,4 @@
-"""Decode: a stranger's map file becomes cells in a process that can do nothing else.
+"""Decode: an untrusted map file becomes cells in a process that can do nothing else.
 
 The process has little memory and few seconds, may open no file but those it was sent (in a private folder of
 its own) and code, starts nothing and connects to nothing. What it sends back is plain data of a known size
@@ -74,8 +74,8 @@ def _asked(container: bytes) -> dict[str, Any]:
     if done.returncode == -getattr(signal, "SIGKILL", 9):
         raise _too_large()
     try:
-        told = json.loads(done.stdout[:MAX_ANSWER])
-        error, found = told.get("error"), told.get("map")
+        reply = json.loads(done.stdout[:MAX_ANSWER])
+        error, found = reply.get("error"), reply.get("map")
     except (ValueError, AttributeError):
         error = found = None
     if isinstance(error, dict):
@@ -132,16 +132,16 @@ def main() -> None:
     folder = sys.argv[1]
     try:
         confine(folder)
-        told: dict[str, Any] = {"map": read_container(sys.stdin.buffer.read(MAX_BYTES + 1), Path(folder))}
+        reply: dict[str, Any] = {"map": read_container(sys.stdin.buffer.read(MAX_BYTES + 1), Path(folder))}
     except MemoryError:
-        told = {"error": {**fault_of(_too_large()), "kind": 1}}
+        reply = {"error": {**fault_of(_too_large()), "kind": 1}}
     except LampyrisError as fault:
         kind = next((k for k, v in _KINDS.items() if isinstance(fault, v)), 0)
-        told = {"error": {**_without(fault_of(fault), folder), "kind": kind}}
+        reply = {"error": {**_without(fault_of(fault), folder), "kind": kind}}
     except Exception as fault:
         what = f"{type(fault).__name__}: {fault}"[:300]
-        told = {"error": {**_without(fault_of(InternalFault("DECODER", what)), folder), "kind": 2}}
-    sys.stdout.buffer.write(json.dumps(told, separators=(",", ":")).encode())
+        reply = {"error": {**_without(fault_of(InternalFault("DECODER", what)), folder), "kind": 2}}
+    sys.stdout.buffer.write(json.dumps(reply, separators=(",", ":")).encode())
     sys.stdout.buffer.flush()
 
 

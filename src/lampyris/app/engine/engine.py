@@ -85,13 +85,13 @@ class JobReader:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
                 _leave()
             try:
-                said = json.loads(body)
-                cancels = said.get("cancel") is not None
-                number = int(said["cancel"] if cancels else said.get("job", 0))
+                message = json.loads(body)
+                cancels = message.get("cancel") is not None
+                number = int(message["cancel"] if cancels else message.get("job", 0))
             except (ValueError, RecursionError, AttributeError, TypeError, OverflowError):
                 os._exit(2)
             if not cancels:
-                job = EngineJob(number, said, cancellation.CancelToken())
+                job = EngineJob(number, message, cancellation.CancelToken())
                 self._stops[number] = job.stop
                 self._jobs.put(job)
             elif (stop := self._stops.get(number)) is not None:
@@ -150,7 +150,7 @@ def _write(out: RawIOBase, data: bytes) -> None:
 
 
 def _warm(asked: JobReader) -> None:
-    """Have the compiled code at hand, unless somebody is already waiting."""
+    """Have the compiled code available, unless a request is already waiting."""
     from lampyris.app.engine import work
 
     for _ in _answered(work.warm({}, lambda: None)):
@@ -181,8 +181,8 @@ def limit_memory(more: int) -> None:
     try:
         import resource
 
-        with open("/proc/self/statm") as told:
-            now = int(told.read().split()[0]) * resource.getpagesize()
+        with open("/proc/self/statm") as statm:
+            now = int(statm.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, OSError, ValueError):

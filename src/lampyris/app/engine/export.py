@@ -119,7 +119,7 @@ def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick:
             "a moment of a run as SVG",
             where="what",
             allowed="png",
-            todo="take PNG, or the whole way",
+            todo="take PNG, or the entire path",
         )
     if type(tick) is not int or tick < 0:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
@@ -148,12 +148,12 @@ def _landscape(settings: Mapping[str, Any], scenario: Scenario, trace: Trace) ->
     moves = name == "reach"
 
     def values(tick: int) -> Floats:
-        return layer_of(str(name), scenario, tick, _bodies(trace, tick) if moves else None)
+        return layer_of(str(name), scenario, tick, _obstacles(trace, tick) if moves else None)
 
     return Landscape(str(name), values, moves)
 
 
-def _bodies(trace: Trace, tick: int) -> list[list[int]]:
+def _obstacles(trace: Trace, tick: int) -> list[list[int]]:
     """Cells of the obstacles that are there at a tick."""
     return [
         track[min(tick - came, len(track) - 1)].tolist()
@@ -207,12 +207,12 @@ def _values(data: Any) -> int:
 def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
     if settings.get("planners"):
         compared = comparison(scenario, settings)
-        told = ComparisonResults(compared)
+        results = ComparisonResults(compared)
         share = Share("comparing", len(compared.entrants) * len(compared.study.seeds))
-        for _ in compare(compared, look, None, told):
-            share(len(told))
+        for _ in compare(compared, look, None, results):
+            share(len(results))
             look()
-        runs = told.runs()
+        runs = results.runs()
         return page_of(runs, summarise(runs), films=False).encode()
     return run_page(scenario, look).encode()
 

@@ -65,13 +65,13 @@ def ticks_frame(
     Parameters
     ----------
     robot : (n, 2) cells. speed : (n,). cause : (n,), indices into the header's ``causes``.
-    places : int16 (n, bodies, 2), :data:`NOWHERE` where a body has not appeared.
+    places : int16 (n, obstacles, 2), :data:`NOWHERE` where an obstacle has not appeared.
     near : (n,) metres between the robot's rim and the nearest obstacle's; infinity without obstacles.
     """
-    n, bodies = places.shape[:2]
+    n, obstacles = places.shape[:2]
     return frame(
         "T",
-        struct.pack("<IHH", first, n, bodies)
+        struct.pack("<IHH", first, n, obstacles)
         + robot.astype("<i2").tobytes()
         + speed.astype("<f4").tobytes()
         + cause.astype(np.uint8).tobytes()

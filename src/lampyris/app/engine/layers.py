@@ -16,7 +16,7 @@ from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.planning import registry
 from lampyris.planning.field.layers import clearance, moves_on
 from lampyris.planning.field.solve import solve_field
@@ -28,7 +28,7 @@ HORIZON: Final = 64
 Flat = NDArray[np.int64]
 
 
-def layer_of(name: str, scenario: Scenario, tick: int, bodies: Any) -> Floats:
+def layer_of(name: str, scenario: Scenario, tick: int, obstacles: Any) -> Floats:
     """A layer, float64 (height, width), on the map as it is at a tick; infinite where there is no value.
 
     ``cost``: least cost to the goal, cells. ``luciferin``: with the planner's own shares, if it has any.
@@ -39,17 +39,17 @@ def layer_of(name: str, scenario: Scenario, tick: int, bodies: Any) -> Floats:
 
     Parameters
     ----------
-    bodies : cells [x, y] of obstacles; None: where they are at the beginning.
+    obstacles : cells [x, y] of obstacles; None: where they are at the beginning.
 
     Raises
     ------
     UsageError : LAYER.
-    SceneError, FileError : bodies that are no cells of the map.
+    SceneError, FileError : obstacles that are no cells of the map.
     """
     make = _LAYERS.get(name)
     if make is None:
         raise UsageError("LAYER", f"{name!r:.60}", where="layer", allowed=", ".join(_LAYERS))
-    return make(scene_at(scenario.scene, tick), scenario, bodies)
+    return make(scene_at(scenario.scene, tick), scenario, obstacles)
 
 
 def scene_at(scene: Scene, tick: int) -> Scene:
@@ -82,15 +82,15 @@ def _field(scene: Scene, scenario: Scenario) -> Field:
     return keep(key, scene.grid, lambda: solve_field(scene, gates=gates, **shares))
 
 
-def _cost(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+def _cost(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
     return _field(scene, scenario).cost
 
 
-def _luciferin(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+def _luciferin(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
     return _field(scene, scenario).luciferin
 
 
-def _clearance(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+def _clearance(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
     return np.where(scene.grid.blocked, np.inf, clearance(scene.grid))
 
 
@@ -102,7 +102,7 @@ def own_order(scene: Scene, scenario: Scenario) -> Cells | None:
     return keep((*key, scene.robot.radius), scene.grid, lambda: expanded(planner, scene))
 
 
-def _expanded(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+def _expanded(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
     taken = own_order(scene, scenario)
     if taken is not None:
         own = np.full(scene.grid.blocked.shape, np.inf)
@@ -118,22 +118,22 @@ def _expanded(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
     return order
 
 
-def _reach(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
-    if bodies is None:
+def _reach(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
+    if obstacles is None:
         cells = [cell for _, cell in standing(scenario)]
     else:
-        cells = _cells(bodies, scene.grid)
+        cells = _cells(obstacles, scene.grid)
     cutting = moves_on(scene.grid, scene.moves).corner_cutting
     return reach(scene.grid, cells, cutting, HORIZON)
 
 
 def _cells(given: Any, grid: Grid) -> list[Cell]:
-    if not isinstance(given, list) or len(given) > MAX_BODIES:
+    if not isinstance(given, list) or len(given) > MAX_OBSTACLES:
         raise FileError(
             "TYPE",
             "obstacle_cells",
             where="obstacle_cells",
-            allowed=f"null, or at most {MAX_BODIES:,} cells [x, y]",
+            allowed=f"null, or at most {MAX_OBSTACLES:,} cells [x, y]",
         )
     cells = []
     for k, one in enumerate(given):
@@ -150,7 +150,7 @@ def _cells(given: Any, grid: Grid) -> list[Cell]:
 
 
 def reach(grid: Grid, cells: list[Cell], cutting: bool, horizon: int) -> Floats:
-    """Ticks until somebody who makes one of eight steps each tick could be in a cell; infinite beyond
+    """Ticks until an obstacle that makes one of eight steps each tick could reach a cell; infinite beyond
     ``horizon``.
 
     Parameters

@@ -36,7 +36,7 @@ _walls: dict[tuple[int, str], tuple[MapDocument, Grid]] = {}
 took a quarter of a second. With each the map itself, so that no other takes its place."""
 
 
-def said_scenario(question: Mapping[str, Any]) -> Scenario:
+def scenario_of_request(question: Mapping[str, Any]) -> Scenario:
     """The scenario of a question.
 
     Parameters

@@ -21,7 +21,7 @@ _ears: list[Callable[[bytes], None]] = []
 
 @contextmanager
 def heard(ear: Callable[[bytes], None]) -> Iterator[None]:
-    """Give what is told meanwhile to ``ear``, as frames ``P``."""
+    """Pass progress reports to ``ear`` meanwhile, as frames ``P``."""
     _ears.append(ear)
     try:
         yield
@@ -36,12 +36,12 @@ def tell(what: str, **more: Any) -> None:
 
 
 class Share:
-    """How much of something is done, told now and then.
+    """How much of something is done, reported now and then.
 
     Parameters
     ----------
     what : is done: a word that the page knows.
-    of : how much there is; None: nobody knows.
+    of : how much there is; None: unknown.
     """
 
     def __init__(self, what: str, of: int | None = None) -> None:

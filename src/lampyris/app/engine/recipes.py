@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.app.engine.frames import frame, json_frame
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 from lampyris.errors import FileError
 from lampyris.io.maps.formats.document import grid_codes
 from lampyris.io.maps.map_hash import map_hash
@@ -33,7 +33,7 @@ def make(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[byte
     if not isinstance(spec, dict) or "recipe" not in spec:
         raise FileError("MAP", f"{spec!r:.60}", where="map", allowed="{recipe, size, seed, settings}")
     # Ends anywhere: what is looked at is the map.
-    scenario = said_scenario({"scenario": {"version": 1, "map": spec, "start": [0, 0], "goal": [1, 1]}})
+    scenario = scenario_of_request({"scenario": {"version": 1, "map": spec, "start": [0, 0], "goal": [1, 1]}})
     grid, source = scenario.scene.grid, scenario.map
     assert isinstance(source, Made)
     start, goal = far_ends(grid)

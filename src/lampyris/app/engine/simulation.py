@@ -38,7 +38,7 @@ CHUNK_S: Final = 0.03
 MOST_TICKS: Final = 60_000
 """Ticks of one frame: their number has 16 bits."""
 MOST_PATH: Final = 20_000
-"""Cells of patrols that are told with a plan, all of them together."""
+"""Cells of patrols that are sent with a plan, in all."""
 WORDS: Final = (*CAUSES, "other")
 """What can bind a speed, as a frame of ticks counts them."""
 _CODES: Final = {word: k for k, word in enumerate(WORDS)}
@@ -74,9 +74,9 @@ def standing(scenario: Scenario) -> list[tuple[Obstacle, Cell]]:
     ------
     LampyrisError : as :func:`begin`, for obstacles that have no place.
     """
-    crowd = _crowd(scenario)
-    cells = map(crowd.world.space.cell, crowd.world.where)
-    return list(zip(crowd.bodies, cells, strict=True))
+    traffic = _traffic(scenario)
+    cells = map(traffic.world.space.cell, traffic.world.where)
+    return list(zip(traffic.obstacles, cells, strict=True))
 
 
 def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
@@ -87,18 +87,18 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
     ------
     LampyrisError : as :func:`begin`, for obstacles that have no place.
     """
-    crowd = _crowd(scenario)
-    cell = crowd.world.space.cell
+    traffic = _traffic(scenario)
+    cell = traffic.world.space.cell
     records = [
-        {**body_record(body), "at": list(cell(number))}
-        for body, number in zip(crowd.bodies, crowd.world.where, strict=True)
+        {**obstacle_record(obstacle), "at": list(cell(number))}
+        for obstacle, number in zip(traffic.obstacles, traffic.world.where, strict=True)
     ]
     patrols = iter([one for one in scenario.scene.traffic if isinstance(one, Patrol)])
     left = MOST_PATH
-    for drive in crowd.drivers:
-        if not isinstance(drive, Shuttle) or crowd.bodies[drive.body].kind != "patrol":
+    for drive in traffic.drivers:
+        if not isinstance(drive, Shuttle) or traffic.obstacles[drive.obstacle].kind != "patrol":
             continue
-        record = records[drive.body]
+        record = records[drive.obstacle]
         record["waypoints"] = [list(one) for one in next(patrols).waypoints]
         left -= len(drive.route)
         if left >= 0:
@@ -106,7 +106,7 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
     return records
 
 
-def _crowd(scenario: Scenario) -> Traffic:
+def _traffic(scenario: Scenario) -> Traffic:
     scene = api.among(scenario.scene, None)
     space = CellIndex(scene.grid)
     world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
@@ -115,43 +115,43 @@ def _crowd(scenario: Scenario) -> Traffic:
 
 def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
     """Run it to its end, and hand out events and ticks as they come, each with what bounds the speed."""
-    ticks, events, bodies, last = 0, 0, len(run.crowd.bodies), perf_counter()
+    ticks, events, obstacles, last = 0, 0, len(run.traffic.obstacles), perf_counter()
     caps: list[tuple[tuple[str, float], ...]] = [()]
     while True:
         over = run.outcome is not None
         if over or perf_counter() - last > CHUNK_S or run.now - ticks >= MOST_TICKS:
             news = events_since(run, events)
             if news:
-                yield _events(news, run.crowd.bodies[bodies:])
+                yield _events(news, run.traffic.obstacles[obstacles:])
             part = since(run, ticks)
             yield _ticks(part, ticks)
             if (allowed := caps_frame(ticks, caps[: part.ticks + 1])) is not None:
                 yield allowed
             caps = []
-            ticks, events, bodies, last = (
+            ticks, events, obstacles, last = (
                 run.now + 1,
                 events + len(news),
-                len(run.crowd.bodies),
+                len(run.traffic.obstacles),
                 perf_counter(),
             )
         look()
         if over:
             return
         run.tick()
-        caps.append(() if run.outcome is Outcome.ARRIVED else run.pace.caps())
+        caps.append(() if run.outcome is Outcome.ARRIVED else run.tick_speed.caps())
 
 
-def _events(news: list[Event], bodies: Sequence[Obstacle]) -> bytes:
+def _events(news: list[Event], obstacles: Sequence[Obstacle]) -> bytes:
     """Events; those of obstacles that appeared say what these are."""
-    told, came = [], iter(bodies)
+    rows, came = [], iter(obstacles)
     for event in news:
         one: dict[str, Any] = {
             "tick": event.tick, "word": event.word, "cell": list(event.cell), "sentence": event.sentence
         }  # fmt: skip
         if event.word == "appear":
-            one["body"] = body_record(next(came))
-        told.append(one)
-    return json_frame("E", told)
+            one["body"] = obstacle_record(next(came))
+        rows.append(one)
+    return json_frame("E", rows)
 
 
 def _ticks(part: Trace, first: int) -> bytes:
@@ -177,23 +177,23 @@ def finish(run: Simulation) -> Trace:
     return replace(trace, detail=why(trace, run.scene))
 
 
-def body_record(body: Obstacle) -> dict[str, Any]:
+def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
     """What a moving obstacle is."""
-    return {"kind": body.kind, "radius": body.radius, "yields": body.yields}
+    return {"kind": obstacle.kind, "radius": obstacle.radius, "yields": obstacle.yields}
 
 
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where; ``obstacle_specs``: those that are there from the start."""
     return {
         "planner": scenario.planner,
-        "law": run.pace.name,
-        "units": run.pace.units,
+        "law": run.tick_speed.name,
+        "units": run.tick_speed.units,
         "seed": scenario.seed,
         "map": grid_record(scenario.scene.grid),
         "start": list(scenario.scene.start),
         "goal": list(scenario.scene.goal),
         "causes": list(WORDS),
-        "obstacle_specs": [body_record(body) for body in run.crowd.bodies],
+        "obstacle_specs": [obstacle_record(obstacle) for obstacle in run.traffic.obstacles],
         "last_tick": run.last_tick,
         "notes": list(scenario.notes),
     }
@@ -209,7 +209,7 @@ def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
         "last_tick": trace.last_tick,
         "metrics": trace_metrics(trace, known(trace.scene)),
         "notes": list(trace.notes),
-        "obstacle_specs": [body_record(body) for body in trace.obstacle_specs],
+        "obstacle_specs": [obstacle_record(obstacle) for obstacle in trace.obstacle_specs],
         "digest": digest(trace),
         "timing": dict(trace.timing),
     }

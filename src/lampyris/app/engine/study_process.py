@@ -33,12 +33,12 @@ MEMORY: Final = 4 * 2**30
 """Bytes of address space beyond what is mapped at first. Studies are meant to be long: no limit of time."""
 
 
-def study_data(scenario: Scenario, said: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+def study_data(scenario: Scenario, request: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """The study file of a comparison, and what a person should know of it.
 
     Parameters
     ----------
-    said : ``planners`` and ``laws`` as for a comparison, ``seeds`` of each query and ``queries``, the
+    request : ``planners`` and ``laws`` as for a comparison, ``seeds`` of each query and ``queries``, the
         scenario's own among them.
 
     Raises
@@ -46,11 +46,11 @@ def study_data(scenario: Scenario, said: Mapping[str, Any]) -> tuple[dict[str, A
     InputError : what no study can hold: recorded obstacles, edits while it runs.
     """
     scene = scenario.scene
-    crowd, notes = _crowd(scene)
+    traffic, notes = _traffic(scene)
     own_planner = {"name": scenario.planner, "settings": dict(scenario.settings)}
     own_law = {"name": scenario.law, "settings": dict(scenario.law_settings)}
-    seeds = _whole(said, "seeds", MOST_SEEDS)
-    many = _whole(said, "queries", MOST_QUERIES)
+    seeds = _whole(request, "seeds", MOST_SEEDS)
+    many = _whole(request, "queries", MOST_QUERIES)
     place = {"rows": ["."], "name": (scene.grid.name or "map")[:64]}
     maps: list[dict[str, Any]] = [
         {**place, "queries": [{"start": list(scene.start), "goal": list(scene.goal)}]},
@@ -66,9 +66,9 @@ def study_data(scenario: Scenario, said: Mapping[str, Any]) -> tuple[dict[str, A
         "moves": scene.moves.name,
         "robot": robot_record(scene),
         "maps": maps,
-        "planners": said.get("planners") or [own_planner],
-        "laws": said.get("laws") or [own_law],
-        "traffic": [crowd],
+        "planners": request.get("planners") or [own_planner],
+        "laws": request.get("laws") or [own_law],
+        "traffic": [traffic],
         "seeds": seeds,
         "seed": scenario.seed,
         "ticks": scenario.ticks,
@@ -76,15 +76,15 @@ def study_data(scenario: Scenario, said: Mapping[str, Any]) -> tuple[dict[str, A
     }, notes
 
 
-def _whole(said: Mapping[str, Any], key: str, most: int) -> int:
-    value = said.get(key, 1)
+def _whole(request: Mapping[str, Any], key: str, most: int) -> int:
+    value = request.get(key, 1)
     if type(value) is not int or not 1 <= value <= most:
         raise LimitError(key.upper(), f"{value!r:.40}", where=key, allowed=f"a whole number, 1 to {most:,}")
     return value
 
 
-def _crowd(scene: Scene) -> tuple[Any, list[str]]:
-    """The obstacles as a study draws them anew for each query and seed."""
+def _traffic(scene: Scene) -> tuple[Any, list[str]]:
+    """The obstacles as a study draws them again for each query and seed."""
     if getattr(scene, "edits", ()):
         raise InputError(
             "EDITS", "walls that come and go during a run", where="scenario: /edits",
@@ -101,13 +101,13 @@ def _crowd(scene: Scene) -> tuple[Any, list[str]]:
     kinds = sorted({_kind(one) for one in some})
     rates = {one.rate for one in some if isinstance(one, RandomWalk)}
     radii = sorted({float(getattr(one, "radius", 0.0)) for one in some})
-    crowd: dict[str, Any] = {
+    traffic: dict[str, Any] = {
         "kind": kinds[0] if len(kinds) == 1 else "mixed",
         "count": sum(getattr(one, "count", 1) for one in some),
         "radius": radii[-1],
     }
-    if len(rates) == 1 and kinds[0] != "patrol" and crowd["kind"] in ("random-walk", "mixed"):
-        crowd["rate"] = next(iter(rates))
+    if len(rates) == 1 and kinds[0] != "patrol" and traffic["kind"] in ("random-walk", "mixed"):
+        traffic["rate"] = next(iter(rates))
     notes = []
     if len(kinds) > 1:
         notes.append("The study has as many obstacles, a third of each kind.")
@@ -117,7 +117,7 @@ def _crowd(scene: Scene) -> tuple[Any, list[str]]:
         notes.append("The study draws where its walkers begin, also those that the map has drawn.")
     if "patrol" in kinds:
         notes.append("The study draws the waypoints of its patrols itself.")
-    return crowd, notes
+    return traffic, notes
 
 
 def _kind(one: ObstacleSpec) -> str:
@@ -131,10 +131,10 @@ def study_of_question(question: Mapping[str, Any]) -> tuple[Study, list[str]]:
     ------
     LampyrisError : what is wrong with it.
     """
-    from lampyris.app.engine.parse import said_scenario
+    from lampyris.app.engine.parse import scenario_of_request
     from lampyris.study.design.study_file import study_from
 
-    scenario = said_scenario(question)
+    scenario = scenario_of_request(question)
     data, notes = study_data(scenario, question)
     made = study_from(data, MapDocument(scenario.scene.grid))
     if len(made) > MOST_RUNS:
@@ -154,8 +154,8 @@ def main() -> None:
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def tell(**told: Any) -> None:
-        out.write(json.dumps(told, allow_nan=False) + "\n")
+    def tell(**record: Any) -> None:
+        out.write(json.dumps(record, allow_nan=False) + "\n")
         out.flush()
 
     try:

@@ -12,7 +12,7 @@ from lampyris.app.engine.comparison import ComparisonResults, comparison
 from lampyris.app.engine.comparison import compare as compared
 from lampyris.app.engine.frames import json_frame, layer_frame
 from lampyris.app.engine.layers import layer_of, own_order, scene_at
-from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.recipes import make
 from lampyris.app.engine.simulation import begin, ending, finish, header, standing_records, watch
 from lampyris.errors import LampyrisError, UsageError
@@ -44,7 +44,7 @@ def answer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A plan with its speeds: one frame ``Z``."""
     began, loaded = loading.wall(), loading.seconds()
-    scenario = said_scenario(question)
+    scenario = scenario_of_request(question)
     planner = registry.make(scenario.planner, scenario.settings)
     found = api.plan(scenario.scene, planner, seed=scenario.seed, record=bool(question.get("record")))
     law: Any = speed_law(scenario.law, scenario.law_settings)
@@ -71,7 +71,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 def simulate(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A simulation, tick by tick: ``H``, ``E`` and ``T`` as they come, ``Z``."""
-    scenario = said_scenario(question)
+    scenario = scenario_of_request(question)
     yield from simulated(scenario, look, {"job": question.get("job"), "label": scenario.planner})
 
 
@@ -89,7 +89,7 @@ def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     if type(tick) is not int or tick < 0:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     name = str(question.get("layer"))
-    scenario = said_scenario(question)
+    scenario = scenario_of_request(question)
     made = layer_of(name, scenario, tick, question.get("obstacle_cells"))
     if name == "expanded":
         own = own_order(scene_at(scenario.scene, tick), scenario) is not None
@@ -99,7 +99,7 @@ def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Several planners and laws: see :func:`lampyris.app.engine.comparison.compare`."""
-    found = comparison(said_scenario(question), question)
+    found = comparison(scenario_of_request(question), question)
     yield from compared(found, look, question.get("job"), ComparisonResults(found))
 
 
@@ -107,7 +107,7 @@ def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A file: see :func:`lampyris.app.engine.export.export`. What draws is loaded when it is asked for."""
     from lampyris.app.engine.export import export as exported
 
-    yield from exported(question, said_scenario(question), look)
+    yield from exported(question, scenario_of_request(question), look)
 
 
 def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

@@ -1,4 +1,4 @@
-"""Answers: frames as they come from an engine, for as long as somebody reads them."""
+"""Answers: frames as they come from an engine, for as long as the client reads them."""
 
 from __future__ import annotations
 

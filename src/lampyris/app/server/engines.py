@@ -2,7 +2,7 @@
 
 At most so many questions are answered at a time, one by each engine; some more wait, and others are refused.
 One engine more answers plans and layers alone, so that what follows the hand never waits for what takes long.
-An engine that dies (it used up its processor time, or crashed) is restarted, and the client is told so.
+An engine that dies (it used up its processor time, or crashed) is restarted, and the client is ending so.
 Nobody reads: nobody writes. What is not taken from an answer stays in the pipe, and the engine stands still.
 """
 
@@ -55,7 +55,7 @@ class Busy(LimitError):
 
 
 class _Turn(NamedTuple):
-    """Somebody who waits."""
+    """A waiting client."""
 
     job: int
     short: bool
@@ -249,8 +249,8 @@ class Engines:
                 "MEMORY", "the system ended this job for want of memory",
                 todo="end other programs, or take a smaller map",
             )  # fmt: skip
-        told = f"signal {-code}" if code < 0 else f"exit code {code}"
-        fault = InternalFault("ENGINE", f"the process that worked on this ended unexpectedly ({told})")
+        ending = f"signal {-code}" if code < 0 else f"exit code {code}"
+        fault = InternalFault("ENGINE", f"the process that worked on this ended unexpectedly ({ending})")
         fault.todo = "another one has been started; please report this"
         return fault
 
@@ -267,12 +267,12 @@ def _end_group(leader: int) -> None:
 
 def _out_of_memory() -> int:
     """How many processes the system has ended for want of memory, where it says so (Linux); otherwise 0."""
-    told = 0
+    total = 0
     for name, word in _KILLS:
         with suppress(OSError, ValueError):
             rows = dict(row.split(" ", 1) for row in Path(name).read_text().splitlines() if " " in row)
-            told += int(rows.get(word, 0))
-    return told
+            total += int(rows.get(word, 0))
+    return total
 
 
 _KILLS: Final = (("/proc/vmstat", "oom_kill"), ("/sys/fs/cgroup/memory.events", "oom_kill"))
@@ -282,7 +282,7 @@ _CANCELLED: Final = InputError("CANCELLED", "stopped")
 
 
 class _Engine:
-    """One process; started when it is needed, and anew after its end."""
+    """One process; started when it is needed, and again after its end."""
 
     def __init__(self, command: Sequence[str], folder: Path | None = None, quick: bool = False) -> None:
         self._command, self.quick = command, quick

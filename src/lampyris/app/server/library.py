@@ -34,7 +34,7 @@ from lampyris.io.maps import library as bundled
 from lampyris.io.maps.formats.document import MapDocument, grid_codes
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.thumbnail import thumbnail
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_OBSTACLES
 
 MOST_BYTES: Final = 2**30
 MOST_FILES: Final = 1000
@@ -73,7 +73,7 @@ def temporary_spool() -> Path:
 
     Raises
     ------
-    FileError : somebody else made a folder or a file of that name.
+    FileError : another program made a folder or a file of that name.
     """
     user = os.getuid() if hasattr(os, "getuid") else 0
     folder = Path(tempfile.gettempdir()) / f"lampyris-{user}"
@@ -112,7 +112,7 @@ class Library:
     def listing(self) -> list[dict[str, Any]]:
         """Every map: ``id name kind width height free thumb``, what is not known yet null.
 
-        ``kind``: ``bundled``, ``folder`` or ``upload``. A map of the folder is not read before somebody looks
+        ``kind``: ``bundled``, ``folder`` or ``upload``. A map of the folder is not read before a client looks
         at it; its thumbnail is such a look.
         """
         rows = [_bundled_row(name) for name in bundled.names()]
@@ -361,8 +361,8 @@ def _content(entry: os.DirEntry[str]) -> bytes:
 
 def _mark(name: str, info: os.DirEntry[str]) -> tuple[Any, ...]:
     """A file as it is now; another content has another mark."""
-    told = info.stat(follow_symlinks=False)
-    return (name, told.st_ino, told.st_size, told.st_mtime_ns)
+    status = info.stat(follow_symlinks=False)
+    return (name, status.st_ino, status.st_size, status.st_mtime_ns)
 
 
 def _checked(known: dict[str, Any]) -> dict[str, Any]:
@@ -372,10 +372,10 @@ def _checked(known: dict[str, Any]) -> dict[str, Any]:
     if max(width, height) > MOST_SIDE:
         what = f"{width} x {height}"
         raise LimitError("MAP_SIDE", what, where=str(known["name"]), allowed=f"sides up to {MOST_SIDE:,}")
-    bodies = known.get("obstacle_cells", [])
-    if not isinstance(bodies, list) or len(bodies) > MAX_BODIES:
-        raise FileError("PACKED_MAP", "moving obstacles", allowed=f"at most {MAX_BODIES:,} cells")
-    for cell in bodies:
+    obstacle_cells = known.get("obstacle_cells", [])
+    if not isinstance(obstacle_cells, list) or len(obstacle_cells) > MAX_OBSTACLES:
+        raise FileError("PACKED_MAP", "moving obstacles", allowed=f"at most {MAX_OBSTACLES:,} cells")
+    for cell in obstacle_cells:
         whole = isinstance(cell, list) and len(cell) == 2 and all(type(c) is int for c in cell)
         if not (whole and found.grid.contains((cell[0], cell[1]))):
             raise FileError("PACKED_MAP", f"a moving obstacle at {cell!r:.40}", allowed="cells of the map")

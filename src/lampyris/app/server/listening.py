@@ -22,14 +22,14 @@ BACKLOG: Final = 256
 STALL_SECONDS: Final = 30.0
 SEND_BUFFER: Final = 256 * 1024
 """Bytes of an answer that the system holds. A third of what Linux makes of it must be taken in
-:data:`STALL_SECONDS`, so that who reads slowly is told from one who does not read."""
+:data:`STALL_SECONDS`, to distinguish a slow reader from one that does not read."""
 
 
 class Protocol(H11Protocol):
     """A connection that must send a head in time, and take its answer.
 
     uvicorn's own limit on waiting begins when the first answer is over; and who reads nothing, or a byte now and
-    then, would hold an engine for ever.
+    then, would hold an engine forever.
     """
 
     head_seconds: float = HEAD_SECONDS
@@ -46,7 +46,7 @@ class Protocol(H11Protocol):
             self.transport.close()
 
     def pause_writing(self) -> None:
-        """Wait for the reader, but not for ever."""
+        """Wait for the reader, but not forever."""
         super().pause_writing()
         self._stalled = self.loop.call_later(self.stall_seconds, self.transport.abort)
 
@@ -88,7 +88,7 @@ def open_sockets(port: int, remote: bool = False) -> list[socket.socket]:
     try:
         second = _listen(socket.AF_INET6, "::" if remote else "::1", first.getsockname()[1])
     except (UsageError, OSError):
-        # No IPv6, or somebody else has its port: then there is 127.0.0.1, which is what is printed.
+        # No IPv6, or another program has its port: then there is 127.0.0.1, which is what is printed.
         return [first]
     return [first, second]
 

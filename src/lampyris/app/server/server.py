@@ -59,10 +59,10 @@ TICKET_SECONDS: Final = 30.0
 LOOKS: Final = 16
 """Threads that look things up."""
 READS: Final = 2
-"""Threads that read what a stranger wrote. They are others, so that eight bombs keep nobody from his maps."""
+"""Threads that read untrusted input. They are others, so that eight bombs keep nobody from his maps."""
 
 PACKED: Final = [Middleware(GZipMiddleware)]
-"""Of what is the same for everybody: what is compressed with a secret beside something that a stranger chose can leak
+"""Of what is the same for everyone: what is compressed together with a secret and text chosen by an attacker can leak
 the secret."""
 
 ASKED: Final[Mapping[str, Form]] = {
@@ -128,11 +128,11 @@ class Services:
         return await asyncio.get_running_loop().run_in_executor(self.looks, work, *given)
 
     async def read(self, work: Callable[..., Any], *given: Any) -> Any:
-        """Do some work on what a stranger wrote in a thread."""
+        """Do some work on untrusted input in a thread."""
         return await asyncio.get_running_loop().run_in_executor(self.reads, work, *given)
 
     async def start(self) -> None:
-        """Start what takes a while, before anybody asks."""
+        """Start ahead of time what takes a while."""
         if (start := getattr(self.engines, "start", None)) is not None:
             await start()
 
@@ -300,7 +300,9 @@ class Desk:
         self._studies().report(job)  # raises where there is none
         now = time.monotonic()
         old = self._all.tickets
-        kept = [(word, way) for word, way in old.items() if now - way[0] < TICKET_SECONDS][1 - TICKETS :]
+        kept = [(word, ticket) for word, ticket in old.items() if now - ticket[0] < TICKET_SECONDS][
+            1 - TICKETS :
+        ]
         ticket = secrets.token_urlsafe(32)
         self._all.tickets = {**dict(kept), ticket: (now, job)}
         return Json({"ticket": ticket})

@@ -30,12 +30,12 @@ class _Job:
 
     question: dict[str, Any]
     folder: Path
-    told: dict[str, Any] = field(default_factory=lambda: {"state": "waiting", "done": 0, "total": 0})
+    status: dict[str, Any] = field(default_factory=lambda: {"state": "waiting", "done": 0, "total": 0})
     process: asyncio.subprocess.Process | None = None
 
     @property
     def over(self) -> bool:
-        return self.told["state"] in _OVER
+        return self.status["state"] in _OVER
 
 
 class Studies:
@@ -89,7 +89,7 @@ class Studies:
         ------
         FileError : JOB.
         """
-        return dict(self._of(job).told)
+        return dict(self._of(job).status)
 
     def report(self, job: str) -> bytes:
         """The report's page.
@@ -99,8 +99,8 @@ class Studies:
         FileError : JOB: no such study, or it is not done.
         """
         found = self._of(job)
-        if found.told["state"] != "done":
-            raise FileError("JOB", f"this study is {found.told['state']}", todo="wait until it is done")
+        if found.status["state"] != "done":
+            raise FileError("JOB", f"this study is {found.status['state']}", todo="wait until it is done")
         return (found.folder / REPORT).read_bytes()
 
     async def cancel(self, job: str) -> None:
@@ -112,14 +112,14 @@ class Studies:
         """
         found = self._of(job)
         if not found.over:
-            found.told["state"] = "cancelled"
+            found.status["state"] = "cancelled"
             _kill(found)
 
     async def close(self) -> None:
         """End all of them."""
         for job in self._jobs.values():
             if not job.over:
-                job.told["state"] = "cancelled"
+                job.status["state"] = "cancelled"
             _kill(job)
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
@@ -153,12 +153,12 @@ class Studies:
             with suppress(ValueError):  # a line longer than any of ours
                 while line := await process.stdout.readline():
                     if not job.over:
-                        job.told |= json.loads(line)
+                        job.status |= json.loads(line)
             _kill(job)
             await process.wait()
             if not job.over:
                 what = {"code": "STUDY", "what": "the process of the study ended unexpectedly"}
-                job.told |= {"state": "failed", "error": what}
+                job.status |= {"state": "failed", "error": what}
 
 
 def _kill(job: _Job) -> None:

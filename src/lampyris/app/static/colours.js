@@ -64,7 +64,7 @@ export function causeColour(cause, dark = false) {
 export const EVENTS = {
   appear: { shape: "tick", light: "#8b929c", dark: "#727b89", label: "obstacle appears", tell: false },
   wait: { shape: "bar", light: "#8b929c", dark: "#8b94a3", label: "waits", tell: false },
-  replan: { shape: "triangle", light: "#7b2cbf", dark: "#c99cf5", label: "plans anew", tell: true },
+  replan: { shape: "triangle", light: "#7b2cbf", dark: "#c99cf5", label: "replans", tell: true },
   repair: { shape: "ring", light: "#00679f", dark: "#5cb8ef", label: "repairs the plan", tell: true },
   gate: { shape: "gate", light: "#7b2cbf", dark: "#c99cf5", label: "gate too narrow", tell: true },
   wall: { shape: "square", light: "#20242c", dark: "#eceef2", label: "wall painted", tell: true },

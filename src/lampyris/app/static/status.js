@@ -144,7 +144,7 @@ class Status {
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
     set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
-      : "Paint a wall (B), and it plans anew. Space pauses, the keys , and . go tick by tick.");
+      : "Paint a wall (B), and it replans. Space pauses, the keys , and . go tick by tick.");
 
     /** @type {Array<[string, string]>} */
     const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];

@@ -27,7 +27,7 @@ class Study {
     this.bar = el("progress", { "aria-label": "Progress of the study", hidden: true });
     this.words = el("p", { class: "hint", role: "status" });
     this.cannot = el("div", { class: "card stack cannot", hidden: true },
-      el("p", null, "Walls are painted that come while the robot drives. A study draws its obstacles anew for each run and cannot hold them."),
+      el("p", null, "Walls are painted that come while the robot drives. A study draws new obstacles for each run and cannot hold them."),
       el("p", null, "Compare above takes them as they are. Or have them there from the start, and send that."),
       el("div", { class: "row" }, button("To Compare", () => document.querySelector("#compare .meeting .btn.primary")?.scrollIntoView({ block: "center" })),
         button("Walls from the start", () => this._early())));
@@ -107,7 +107,7 @@ class Study {
     } catch (error) {
       if (job !== this.job) return;
       if (/** @type {any} */ (error).status === 404) {
-        this._over("That study is gone: the server was started anew.");
+        this._over("That study is gone: the server was restarted.");
         keep("");
         return;
       }

@@ -14,9 +14,7 @@ import typer
 def app(
     map_: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[MAP]", help="The map to begin with: one of `lampyris maps`, or of --folder."
-        ),
+        typer.Argument(metavar="[MAP]", help="The map to open: one of `lampyris maps`, or of --folder."),
     ] = None,
     port: Annotated[
         int | None,
@@ -25,24 +23,26 @@ def app(
             metavar="N",
             min=0,
             max=65535,
-            help="Where to listen; 0: a port that is free. Without it 8770, or a free one if that is taken: "
-            "the browser keeps drafts by port.",
+            help="The port to listen on; 0: any free one. Default: 8770, or a free one if that is taken; "
+            "the browser keeps drafts per port.",
         ),
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Option("--folder", metavar="DIR", help="A folder of your maps, shown beside the bundled ones."),
+        typer.Option(
+            "--folder", metavar="DIR", help="A folder of your own maps, listed with the bundled ones."
+        ),
     ] = None,
     no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address and open nothing.")
+        bool, typer.Option("--no-browser", help="Print the address and do not open a browser.")
     ] = False,
     allow_remote: Annotated[
         str | None,
         typer.Option(
             "--allow-remote",
             metavar="HOSTNAME",
-            help="Let other machines in, under this name of this machine, unencrypted. "
-            "Without it only this machine is served.",
+            help="Accept other machines, under this host name and unencrypted. "
+            "By default only this machine is served.",
         ),
     ] = None,
 ) -> None:

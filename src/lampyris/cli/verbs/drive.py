@@ -54,14 +54,14 @@ def drive(
     csv: Annotated[
         Path | None,
         typer.Option(
-            "--csv", metavar="FILE", help="A row a stretch: t_s, x_m, y_m, yaw, v, a, s, leg, cause, why."
+            "--csv", metavar="FILE", help="One row per segment: t_s, x_m, y_m, yaw, v, a, s, leg, cause, why."
         ),
     ] = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
 ) -> None:
-    """Simulate a run among moving obstacles in continuous time, with real accelerations."""
+    """Simulate a run among moving obstacles in continuous time, with bounded accelerations."""
     from lampyris.cli.request import Request, budget_of, traffic_of
     from lampyris.model.settings.drive import DriveSettings
 
@@ -129,12 +129,12 @@ def print_drive(run: Drive, *, name: str = "") -> None:
     grid = run.scene.grid
     text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     kinds: dict[str, int] = {}
-    for body in run.obstacle_specs:
-        kinds[body.kind] = kinds.get(body.kind, 0) + 1
+    for obstacle in run.obstacle_specs:
+        kinds[obstacle.kind] = kinds.get(obstacle.kind, 0) + 1
     counts = ", ".join(f"{kind} x{n}" for kind, n in kinds.items()) or "none"
     after = f"{run.outcome.value} after {run.duration:.2f} s"
     if run.optimum:
-        after += f", {run.duration / run.optimum:.2f} times the optimum of the first way without obstacles"
+        after += f", {run.duration / run.optimum:.2f} times the optimum of the first path without obstacles"
     moments = [m.word for m in run.moments]
     hits = f"waits {moments.count('wait')}, hits {moments.count('hit')}, contacts {moments.count('contact')}"
     turns = drive_corners(run)
@@ -152,5 +152,5 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
     ]
     if run.error > 0:
-        rows.append(("off its way", f"at most {run.error:.3g} m from where it was commanded to be"))
+        rows.append(("off its path", f"at most {run.error:.3g} m from where it was commanded to be"))
     text.facts("", rows)

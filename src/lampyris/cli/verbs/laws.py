@@ -21,7 +21,7 @@ def laws(
     ] = None,
     json_: Json = False,
 ) -> None:
-    """List the speed laws: what each does, its source; NAME: its settings."""
+    """List the speed laws: what each does, and its source. With NAME: its settings."""
     raise typer.Exit(show_laws(name, json_))
 
 

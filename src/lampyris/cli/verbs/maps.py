@@ -45,7 +45,7 @@ app = typer.Typer(
     cls=_NameOrAction,
     invoke_without_command=True,
     subcommand_metavar="[NAME | FILE | ACTION ...]",
-    help="List the bundled maps, show one of them or a file, make new ones, convert files.",
+    help="List the bundled maps, show a map, make new ones, convert files.",
 )
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
@@ -135,7 +135,7 @@ def show(
     strict: Strict = False,
     json_: Json = False,
 ) -> None:
-    """Show a bundled map and its stored queries, or what a map file says."""
+    """Show a bundled map and its stored queries, or the contents of a map file."""
     import os
 
     from lampyris.io.maps import library
@@ -309,7 +309,7 @@ def convert(
     force: Force = False,
     json_: Json = False,
 ) -> None:
-    """Write a map in another format, and say what that format cannot hold.
+    """Convert a map to another format, and report what that format cannot hold.
 
     --values says what the numbers of IN are, --to-values what those of OUT shall be. A costmap stays one with
     both: --values costmap --to-values costmap.
@@ -395,7 +395,7 @@ def _terrain(row: MapInfo) -> tuple[str, str]:
     low, high = (
         f"{(TERRAIN_UNIT + c) / TERRAIN_UNIT:.2g}" for c in (row.terrain.lowest, row.terrain.highest)
     )
-    full = f"{share:.1%} of the free cells, {low} to {high} times as dear as plain ground"
+    full = f"{share:.1%} of the free cells, {low} to {high} times as costly as plain ground"
     return f"{share:.0%}, {high}x", full
 
 
@@ -413,7 +413,7 @@ def print_map(row: MapInfo) -> None:
     if row.terrain is not None:
         rows.insert(2, ("terrain", _terrain(row)[1]))
     text.facts(row.name, rows)
-    columns = ("start", "goal", "best cost, octile", "gates on every optimal way")
+    columns = ("start", "goal", "best cost, octile", "gates on every optimal path")
     cells = []
     for q in row.queries:
         cost = "-" if q.cost is None else f"{q.cost:.2f}"

@@ -38,7 +38,7 @@ def movingai(
     file: Annotated[Path, typer.Argument(metavar="MAP.scen", help="A file of queries.")],
     map_: Annotated[
         str | None,
-        typer.Option("--map", metavar="FILE", help="The map (default: the one beside the queries)."),
+        typer.Option("--map", metavar="FILE", help="The map (default: the one next to the queries)."),
     ] = None,
     planner: Annotated[
         str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")
@@ -48,22 +48,24 @@ def movingai(
         typer.Option(
             "--moves",
             metavar="dissertation|octile|four-connected|sixteen-connected",
-            help="octile, which the lengths are of; dissertation, four-connected or sixteen-connected.",
+            help="octile, to which the lengths refer; dissertation, four-connected or sixteen-connected.",
             callback=moves_name,
         ),
     ] = "octile",
     settings: Annotated[
         list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="A setting of the planner; may be given several times."
-        ),
+        typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same answers.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed of all random draws: same seed, same answers.")
+    ] = 0,
     limit: Annotated[
-        int | None, typer.Option("--limit", metavar="N", help="Ask only the first N queries.")
+        int | None, typer.Option("--limit", metavar="N", help="Run only the first N queries.")
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print JSON for machines, by bucket.")] = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when any query disagrees.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with code 3 if any query disagrees.")
+    ] = False,
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each query.")
     ] = None,
@@ -72,11 +74,11 @@ def movingai(
         typer.Option("--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells."),
     ] = None,
     no_timing: Annotated[
-        bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
+        bool, typer.Option("--no-timing", help="Leave timings out of the JSON: same call, same bytes.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
-    """Ask every query of a MovingAI .scen and compare with the published lengths."""
+    """Run every query of a MovingAI .scen file and compare with the published lengths."""
     from lampyris import movingai as benchmarks
     from lampyris.cli.request import parse_settings
     from lampyris.model.moves import MOVES

@@ -52,10 +52,12 @@ def plan(
     force: Force = False,
     time_limit: Annotated[
         float | None,
-        typer.Option("--time-limit", metavar="S", help="Seconds of planning; then it stops, exit code 5."),
+        typer.Option(
+            "--time-limit", metavar="S", help="Stop planning after this many seconds, with exit code 5."
+        ),
     ] = None,
 ) -> None:
-    """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops.
+    """Plan a path and a speed for each of its cells; corners are rounded within half a step, or are stops.
 
     The planner `lattice` plans poses for a robot with a footprint and a heading (`--robot`, `--start-m X,Y,YAW`).
     """

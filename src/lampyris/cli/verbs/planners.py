@@ -26,7 +26,7 @@ def planners(
     ] = None,
     json_: Json = False,
 ) -> None:
-    """List the planners: what each does and guarantees, its source; NAME: its settings and what they mean."""
+    """List the planners: what each does and guarantees, and its source. With NAME: its settings and their meaning."""
     raise typer.Exit(show_planners(name, json_))
 
 

@@ -32,18 +32,21 @@ RUNS = "runs"
 
 def reproduce(
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder of the page and its tables.")
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the page and its tables.")
     ] = Path("reproduction"),
     workers: Annotated[
-        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: one a core).")
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=1, help="Number of worker processes (default: one per core)."
+        ),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer paths and seeds: the same page in a minute or so.")
+        bool, typer.Option("--quick", help="Fewer paths and seeds: the same page in about a minute.")
     ] = False,
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Run what the dissertation prints, and say of every figure whether it is so."""
+    """Recompute the dissertation's printed figures and say which ones reproduce."""
     raise typer.Exit(reproduce_figures(out, workers, quick, json_, force))
 
 

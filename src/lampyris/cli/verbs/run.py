@@ -30,21 +30,21 @@ def run(
         typer.Option(
             "--layer",
             metavar="luciferin|cost|none",
-            help="Under the path in the picture: luciferin, cost or none.",
+            help="The layer drawn under the path: luciferin, cost or none.",
         ),
     ] = None,
     film: Film = None,
     chart: Annotated[
-        Path | None, typer.Option("--chart", metavar="FILE", help="Of a drive: draw speed over time.")
+        Path | None, typer.Option("--chart", metavar="FILE", help="Draw the speed over time, of a drive.")
     ] = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write a row for every node, tick or stretch."),
+        typer.Option("--csv", metavar="FILE", help="Write a row for every node, tick or segment."),
     ] = None,
     save: Save = None,
     force: Force = False,
 ) -> None:
-    """Plan, simulate or drive what a scenario file says."""
+    """Plan, simulate or drive as a scenario file says."""
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart)
     raise typer.Exit(run_file(scenario, allow_outside, max_cells, out))
 

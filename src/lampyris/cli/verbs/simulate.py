@@ -49,7 +49,7 @@ def simulate(
     csv: Annotated[
         Path | None,
         typer.Option(
-            "--csv", metavar="FILE", help="A row a tick: x_m, y_m, yaw, v, tick, cause, x, y, event."
+            "--csv", metavar="FILE", help="One row per tick: x_m, y_m, yaw, v, tick, cause, x, y, event."
         ),
     ] = None,
     save: Save = None,

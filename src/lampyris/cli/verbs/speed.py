@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lampyris._core.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SPACING
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
@@ -44,22 +44,20 @@ def speed(
     planning: PlannerOptions,
     path: Annotated[
         Path | None,
-        typer.Option("--path", metavar="FILE", help="A way from a file: CSV, a ROS Path, a plan's JSON."),
+        typer.Option("--path", metavar="FILE", help="A path from a file: CSV, a ROS Path, a plan's JSON."),
     ] = None,
     units: Annotated[
         str | None,
         typer.Option(
-            "--units", metavar="metres|cells", help="Of a CSV's columns x,y: metres (default) or cells."
+            "--units", metavar="metres|cells", help="Unit of a CSV's columns x,y: metres (default) or cells."
         ),
     ] = None,
     laws_: Annotated[
         str,
-        typer.Option(
-            "--laws", metavar="NAME,...", help="Which laws to compare, or all: see `lampyris laws`."
-        ),
+        typer.Option("--laws", metavar="NAME,...", help="The laws to compare, or all: see `lampyris laws`."),
     ] = DEFAULT,
     law: Annotated[
-        str, typer.Option("--law", help="The law whose limits and files are reported in detail.")
+        str, typer.Option("--law", help="The law that is reported in detail and written to files.")
     ] = "physical",
     set_law: SetLaw = None,
     zones: Zones = None,
@@ -79,7 +77,7 @@ def speed(
         typer.Option(
             "--spacing",
             metavar="M",
-            help=f"Metres between nodes of a curve, at most (default {COURSE_SPACING:g} of a cell).",
+            help=f"Metres between nodes of a curve, at most (default {SAMPLE_SPACING:g} of a cell).",
         ),
     ] = None,
     movers: Annotated[
@@ -91,18 +89,22 @@ def speed(
     track: Track = None,
     tick: Annotated[
         float | None,
-        typer.Option("--tick", metavar="S", help="Seconds of a row of --track (default: a cell at --v-max)."),
+        typer.Option(
+            "--tick", metavar="S", help="Seconds per row of --track (default: one cell at --v-max)."
+        ),
     ] = None,
     obstacle_radius: ObstacleRadius = 0.0,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what limits the speed where: stretches of one cause.")
+        bool, typer.Option("--explain", help="Print what limits the speed where, by segments of one cause.")
     ] = False,
     all_: Annotated[bool, typer.Option("--all", help="With --explain: a row for every node.")] = False,
     json_: Json = False,
     no_timing: NoTiming = False,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t_s, s, a, cause, why."),
+        typer.Option(
+            "--csv", metavar="FILE", help="One row per node: x_m, y_m, yaw, v, t_s, s, a, cause, why."
+        ),
     ] = None,
     picture: Picture = None,
     colour_by: Annotated[
@@ -110,16 +112,18 @@ def speed(
         typer.Option(
             "--colour-by",
             metavar="speed|cause",
-            help="What the curve's colours in the picture are: speed or cause.",
+            help="What the colour of the curve shows: speed or cause.",
         ),
     ] = "speed",
     chart: Annotated[
         Path | None,
-        typer.Option("--chart", metavar="FILE", help="Draw all laws over the way's length (.png or .svg)."),
+        typer.Option(
+            "--chart", metavar="FILE", help="Draw the speed of all laws along the path (.png or .svg)."
+        ),
     ] = None,
     force: Force = False,
 ) -> None:
-    """Say how fast to drive a way, and why; compare speed laws on it."""
+    """Compute how fast to drive a path, and why; compare speed laws on it."""
     from lampyris.cli.request import Request
     from lampyris.cli.verbs.speed_laws import SpeedRequest, TracksRequest
 
@@ -178,19 +182,19 @@ def compare_on_path(request: SpeedRequest, out: SpeedOutputs) -> int:
 
 def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
 
-    from lampyris.cli.verbs.speed_laws import course_at
+    from lampyris.cli.verbs.speed_laws import samples_at
 
     profile, grid = comparison.entry.profile, comparison.scene.grid
     if out.csv is not None:
         from lampyris.report.data.csv import write_profile_csv
 
         with outputs.place(out.csv) as place:
-            write_profile_csv(place, profile, course_at(profile, comparison.course).heading, grid)
+            write_profile_csv(place, profile, samples_at(profile, comparison.samples).heading, grid)
     with working("drawing", quiet=out.json):
         if out.picture is not None:
-            from lampyris.report.pictures.path_picture import draw_course
+            from lampyris.report.pictures.path_picture import draw_sampled_path
 
-            draw_course(
+            draw_sampled_path(
                 grid, profile, out.picture, by=out.colour_by, movers=comparison.movers, given=comparison.given,
                 radius=comparison.scene.robot.radius,
             )  # fmt: skip
@@ -205,10 +209,10 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
     from lampyris.report.data.metrics import cause_shares
 
     profile = comparison.entry.profile
-    grid, course = comparison.scene.grid, comparison.course
-    length = float(course.s[-1])
+    grid, samples = comparison.scene.grid, comparison.samples
+    length = float(samples.s[-1])
     text.line(f"{length:.4g} m in {profile.duration:.4g} s by the {comparison.entry.law} law", style="bold")
-    stops = f"{int(course.stop.sum())} stops to turn"
+    stops = f"{int(samples.stop.sum())} stops to turn"
     shape = f"{len(comparison.given)} points made {comparison.arcs} arcs and {stops}"
     corners = (
         [("corners", f"{comparison.arcs} rounded within half a step, {stops}")]
@@ -223,16 +227,16 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
         "",
         [
             ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-            ("way", f"from {comparison.source}: {shape}; {len(course)} nodes"),
-            ("way given", lengths),
+            ("way", f"from {comparison.source}: {shape}; {len(samples)} nodes"),
+            ("path given", lengths),
             *corners,
         ],
     )
     _print_laws(comparison)
     for law, why in comparison.refused.items():
         text.line(f"{law} does not let the robot drive: {why}", style="red")
-    columns = ("cause", "of the way", "of the time")
-    shares = [(share.cause, f"{share.way:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
+    columns = ("cause", "of the path", "of the time")
+    shares = [(share.cause, f"{share.distance:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
     text.table(f"what limits {comparison.entry.law}", columns, shares, right=columns[1:])
     if explain:
         _print_reasons(profile, all_nodes)
@@ -244,7 +248,7 @@ def _print_laws(comparison: SpeedComparison) -> None:
     for e in comparison.entries:
         numbers = (f"{e.duration_s:.2f}", f"{e.mean:.3f}", f"{e.ratio:.3f}", f"{e.peak_lateral:.3f}")
         rows.append((e.law, *numbers, ", ".join(e.broken) or "-"))
-    text.table("laws on this way", columns, rows, right=columns[1:-1], bold=comparison.chosen, red="breaks")
+    text.table("laws on this path", columns, rows, right=columns[1:-1], bold=comparison.chosen, red="breaks")
 
 
 def _print_reasons(profile: Profile, all_nodes: bool) -> None:

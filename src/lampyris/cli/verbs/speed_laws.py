@@ -14,7 +14,7 @@ from lampyris.cli.option_errors import check_choice
 from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
-from lampyris.io.paths import UNITS, read_way
+from lampyris.io.paths import UNITS, read_path_points
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.kernels import loading
@@ -27,7 +27,7 @@ from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.deviation import deviation, length_of
-from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, sample_with_corners
 from lampyris.motion.geometry.smoothing import DRAWINGS, rounded_alone
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import LawResult, compare
@@ -66,10 +66,10 @@ class TracksRequest:
         tick = scene.grid.resolution / scene.robot.v_max if self.tick is None else self.tick
         if not 1e-6 <= tick <= 1e6:
             raise SettingError("TICK", f"{tick!r}", where="--tick", allowed="1e-06 to 1e6 seconds")
-        bodies = [Recorded(read_track(file), self.radius) for file in self.files]
-        for k, body in enumerate(bodies):
-            check_obstacle(scene.grid, k, body)
-        return tuple(tracks_from_recorded(bodies, tick, scene.grid.resolution))
+        obstacles = [Recorded(read_track(file), self.radius) for file in self.files]
+        for k, obstacle in enumerate(obstacles):
+            check_obstacle(scene.grid, k, obstacle)
+        return tuple(tracks_from_recorded(obstacles, tick, scene.grid.resolution))
 
 
 @dataclass(frozen=True)
@@ -129,23 +129,23 @@ class SpeedComparison:
     Parameters
     ----------
     scene : map, zones, robot and ends.
-    source : where the way is from: a file's name, or who planned it.
+    source : where the path is from: a file's name, or who planned it.
     given : the path as it was given, cells (n, 2).
     smooth : how it is driven.
-    course : where: a curve with its nodes, or the planned cells.
+    samples : where: a curve with its nodes, or the planned cells.
     entries : a row for each law that lets the robot drive.
     refused : the others, and why.
     chosen : which of them is examined.
     movers : moving obstacles.
     timing : seconds.
-    notes : of the plan that the way is from: which settings it weakened.
+    notes : of the plan that the path is from: which settings it weakened.
     """
 
     scene: Scene
     source: str
     given: Points
     smooth: str
-    course: SampledPath
+    samples: SampledPath
     entries: tuple[LawResult, ...]
     refused: dict[str, str]
     chosen: int
@@ -160,23 +160,23 @@ class SpeedComparison:
 
     @property
     def given_m(self) -> float:
-        """Length of the way as it was given, metres."""
+        """Length of the path as it was given, metres."""
         return length_of(self.given) * self.scene.grid.resolution
 
     @property
     def arcs(self) -> int:
         """How many arcs are driven."""
-        if isinstance(self.course, SampledCellPath):
-            return int(np.count_nonzero(~self.course.corners.stop))
-        curve = self.course.curve
+        if isinstance(self.samples, SampledCellPath):
+            return int(np.count_nonzero(~self.samples.corners.stop))
+        curve = self.samples.curve
         return 0 if curve is None else int(np.count_nonzero(curve.curvature))
 
     @property
     def deviation_m(self) -> float:
         """How far the path that is driven is from the one given at most, metres."""
-        if isinstance(self.course, SampledCellPath):
-            return self.course.corners.deviation
-        return deviation(self.given, self.course.xy, 0.25) * self.scene.grid.resolution
+        if isinstance(self.samples, SampledCellPath):
+            return self.samples.corners.deviation
+        return deviation(self.given, self.samples.xy, 0.25) * self.scene.grid.resolution
 
 
 @dataclass(frozen=True)
@@ -207,62 +207,62 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     if path is None:
         return NoPath(scene.grid, source)
     print_notes(_off_the_map(movers, scene.grid))
-    course = _course(path, scene, smooth, request.spacing)
+    samples = _sampled(path, scene, smooth, request.spacing)
     drawn = loading.wall()
-    entries, refused = _entries(names, request, path, course, scene, movers, tracks)
+    entries, refused = _entries(names, request, path, samples, scene, movers, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == request.base.law)
     timing = {"way_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
     unchanged = _kept_as_planned(path, smooth)
     print_notes(unchanged)
     return SpeedComparison(
-        scene, source, _points(path), smooth, course, entries, refused, chosen, movers, timing,
+        scene, source, _points(path), smooth, samples, entries, refused, chosen, movers, timing,
         (*(path.notes if isinstance(path, Plan) else ()), *unchanged),
     )  # fmt: skip
 
 
-def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
+def _kept_as_planned(route: Plan | Points, smooth: str) -> tuple[str, ...]:
     """A sentence where a path that was to be drawn straight is not."""
-    if not isinstance(way, Plan) or smooth != "taut":
+    if not isinstance(route, Plan) or smooth != "taut":
         return ()
-    why = rounded_alone(way)
+    why = rounded_alone(route)
     return (f"--smooth taut without effect: {why}",) if why else ()
 
 
 def _scene(request: SpeedRequest) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
-    """The scene, where the way is from, its points in cells if it is in a file, and remarks."""
+    """The scene, where the path is from, its points in cells if it is in a file, and remarks."""
     base = request.base
     if request.path is None:
         scenario = base.scenario()
         return scenario.scene, base.planner, None, scenario.notes
     document = base.load()
-    grid, way = document.grid, read_way(request.path, request.units)
-    points = way.on(grid)
+    grid, route = document.grid, read_path_points(request.path, request.units)
+    points = route.on(grid)
     zones, notes = base.read_zones(grid)
     start, goal = (_cell_of(points[k], grid, str(request.path), k) for k in (0, len(points) - 1))
     moves: Any = base.preset_of()[0]
     scene = Scene(grid, start, goal, moves, base.robot(), zones=zones)
-    return scene, str(request.path), points, (*document.notes, *notes, *way.notes)
+    return scene, str(request.path), points, (*document.notes, *notes, *route.notes)
 
 
-def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> SampledPath:
+def _sampled(route: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> SampledPath:
     """Where it is driven: a curve with nodes, or the planned cells just as ``lampyris plan`` has them."""
-    if isinstance(way, Plan) and smooth == "none":
-        assert way.path is not None
-        return course_with_corners(way.path, scene.grid.resolution, scene.robot)
-    return api.smooth(scene, way, method=smooth, spacing=spacing)
+    if isinstance(route, Plan) and smooth == "none":
+        assert route.path is not None
+        return sample_with_corners(route.path, scene.grid.resolution, scene.robot)
+    return api.smooth(scene, route, method=smooth, spacing=spacing)
 
 
-def _points(way: Plan | Points) -> Points:
-    """The points of a way, cells (n, 2)."""
-    if not isinstance(way, Plan):
-        return way
-    assert way.path is not None
-    return polyline_of(way.path)
+def _points(route: Plan | Points) -> Points:
+    """The points of a path, cells (n, 2)."""
+    if not isinstance(route, Plan):
+        return route
+    assert route.path is not None
+    return polyline_of(route.path)
 
 
 def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
-    """A remark on obstacles that are off the map by more than themselves and a second's way."""
+    """A remark on obstacles that are off the map by more than themselves and a second's travel."""
     if movers is None:
         return ()
     reach = (movers.radius + movers.top_speed) / grid.resolution + 1.0
@@ -283,7 +283,7 @@ def _planner(request: Request) -> Any:
 
 
 def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
-    """The cell that an end of a way is in."""
+    """The cell that an end of a path is in."""
     x, y = (int(v) for v in np.floor(point + 0.5))
     if not grid.contains((x, y)):
         raise SettingError(
@@ -299,8 +299,8 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 def _entries(
     names: tuple[str, ...],
     request: SpeedRequest,
-    way: Plan | Points,
-    course: SampledPath,
+    route: Plan | Points,
+    samples: SampledPath,
     scene: Scene,
     movers: ObstacleStates | None,
     tracks: tuple[Track, ...],
@@ -316,57 +316,57 @@ def _entries(
     refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:
-        made = _profile(way, course, scene, law, request.v0, movers)
+        made = _profile(route, samples, scene, law, request.v0, movers)
         mine = tracks and law is settings
-        return _through(made, course, scene, law, tracks, request.v0) if mine else made
+        return _through(made, samples, scene, law, tracks, request.v0) if mine else made
 
     chosen = [settings if name == looked_at else name for name in names]
-    entries = compare(course, scene, chosen, v0=request.v0, make=make, refused=refused)
+    entries = compare(samples, scene, chosen, v0=request.v0, make=make, refused=refused)
     if looked_at in refused:
         make(settings)  # it says so itself
     return entries, refused
 
 
 def _profile(
-    way: Plan | Points,
-    course: SampledPath,
+    route: Plan | Points,
+    samples: SampledPath,
     scene: Scene,
     law: laws.SpeedLaw,
     v0: float,
     movers: ObstacleStates | None,
 ) -> Profile:
     """A law's profile in metres and seconds, with the places of its nodes; past the referee."""
-    cells = isinstance(way, Plan) and isinstance(course, SampledCellPath)
+    cells = isinstance(route, Plan) and isinstance(samples, SampledCellPath)
     if cells and laws.named(laws.name_of(law)).units == "m/s":
         # The very call that `lampyris plan` makes.
-        made = api.speed_profile(scene, way, law, v0=v0, movers=movers)  # type: ignore[arg-type]
-        return replace(made, xy=course.xy)
-    return api.speed_profile(scene, course, law, v0=v0, movers=movers)
+        made = api.speed_profile(scene, route, law, v0=v0, movers=movers)  # type: ignore[arg-type]
+        return replace(made, xy=samples.xy)
+    return api.speed_profile(scene, samples, law, v0=v0, movers=movers)
 
 
 def _through(
-    made: Profile, course: SampledPath, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
+    made: Profile, samples: SampledPath, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
 ) -> Profile:
     """The fastest profile under the caps of another that meets no obstacle on known tracks; past the referee.
 
     Raises
     ------
-    SettingError : PROFILE_BLOCKED: there is no way through.
+    SettingError : PROFILE_BLOCKED: there is no path through.
     """
     cap = np.min([speeds for _, speeds in made.caps], axis=0)
-    found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
+    found = through_tracks(samples, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
         return made  # no obstacle is met, and this one knows which cap is which
-    found = _caps_named(with_nodes(found, made, course, scene.robot.a_max), made)
+    found = _caps_named(with_nodes(found, made, samples, scene.robot.a_max), made)
     creep = law.creep if law.clearance else 1.0
-    # A way through tracks holds no limit on jerk; the comparison says that it breaks it.
+    # A path through tracks holds no limit on jerk; the comparison says that it breaks it.
     plain = replace(scene, robot=replace(scene.robot, jerk_max=None))
     referee.demand(referee.check_profile(found, None, plain, v0=v0, creep=creep, slowest=LEAST))
     return found
 
 
 def _caps_named(found: Profile, made: Profile) -> Profile:
-    """The same with the caps of another profile of the way, each under its own name, at its nodes."""
+    """The same with the caps of another profile of the path, each under its own name, at its nodes."""
     names, speeds = [cause for cause, _ in made.caps], np.stack([v for _, v in made.caps])
     behind = np.clip(np.searchsorted(made.s, found.s), 0, len(made.s) - 1)
     before = np.maximum(behind - 1, 0)
@@ -377,17 +377,17 @@ def _caps_named(found: Profile, made: Profile) -> Profile:
     return replace(found, cause=tuple(cause), caps=tuple(zip(names, speeds[:, node], strict=True)))
 
 
-def course_at(profile: Profile, course: SampledPath) -> SampledPath:
-    """The course with the nodes of a profile; where it waits there are two at one place."""
+def samples_at(profile: Profile, samples: SampledPath) -> SampledPath:
+    """The sampled path with the nodes of a profile; where it waits there are two at one place."""
     n = len(profile.s)
-    if course.curve is None:
+    if samples.curve is None:
         assert profile.xy is not None
-        edge = np.clip(np.searchsorted(course.s, profile.s, side="right") - 1, 0, len(course) - 1)
-        xy, heading = profile.xy, course.heading[edge]
+        edge = np.clip(np.searchsorted(samples.s, profile.s, side="right") - 1, 0, len(samples) - 1)
+        xy, heading = profile.xy, samples.heading[edge]
     else:
-        xy, heading = course.curve.at(profile.s)
+        xy, heading = samples.curve.at(profile.s)
     none = np.zeros(n, dtype=np.bool_)
-    return SampledPath(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
+    return SampledPath(profile.s, xy, heading, np.zeros(n), none, samples.resolution, samples.curve)
 
 
 def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
@@ -402,7 +402,7 @@ def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
 
 def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
     """What ``--json`` prints; all of it but ``timing`` is decided by the files and the options."""
-    scene, course, profile = comparison.scene, comparison.course, comparison.entry.profile
+    scene, samples, profile = comparison.scene, comparison.samples, comparison.entry.profile
     assert profile.xy is not None
     metres = scene.grid.to_metres(profile.xy)
     return {
@@ -411,13 +411,13 @@ def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
         "way": {
             "from": comparison.source,
             "points": len(comparison.given),
-            "nodes": len(course),
+            "nodes": len(samples),
             "smooth": comparison.smooth,
             "given_m": comparison.given_m,
-            "length_m": float(course.s[-1]),
+            "length_m": float(samples.s[-1]),
             "deviation_m": comparison.deviation_m,
             "arcs": comparison.arcs,
-            "stops": int(np.count_nonzero(course.stop)),
+            "stops": int(np.count_nonzero(samples.stop)),
             "notes": list(comparison.notes),
         },
         "law": comparison.entry.law,

@@ -19,7 +19,7 @@ TENTHS = 10
 
 
 def warm(json_: Json = False) -> None:
-    """Compile all that large maps need, once for a machine, and say where it is kept."""
+    """Compile the kernels that large maps need, once per machine, and print where they are cached."""
     raise typer.Exit(warm_kernels(json_))
 
 

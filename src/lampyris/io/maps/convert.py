@@ -146,7 +146,7 @@ def write_and_compare(
 
 
 def _with_queries(before: MapDocument, path: Path) -> tuple[MapQuery, ...]:
-    """Write the queries whose shortest way is known, and read them again."""
+    """Write the queries whose shortest path is known, and read them again."""
     known = [q for q in before.queries if q.octile is not None]
     write_scen(path, known, map_name=path.name.removesuffix(".scen"), grid=before.grid)
     read = read_scen(path)

@@ -133,12 +133,12 @@ def thumbnail_png(name: str) -> bytes:
 
 
 def remake(name: str) -> BoolGrid:
-    """The blocked cells of a bundled map, made anew from its recipe and edits: see :func:`remake_ground`."""
+    """The blocked cells of a bundled map, made again from its recipe and edits: see :func:`remake_ground`."""
     return remake_ground(name).blocked
 
 
 def remake_ground(name: str) -> RecipeCells:
-    """The cells of a bundled map, made anew from its recipe and edits.
+    """The cells of a bundled map, made again from its recipe and edits.
 
     Raises
     ------

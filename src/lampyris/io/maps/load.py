@@ -82,7 +82,7 @@ def load_map(
     max_cells : more cells than this are refused, from the header, before anything is made for them.
     allow_outside : whether a ROS map's picture may be in any folder. Otherwise ``..`` must not lead out of
         the map's own; an absolute path, which Nav2 takes too, is followed with a note.
-    strict : for files of strangers. What a ROS map has of the doubtful is refused, not noted: absolute paths
+    strict : for untrusted files. What a ROS map has of the doubtful is refused, not noted: absolute paths
         and links that lead out of the folder, a negate other than 0 or 1, thresholds in the wrong order,
         unknown keys.
     values : what grey samples and numbers are: ``occupancy`` (black or 1 is a wall), or ``costmap``: costmap
@@ -90,7 +90,7 @@ def load_map(
         file with the line that marks it say so themselves.
     colour : what to do with a colour that is not of the legend: ``legend`` refuses it, ``luminance`` reads
         the picture as grey, marks and all. A ROS map's picture always is grey; a costmap's must be.
-    confined : for maps that a stranger's scenario names: nothing out of the map's folder is opened, though
+    confined : for maps that an untrusted scenario names: nothing out of the map's folder is opened, though
         what is only doubtful is still noted and read.
 
     Raises

@@ -18,8 +18,8 @@ ending     written                                   left out
 As costmap values (:mod:`lampyris.io.maps.formats.costmap`) .png, .pgm, .npy and .csv hold terrain: 8-bit grey, uint8, or
 numbers after a line that marks them. Start, goal and moving obstacles are then left out of a .png too. A
 .yaml holds them as occupancies 1 to 98, as Nav2 publishes a costmap, which rounds them by 2 at most. A .csv
-is written so by itself when the map has terrain; the others must be asked, because the reader must be
-told as well.
+is written so by itself when the map has terrain; the others must be requested, because the reader needs
+the same option.
 
 Resolution and origin are in ``.yaml`` alone. Reading the file again gives the same blocked cells in every
 format.
@@ -42,9 +42,9 @@ from lampyris.io.maps.formats.costmap import costs_of
 from lampyris.io.maps.formats.csv import MARKER, csv_text
 from lampyris.io.maps.formats.document import (
     BLOCKED,
-    BODY,
     FREE,
     GOAL,
+    OBSTACLE,
     START,
     UNKNOWN,
     CodeGrid,
@@ -121,7 +121,7 @@ def codes_of(what: MapDocument | Grid) -> CodeGrid:
     codes = grid_codes(what if isinstance(what, Grid) else what.grid)
     if isinstance(what, MapDocument):
         for x, y in what.obstacle_cells:
-            codes[y, x] = BODY
+            codes[y, x] = OBSTACLE
         for cell, code in ((what.goal, GOAL), (what.start, START)):
             if cell is not None:
                 codes[cell[1], cell[0]] = code

@@ -72,23 +72,23 @@ def read_zones(
 
 
 def _mask(source: FileSource, grid: Grid, v_max: float) -> tuple[FloatGrid, tuple[str, ...]]:
-    said = read_yaml(source.data, source.name)
-    if mode_of(said) == "trinary":
-        raise said.error(
+    parsed = read_yaml(source.data, source.name)
+    if mode_of(parsed) == "trinary":
+        raise parsed.error(
             "ZONES_MODE",
             "mode trinary knows free, occupied and unknown, and no speeds",
-            *(("mode",) if "mode" in said.data else ()),
+            *(("mode",) if "mode" in parsed.data else ()),
             allowed="mode: scale, or raw",
         )
     reading = read_ros(source)
     assert reading.occupancy is not None
     value = reading.occupancy
     _same_size(source, value.shape, grid)
-    told = (reading.resolution or 1.0, *reading.origin)
-    if not np.allclose(told, (grid.resolution, *grid.origin), rtol=1e-9, atol=1e-9):
+    geometry = (reading.resolution or 1.0, *reading.origin)
+    if not np.allclose(geometry, (grid.resolution, *grid.origin), rtol=1e-9, atol=1e-9):
         place = "resolution {:g}, origin [{:g}, {:g}, {:g}]"
         allowed = "the map's, " + place.format(grid.resolution, *grid.origin)
-        raise source.error("ZONES_MAP", place.format(*told), allowed=allowed)
+        raise source.error("ZONES_MAP", place.format(*geometry), allowed=allowed)
     _refuse(source, value == -1, "unknown", "0 for no limit, 1 to 100 per cent of the robot's speed")
     zones = np.where(value == 0, np.inf, value.astype(np.float64) / 100 * v_max)
     notes = tuple(n for n in reading.notes if "occupancy 1 to 99" not in n)

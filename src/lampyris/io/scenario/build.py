@@ -17,14 +17,14 @@ from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES
-from lampyris.io.text.strict_yaml import Where
+from lampyris.io.text.strict_yaml import KeyPath
 from lampyris.io.tracks import dob
 from lampyris.io.tracks.csv_tracks import MAX_TICKS, read_track
 from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
-from lampyris.model.traffic import MAX_BODIES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
+from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
 T = TypeVar("T")
@@ -46,22 +46,22 @@ class Names(Protocol):
         ...
 
 
-def build(said: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
+def build(parsed: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
     """The scenario that a file says; see :func:`lampyris.io.scenario.read.read_scenario`.
 
     Raises
     ------
     LampyrisError : the first mistake in the file; the others are its notes.
     """
-    return _Build(said, file, names, files).scenario()
+    return _Build(parsed, file, names, files).scenario()
 
 
 class _Build:
     """Makes nouns of a checked file, and collects what is wrong with them."""
 
-    def __init__(self, said: Document, file: form.ScenarioFile, names: Names, files: Files) -> None:
-        self.said, self.file, self.names, self.files = said, file, names, files
-        self.faults = Mistakes(said)
+    def __init__(self, parsed: Document, file: form.ScenarioFile, names: Names, files: Files) -> None:
+        self.parsed, self.file, self.names, self.files = parsed, file, names, files
+        self.faults = Mistakes(parsed)
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS
 
@@ -98,7 +98,7 @@ class _Build:
         ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
-            file.name or "", map_[1], tuple(self.notes), self.said.where,
+            file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
         )  # fmt: skip
 
@@ -118,29 +118,29 @@ class _Build:
         """Walls that come and go, each checked by itself and against the one before."""
         made: list[Edit] = []
         for k, spec in enumerate(self.file.edits):
-            way: Where = ("edits", k)
-            edit = self.tried(way, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
+            key_path: KeyPath = ("edits", k)
+            edit = self.tried(key_path, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
             if edit is None:
                 continue
             if grid is not None:
-                self.tried(way, check_edit, grid, edit, "")
+                self.tried(key_path, check_edit, grid, edit, "")
             if made and edit.tick <= made[-1].tick:
                 allowed = f"later than {made[-1].tick}, the edit before"
                 fault = SettingError("EDIT_TICK", f"tick {edit.tick}", allowed=allowed)
-                self.faults.keep((*way, "tick"), fault)
+                self.faults.keep((*key_path, "tick"), fault)
                 continue
             if edit.tick and self.file.drive is not None:
                 fault = SettingError("EDITS", "an edit in a drive", allowed="edits of tick 0, or `simulate`")
-                self.faults.keep(way, fault)
+                self.faults.keep(key_path, fault)
             made.append(edit)
         return tuple(made)
 
-    def tried(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
+    def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
         try:
             return make(*given)
         except LampyrisError as fault:
-            self.faults.keep(way, fault)
+            self.faults.keep(key_path, fault)
         return None
 
     # ---- the map --------------------
@@ -207,8 +207,8 @@ class _Build:
                 made.append(one)
         counts = [s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in made]
         total = sum(counts)  # bits: whole numbers
-        if total > MAX_BODIES:
-            fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
+        if total > MAX_OBSTACLES:
+            fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_OBSTACLES:,}")
             self.faults.keep(("obstacles",), fault)
         left = set(drawn).difference(*(one.starts for one in made if isinstance(one, RandomWalk)))
         if left:
@@ -249,14 +249,14 @@ class _Build:
     def _csv_only(self, spec: form.TrackFileTable, k: int) -> None:
         for key in ("id", "tick_s"):
             if getattr(spec, key) is not None:
-                where = spot(self.said, ("obstacles", k, key))
+                where = spot(self.parsed, ("obstacles", k, key))
                 raise FileError("KEY", f"`{key}` with a CSV", where=where, allowed="with a .dob file")
 
     def _from_dob(
         self, spec: form.TrackFileTable, k: int, found: tuple[dob.DobObstacle, ...], grid: Grid, robot: Robot
     ) -> tuple[ObstacleSpec, ...]:
         if spec.id is not None and spec.id >= len(found):
-            where = spot(self.said, ("obstacles", k, "id"))
+            where = spot(self.parsed, ("obstacles", k, "id"))
             raise FileError("OBSTACLE_ID", f"{spec.id}", where=where, allowed=f"0 to {len(found) - 1}")
         tick_s = grid.resolution / robot.v_max if spec.tick_s is None else spec.tick_s
         made: list[ObstacleSpec] = []

@@ -18,7 +18,7 @@ from lampyris.io.maps.recipes.make import make_ground, recipe_named
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.scenario import Bundled, Made, MapFile, MapSource
 from lampyris.io.scenario.validation_errors import MOST, Document, in_order, raise_all, spot
-from lampyris.io.text.strict_yaml import Where, shown
+from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.grid import Grid
 
 
@@ -27,7 +27,7 @@ class Files:
 
     Parameters
     ----------
-    said : the file, read.
+    parsed : the file, read.
     allow_outside : whether it may name files outside the folder.
     max_cells : maps of more cells are refused.
     what : what kind of file it is, for messages.
@@ -36,16 +36,16 @@ class Files:
 
     def __init__(
         self,
-        said: Document,
+        parsed: Document,
         allow_outside: bool,
         max_cells: int,
         what: str = "scenario",
         folder: str | None = None,
     ) -> None:
-        self.said, self.allow_outside, self.max_cells, self.what = said, allow_outside, max_cells, what
-        self.folder = os.path.dirname(said.where) if folder is None else folder
+        self.parsed, self.allow_outside, self.max_cells, self.what = parsed, allow_outside, max_cells, what
+        self.folder = os.path.dirname(parsed.where) if folder is None else folder
 
-    def path(self, name: str, way: Where) -> str:
+    def path(self, name: str, key_path: KeyPath) -> str:
         """A path named in the file, as it can be opened; its form is looked at before anything is.
 
         Raises
@@ -56,7 +56,7 @@ class Files:
             raise FileError(
                 "PATH_FORM",
                 f"{shown(name)} is not a plain file name",
-                where=spot(self.said, way),
+                where=spot(self.parsed, key_path),
                 allowed="a path with / between its parts; no address, drive, pipe or share",
             )
         path = os.path.join(self.folder, os.path.normpath(name))
@@ -65,12 +65,12 @@ class Files:
             raise FileError(
                 "PATH_OUTSIDE",
                 f"{shown(name)} is outside the {self.what}'s folder",
-                where=spot(self.said, way),
+                where=spot(self.parsed, key_path),
                 todo=f"put the file beside it, or give allow_outside=True if you trust the {self.what}",
             )
         return path
 
-    def map_of(self, spec: Any, way: Where) -> tuple[MapDocument, MapSource | None]:
+    def map_of(self, spec: Any, key_path: KeyPath) -> tuple[MapDocument, MapSource | None]:
         """The map that a table or a name says, and where it comes from; None: from its own rows.
 
         Raises
@@ -79,9 +79,9 @@ class Files:
         """
         if isinstance(spec, str | form.BundledMap):
             name, resolution = (spec, None) if isinstance(spec, str) else (spec.bundled, spec.resolution)
-            return self._bundled(name, resolution, way), Bundled(name)
+            return self._bundled(name, resolution, key_path), Bundled(name)
         if isinstance(spec, form.FileMap):
-            path = self.path(spec.file, (*way, "file"))
+            path = self.path(spec.file, (*key_path, "file"))
             found = load_map(
                 Path(path),
                 resolution=spec.resolution,
@@ -97,9 +97,9 @@ class Files:
             return self._made(made, spec.resolution), made
         return self._rows(spec), None
 
-    def _bundled(self, name: str, resolution: float | None, way: Where) -> MapDocument:
+    def _bundled(self, name: str, resolution: float | None, key_path: KeyPath) -> MapDocument:
         if name not in library.names() and ("/" in name or "." in name):
-            key = "map: " if way == ("map",) else ""
+            key = "map: " if key_path == ("map",) else ""
             raise FileError(
                 "FILE_MISSING",
                 f"no bundled map is called {shown(name)}",
@@ -137,12 +137,12 @@ class NoFiles(Files):
     """
 
     def __init__(
-        self, said: Document, max_cells: int, given: MapDocument | None, source: MapSource | None
+        self, parsed: Document, max_cells: int, given: MapDocument | None, source: MapSource | None
     ) -> None:
-        super().__init__(said, False, max_cells, folder="")
+        super().__init__(parsed, False, max_cells, folder="")
         self._given, self._source = given, source
 
-    def path(self, name: str, way: Where) -> str:
+    def path(self, name: str, key_path: KeyPath) -> str:
         """Refuse.
 
         Raises
@@ -152,20 +152,20 @@ class NoFiles(Files):
         raise FileError(
             "PATH_OUTSIDE",
             "a file, and no files are opened here",
-            where=spot(self.said, way),
+            where=spot(self.parsed, key_path),
             todo="write out what it holds, or run the scenario's file with the command line",
         )
 
-    def map_of(self, spec: Any, way: Where) -> tuple[MapDocument, MapSource | None]:
+    def map_of(self, spec: Any, key_path: KeyPath) -> tuple[MapDocument, MapSource | None]:
         """The given map; see :meth:`Files.map_of` where none is given."""
-        return super().map_of(spec, way) if self._given is None else (self._given, self._source)
+        return super().map_of(spec, key_path) if self._given is None else (self._given, self._source)
 
 
-def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
+def placed(fault: LampyrisError, parsed: Document, key_path: KeyPath) -> LampyrisError:
     """A mistake with its place in the file; an unknown word is bad input here, exit code 3."""
-    where = "" if fault.where in way else fault.where
-    if not where.startswith(f"{said.where}:"):
-        where = f"{spot(said, way)}: {where}" if where else spot(said, way)
+    where = "" if fault.where in key_path else fault.where
+    if not where.startswith(f"{parsed.where}:"):
+        where = f"{spot(parsed, key_path)}: {where}" if where else spot(parsed, key_path)
     kind = SettingError if isinstance(fault, UsageError) else type(fault)
     return kind(fault.code, fault.what, where=where, allowed=fault.allowed, todo=fault.todo)
 
@@ -175,23 +175,25 @@ class Mistakes:
 
     Parameters
     ----------
-    said : the file.
+    parsed : the file.
     """
 
-    def __init__(self, said: Document) -> None:
-        self.said = said
+    def __init__(self, parsed: Document) -> None:
+        self.parsed = parsed
         self._first: list[LampyrisError] = []
         self._count = 0
 
-    def keep(self, way: Where, fault: Callable[[], LampyrisError] | LampyrisError) -> None:
+    def keep(self, key_path: KeyPath, fault: Callable[[], LampyrisError] | LampyrisError) -> None:
         """Keep a mistake; one that takes time to tell of may be given as what makes it."""
         self._count += 1
         if len(self._first) < 5 * MOST:
-            self._first.append(placed(fault if isinstance(fault, LampyrisError) else fault(), self.said, way))
+            self._first.append(
+                placed(fault if isinstance(fault, LampyrisError) else fault(), self.parsed, key_path)
+            )
 
     def __len__(self) -> int:
         return self._count
 
     def give(self) -> NoReturn:
         """Raise them, in the order of the file."""
-        raise_all(in_order(self.said, self._first), self._count)
+        raise_all(in_order(self.parsed, self._first), self._count)

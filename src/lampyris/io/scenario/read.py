@@ -17,7 +17,7 @@ from lampyris.io.files import read_regular
 from lampyris.io.scenario.scenario import MapSource, Scenario
 from lampyris.io.text.csv_table import MAX_BYTES
 from lampyris.model.edit import MAX_EDITS
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_OBSTACLES
 
 if TYPE_CHECKING:
     from lampyris.io.maps.formats.document import MapDocument
@@ -34,7 +34,7 @@ def read_scenario(
     Parameters
     ----------
     path : the file. What it names is relative to its folder.
-    names : who knows planners and laws.
+    names : the known planners and laws.
     allow_outside : whether it may name files outside its folder.
     max_cells : maps of more cells are refused.
 
@@ -48,8 +48,8 @@ def read_scenario(
 
     check_limit(max_cells)
     of_kind("allow_outside", allow_outside, bool)
-    said = read_document(file_name("path", path), VERSION)
-    return _built(said, names, lambda: Files(said, allow_outside, max_cells))
+    parsed = read_document(file_name("path", path), VERSION)
+    return _built(parsed, names, lambda: Files(parsed, allow_outside, max_cells))
 
 
 def scenario_of(
@@ -66,7 +66,7 @@ def scenario_of(
     Parameters
     ----------
     data : what a scenario file holds. Lists of tracks and maps in files of their own are refused.
-    names : who knows planners and laws.
+    names : the known planners and laws.
     where : what to call it in messages, before the JSON pointer.
     given : the map, whatever ``data`` says of it; None: bundled, made by a recipe or written out in rows.
     source : where the given map comes from; None: from its cells.
@@ -80,28 +80,28 @@ def scenario_of(
     from lampyris.io.scenario.schema import VERSION
     from lampyris.io.scenario.validation_errors import PlainDocument
 
-    said = PlainDocument(data, where)
-    check_version(said, VERSION)
-    return _built(said, names, lambda: NoFiles(said, max_cells, given, source))
+    parsed = PlainDocument(data, where)
+    check_version(parsed, VERSION)
+    return _built(parsed, names, lambda: NoFiles(parsed, max_cells, given, source))
 
 
-def _built(said: Document, names: Names, files: Callable[[], Files]) -> Scenario:
+def _built(parsed: Document, names: Names, files: Callable[[], Files]) -> Scenario:
     from pydantic import ValidationError
 
     from lampyris.io.scenario.build import build
     from lampyris.io.scenario.schema import ScenarioFile
     from lampyris.io.scenario.validation_errors import faults_of, raise_all, spot
 
-    for key, most in (("obstacles", MAX_BODIES), ("edits", MAX_EDITS)):
-        given = said.data.get(key)
+    for key, most in (("obstacles", MAX_OBSTACLES), ("edits", MAX_EDITS)):
+        given = parsed.data.get(key)
         if isinstance(given, list) and len(given) > most:
             what = f"{len(given):,} {key}"
-            raise LimitError("LIMIT", what, where=spot(said, (key,)), allowed=f"at most {most:,}")
+            raise LimitError("LIMIT", what, where=spot(parsed, (key,)), allowed=f"at most {most:,}")
     try:
-        file = ScenarioFile.model_validate(said.data)
+        file = ScenarioFile.model_validate(parsed.data)
     except ValidationError as problem:
-        raise_all(faults_of(said, problem), problem.error_count())
-    return build(said, file, names, files())
+        raise_all(faults_of(parsed, problem), problem.error_count())
+    return build(parsed, file, names, files())
 
 
 def read_document(name: str, version: int) -> Document:
@@ -113,12 +113,12 @@ def read_document(name: str, version: int) -> Document:
         anything then: each might be called unknown.
     LimitError : it is too large.
     """
-    said = read_plain(name)
-    check_version(said, version)
-    return said
+    parsed = read_plain(name)
+    check_version(parsed, version)
+    return parsed
 
 
-def check_version(said: Document, version: int) -> None:
+def check_version(parsed: Document, version: int) -> None:
     """Refuse another version than this.
 
     Raises
@@ -127,13 +127,13 @@ def check_version(said: Document, version: int) -> None:
     """
     from lampyris.io.scenario.validation_errors import brief, spot
 
-    given = said.data.get("version", version)
+    given = parsed.data.get("version", version)
     if isinstance(given, bool) or given != version:
         newer = isinstance(given, int) and given > version
         raise FileError(
             "VERSION",
             brief(given) + (": made for a newer release" if newer else ""),
-            where=spot(said, ("version",)),
+            where=spot(parsed, ("version",)),
             allowed=f"version {version}",
         )
 

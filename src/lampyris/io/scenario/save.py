@@ -113,8 +113,8 @@ def _needs(scenario: Scenario, data: Mapping[str, Any]) -> tuple[str, ...]:
     if not outside:
         return ()
     verb = "is" if len(outside) == 1 else "are"
-    told = f"{' and '.join(outside)} {verb} outside the scenario's folder"
-    return (f"{told}: running the scenario needs allow_outside=True (--allow-outside)",)
+    where_text = f"{' and '.join(outside)} {verb} outside the scenario's folder"
+    return (f"{where_text}: running the scenario needs allow_outside=True (--allow-outside)",)
 
 
 def _outside(name: str) -> bool:

@@ -56,9 +56,9 @@ class Scenario:
     Parameters
     ----------
     scene : map, ends, moves, robot and moving obstacles.
-    planner, settings : who plans, by name, and its settings.
+    planner, settings : name of the planner, and its settings.
     law, law_settings : the speed law, by name, and its settings.
-    seed : root of every draw.
+    seed : seed of all random draws.
     simulated : whether to simulate; otherwise to plan.
     ticks, patience : of a simulation; None: its own defaults.
     name : what to call it.

@@ -29,7 +29,7 @@ from lampyris.io.scenario.schema_types import (
 )
 from lampyris.model.edit import MAX_EDITS
 from lampyris.model.robot import Robot
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_OBSTACLES
 
 VERSION = 1
 MAX_SIDE = 2**24
@@ -190,8 +190,8 @@ Radius: TypeAlias = Annotated[float, Field(ge=0, le=1e6), Rule("TRAFFIC_RADIUS",
 _RADIUS = "Radius of each, metres; 0 is one cell."
 Count: TypeAlias = Annotated[
     int,
-    Field(ge=0, le=MAX_BODIES),
-    Rule("TRAFFIC_COUNT", f"a whole number, 0 to {MAX_BODIES:,}", limit=True),
+    Field(ge=0, le=MAX_OBSTACLES),
+    Rule("TRAFFIC_COUNT", f"a whole number, 0 to {MAX_OBSTACLES:,}", limit=True),
 ]
 
 
@@ -205,17 +205,19 @@ class WalkTable(Table):
     ] = Field(None, description="Chance a tick that one more appears; null: all are there from the start.")
     radius: Radius = Field(0.0, description=_RADIUS)
     starts: Annotated[
-        list[Pair], Field(max_length=MAX_BODIES), Rule("TRAFFIC_STARTS", "cells [x, y], no more than `count`")
+        list[Pair],
+        Field(max_length=MAX_OBSTACLES),
+        Rule("TRAFFIC_STARTS", "cells [x, y], no more than `count`"),
     ] = Field([], description="Cells where the first of them begin; the others begin where the seed says.")
 
 
 class PatrolTable(Table):
-    """One obstacle that drives along waypoints and back for ever; it waits for the robot."""
+    """One obstacle that drives along waypoints and back forever; it waits for the robot."""
 
     kind: Literal["patrol"] = Field(description="A patrol.")
     waypoints: Annotated[
         list[Pair], Field(min_length=1), Rule("TRAFFIC_WAYPOINTS", "one or more cells [x, y]")
-    ] = Field(description="Cells, joined by shortest ways.")
+    ] = Field(description="Cells, joined by shortest paths.")
     radius: Radius = Field(0.0, description=_RADIUS)
 
 
@@ -223,12 +225,12 @@ class CrossingTable(Table):
     """Obstacles that cross the map from side to side and back; they do not wait for the robot."""
 
     kind: Literal["crossing"] = Field(description="Crossing obstacles.")
-    count: Count = Field(description="How many; their ways are drawn from the seed.")
+    count: Count = Field(description="How many; their paths are drawn from the seed.")
     radius: Radius = Field(0.0, description=_RADIUS)
 
 
 class TrackTable(Table):
-    """One obstacle that replays a track, whatever anybody does."""
+    """One obstacle that replays a track, whatever the others do."""
 
     kind: Literal["recorded"] = Field(description="A recorded obstacle.")
     track: Annotated[
@@ -327,17 +329,17 @@ class ScenarioFile(Table):
         Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
         Rule("MOVES", "dissertation, octile, four-connected or sixteen-connected"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
-    planner: NameOrTable = Field(defaults.PLANNER, description="Who plans: see `lampyris planners`.")
+    planner: NameOrTable = Field(defaults.PLANNER, description="The planner: see `lampyris planners`.")
     law: NameOrTable | None = Field(
         None, description="The speed law (see `lampyris laws`); null: the preset's."
     )
     zones: FileName | None = Field(
         None, description="Speed zones: a Nav2 speed mask (.yaml), or m/s for each cell (.npy, .csv)."
     )
-    seed: Seed = Field(0, description="Root of every draw: same seed, same bytes.")
+    seed: Seed = Field(0, description="Seed of all random draws: same seed, same bytes.")
     obstacles: list[Obstacle] = Field(
         [],
-        max_length=MAX_BODIES,
+        max_length=MAX_OBSTACLES,
         description="What moves besides the robot, for simulations; called by their places in the list. "
         "Absent: the obstacles drawn in the map, as random walkers.",
     )

@@ -24,7 +24,7 @@ class Rule:
     allowed : in words.
     always : whether a value of the wrong type has this code too, and not TYPE.
     limit : whether a value that is too great is a LIMIT (exit code 5).
-    keys : of a field that may be one of several tables: the keys by which they are told apart.
+    keys : of a field that may be one of several tables: the keys by which they are distinguished.
     kinds : the same where the key is ``kind`` for all of them: its values.
     """
 

@@ -1,4 +1,4 @@
-"""What pydantic found wrong in a scenario, said in lampyris' way: code, place, value, what is allowed."""
+"""What pydantic found wrong in a scenario, in lampyris' own form: code, place, value, what is allowed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lampyris.errors import FileError, LampyrisError, LimitError, did_you_mean, 
 from lampyris.io.scenario.schema import ScenarioFile
 from lampyris.io.scenario.schema_types import Rule, Table
 from lampyris.io.text.strict_json import JsonDocument, pointer
-from lampyris.io.text.strict_yaml import Where, shown
+from lampyris.io.text.strict_yaml import KeyPath, shown
 
 MOST = 20
 """Mistakes reported at once; the rest are counted."""
@@ -46,11 +46,11 @@ class Document(Protocol):
         """The file as the caller named it."""
         ...
 
-    def at(self, *way: str | int) -> str:
+    def at(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a value; of what it should be in, where there is no such value."""
         ...
 
-    def at_key(self, *way: str | int) -> str:
+    def at_key(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
         ...
 
@@ -62,18 +62,18 @@ class PlainDocument:
     data: dict[str, Any]
     where: str
 
-    def at(self, *way: str | int) -> str:
+    def at(self, *key_path: str | int) -> str:
         """What the whole is called."""
         return self.where
 
-    def at_key(self, *way: str | int) -> str:
+    def at_key(self, *key_path: str | int) -> str:
         """What the whole is called."""
         return self.where
 
 
-def spot(document: Document, way: Where) -> str:
+def spot(document: Document, key_path: KeyPath) -> str:
     """``FILE:LINE:COLUMN: /pointer`` of a value."""
-    return f"{document.at(*way)}: {_short(pointer(way))}" if way else document.at()
+    return f"{document.at(*key_path)}: {_short(pointer(key_path))}" if key_path else document.at()
 
 
 def raise_all(faults: Sequence[LampyrisError], total: int = 0) -> NoReturn:
@@ -105,17 +105,17 @@ def faults_of(
 
 
 def _fault(document: Document, one: ErrorDetails, file: type[Table]) -> LampyrisError:
-    way, table, rule = _resolve(one["loc"], file)
+    key_path, table, rule = _resolve(one["loc"], file)
     kind, value = one["type"], one["input"]
-    where = spot(document, way)
+    where = spot(document, key_path)
     if kind == "extra_forbidden":
-        return _unknown_key(document, way, table)
+        return _unknown_key(document, key_path, table)
     if kind == "missing":
         allowed = rule.allowed if rule else ""
-        what = f"`{way[-1]}` is missing"
-        return FileError("KEY", what, where=spot(document, way[:-1]), allowed=allowed)
+        what = f"`{key_path[-1]}` is missing"
+        return FileError("KEY", what, where=spot(document, key_path[:-1]), allowed=allowed)
     if kind == "union_tag_not_found":
-        return _no_kind(document, way, value, rule)
+        return _no_kind(document, key_path, value, rule)
     if kind in _TYPES:
         code = rule.code if rule and rule.always else "TYPE"
         return FileError(code, f"{brief(value)} {_TYPES[kind]}", where=where, allowed=_allowed(kind, rule))
@@ -135,13 +135,13 @@ def _fault(document: Document, one: ErrorDetails, file: type[Table]) -> Lampyris
     return FileError(code, what, where=where, allowed=rule.allowed, todo=todo)
 
 
-def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[Table], Rule | None]:
-    """The way in the file, the table it ends in and the rule of its field, from pydantic's place.
+def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[KeyPath, type[Table], Rule | None]:
+    """The path in the file, the table it ends in and the rule of its field, from pydantic's place.
 
     Tags of unions stand in pydantic's places and not in the file: they are known by what was expected there.
     """
     table, hint = file, _Hint(file)
-    way: list[str | int] = []
+    key_path: list[str | int] = []
     rule: Rule | None = None
     for step in loc:
         tags = hint.tags()
@@ -149,7 +149,7 @@ def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[T
             hint = tags[step]
             rule, table = hint.rule or rule, hint.table or table
             continue
-        way.append(step)
+        key_path.append(step)
         if hint.table is not None:
             rule = _rules(table).get(str(step))
             hint = hint.inside(step)
@@ -157,7 +157,7 @@ def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[T
             hint = hint.inside(step)
             rule = hint.rule or rule
         table = hint.table or table
-    return tuple(way), table, rule
+    return tuple(key_path), table, rule
 
 
 class _Hint:
@@ -215,37 +215,37 @@ def _keys(table: type[Table]) -> list[str]:
     return [field.alias or name for name, field in table.model_fields.items()]
 
 
-def _unknown_key(document: Document, way: Where, table: type[Table]) -> FileError:
-    key = str(way[-1])
-    given = _value(document.data, way[:-1])
+def _unknown_key(document: Document, key_path: KeyPath, table: type[Table]) -> FileError:
+    key = str(key_path[-1])
+    given = _value(document.data, key_path[:-1])
     free = [k for k in _keys(table) if not (isinstance(given, dict) and k in given)]
     near = did_you_mean(key, free).removeprefix("did you mean ").removesuffix("?")
     return FileError(
         "KEY",
         f"unknown key {shown(key)}",
-        where=f"{document.at_key(*way)}: {_short(pointer(way))}",
+        where=f"{document.at_key(*key_path)}: {_short(pointer(key_path))}",
         allowed=", ".join(k for k in _keys(table) if k != "$schema"),
-        todo=f"did you mean {pointer((*way[:-1], near))}?" if near else "",
+        todo=f"did you mean {pointer((*key_path[:-1], near))}?" if near else "",
     )
 
 
-def _no_kind(document: Document, way: Where, value: Any, rule: Rule | None) -> FileError:
+def _no_kind(document: Document, key_path: KeyPath, value: Any, rule: Rule | None) -> FileError:
     """A value that none of several forms begins to fit."""
     code, allowed, todo = (rule.code, rule.allowed, "") if rule else ("TYPE", "", "")
     if rule and rule.kinds and isinstance(value, dict):
         if "kind" not in value:
-            return FileError("KEY", "`kind` is missing", where=spot(document, way), allowed=allowed)
-        way = (*way, "kind")
+            return FileError("KEY", "`kind` is missing", where=spot(document, key_path), allowed=allowed)
+        key_path = (*key_path, "kind")
         todo, value = did_you_mean(value["kind"], rule.kinds), value["kind"]
     elif rule and rule.keys and isinstance(value, dict):
         todo = next((hint for key in value if (hint := did_you_mean(key, rule.keys))), "")
         what = f"a table with {', '.join(shown(k) for k in list(value)[:5])}" if value else "an empty table"
-        return FileError("KEY", what, where=spot(document, way), allowed=allowed, todo=todo)
-    return FileError(code, brief(value), where=spot(document, way), allowed=allowed, todo=todo)
+        return FileError("KEY", what, where=spot(document, key_path), allowed=allowed, todo=todo)
+    return FileError(code, brief(value), where=spot(document, key_path), allowed=allowed, todo=todo)
 
 
-def _value(data: Any, way: Where) -> Any:
-    for step in way:
+def _value(data: Any, key_path: KeyPath) -> Any:
+    for step in key_path:
         data = data[step]
     return data
 

@@ -1,7 +1,7 @@
 """Tables of numbers in text files: rows apart by lines, fields by commas, semicolons, tabs or spaces.
 
 What reads a table says which columns it wants; others are passed over. A byte order mark, CRLF and blank
-lines are accepted. Every mistake is told with its line.
+lines are accepted. Every mistake is reported with its line.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Python's own reader takes ``NaN``, turns ``1e999`` into infinity, lets the last of two equal keys win without
 a word, and gives up with a RecursionError on deep nesting. So the text is read here, value by value: some
 700,000 values a second, where Python's takes 9 million. Places are not kept for every value, they would
-cost more memory than the data: a value's place is looked for when somebody asks, by walking to it through
+cost more memory than the data: a value's place is looked up on demand, by walking to it through
 the tables and lists that it is in.
 """
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn, TypeAlias
 
 from lampyris.errors import FileError, LimitError
-from lampyris.io.text.strict_yaml import Place, Where, shown
+from lampyris.io.text.strict_yaml import KeyPath, Place, shown
 
 MAX_BYTES = 2**24
 MAX_DEPTH = 32
@@ -36,9 +36,9 @@ _Parts: TypeAlias = "tuple[dict[str | int, int] | None, array[int], array[int]]"
 """Of a table or list: number of each part by key (None: a list), where each begins, where its value does."""
 
 
-def pointer(way: Where) -> str:
-    """The way to a value as a JSON pointer (RFC 6901), such as ``/start/0``; ``/`` for the whole document."""
-    return "/" + "/".join(str(step).replace("~", "~0").replace("/", "~1") for step in way)
+def pointer(key_path: KeyPath) -> str:
+    """The path to a value as a JSON pointer (RFC 6901), such as ``/start/0``; ``/`` for the whole document."""
+    return "/" + "/".join(str(step).replace("~", "~0").replace("/", "~1") for step in key_path)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,26 +57,26 @@ class JsonDocument:
     text: str
     _known: dict[int, _Parts] = field(default_factory=dict, repr=False)
 
-    def at(self, *way: str | int) -> str:
+    def at(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a value; of what it should be in, where there is no such value."""
-        return _spot(self.where, self.place(*way))
+        return _spot(self.where, self.place(*key_path))
 
-    def at_key(self, *way: str | int) -> str:
+    def at_key(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
-        return _spot(self.where, _place(self.text, self._walk(way)[0]))
+        return _spot(self.where, _place(self.text, self._walk(key_path)[0]))
 
-    def place(self, *way: str | int) -> Place:
+    def place(self, *key_path: str | int) -> Place:
         """Line and column, from 1."""
-        return _place(self.text, self._walk(way)[1])
+        return _place(self.text, self._walk(key_path)[1])
 
-    def _walk(self, way: Where) -> tuple[int, int]:
-        """Positions of the last key (or item) on a way and of its value; of the parent where it ends early.
+    def _walk(self, key_path: KeyPath) -> tuple[int, int]:
+        """Positions of the last key (or item) on a path and of its value; of the parent where it ends early.
 
         What is passed by on the way to one place is not gone through again on the way to another: a file may
         have thousands of mistakes.
         """
         key = at = _skip(self.text, 0)
-        for step in way:
+        for step in key_path:
             if self.text[at] not in "{[":
                 break
             if at not in self._known:
@@ -170,7 +170,7 @@ def _parts(text: str, at: int) -> _Parts:
 
 
 class _Reader:
-    """Reads values one after the other and knows the way to the one it is at."""
+    """Reads values one after the other and knows the path to the one it is at."""
 
     def __init__(self, text: str, where: str, max_depth: int, max_values: int) -> None:
         self._text = text
@@ -178,7 +178,7 @@ class _Reader:
         self._max_depth = max_depth
         self._left = max_values
         self._max_values = max_values
-        self._way: list[str | int] = []
+        self._key_path: list[str | int] = []
         self._begins = {'"': self._string, "{": self._object, "[": self._list}
 
     def document(self) -> JsonDocument:
@@ -246,28 +246,28 @@ class _Reader:
     def _list(self, at: int) -> tuple[list[Any], int]:
         self._deeper(at)
         text, items = self._text, []
-        self._way.append(0)
+        self._key_path.append(0)
         at = _skip(text, at + 1)
         while text[at : at + 1] != "]":
             value, end = self._value(at)
             items.append(value)
-            self._way[-1] = len(items)
+            self._key_path[-1] = len(items)
             at = self._after(end, "]")
-        self._way.pop()
+        self._key_path.pop()
         return items, at + 1
 
     def _object(self, at: int) -> tuple[dict[str, Any], int]:
         self._deeper(at)
         text, begin = self._text, at
         table: dict[str, Any] = {}
-        self._way.append("")
+        self._key_path.append("")
         at = _skip(text, at + 1)
         while text[at : at + 1] != "}":
             if text[at : at + 1] != '"':
-                self._way[-1:] = []
+                self._key_path[-1:] = []
                 self._syntax(at, 'a key in " "')
             key, end = self._string(at)
-            self._way[-1] = key
+            self._key_path[-1] = key
             if key in table:
                 first, _ = _place(text, self._first(begin, key))
                 lines = f"on lines {first} and {_place(text, at)[0]}"
@@ -277,7 +277,7 @@ class _Reader:
                 self._syntax(end, ":")
             table[key], end = self._value(_skip(text, end + 1))
             at = self._after(end, "}")
-        self._way.pop()
+        self._key_path.pop()
         return table, at + 1
 
     def _first(self, begin: int, key: str) -> int:
@@ -304,7 +304,7 @@ class _Reader:
         return at
 
     def _deeper(self, at: int) -> None:
-        if len(self._way) >= self._max_depth:
+        if len(self._key_path) >= self._max_depth:
             self._limit("JSON_DEPTH", "nested too deep", at, f"{self._max_depth} levels")
 
     def _syntax(self, at: int, expected: str) -> NoReturn:
@@ -315,7 +315,7 @@ class _Reader:
 
     def _at(self, at: int) -> str:
         here = _spot(self._where, _place(self._text, at))
-        return f"{here}: {_short(pointer(tuple(self._way)))}" if self._way else here
+        return f"{here}: {_short(pointer(tuple(self._key_path)))}" if self._key_path else here
 
     def _limit(self, code: str, what: str, at: int, allowed: str) -> NoReturn:
         raise LimitError(code, what, where=self._at(at), allowed=allowed)

@@ -24,8 +24,8 @@ MAX_BYTES = 2**16
 MAX_DEPTH = 32
 MAX_VALUES = 10_000
 MAX_DIGITS = 30
-Where: TypeAlias = tuple[str | int, ...]
-"""The way to a value: keys and indices from the top, such as ``("origin", 2)``."""
+KeyPath: TypeAlias = tuple[str | int, ...]
+"""The path to a value: keys and indices from the top, such as ``("origin", 2)``."""
 Place: TypeAlias = tuple[int, int]
 """Line and column, from 1."""
 
@@ -51,29 +51,31 @@ class YamlDocument:
     Parameters
     ----------
     data : dict, list, str, int, float, bool and None; keys are always text, as they were written.
-    places : the place of each value, and so of each part of it, by the way to it.
-    key_places : the place of each key, by the way to its value.
+    places : the place of each value, and so of each part of it, by the path to it.
+    key_places : the place of each key, by the path to its value.
     where : the file as the caller named it.
     """
 
     data: dict[str, Any]
-    places: Mapping[Where, Place]
-    key_places: Mapping[Where, Place]
+    places: Mapping[KeyPath, Place]
+    key_places: Mapping[KeyPath, Place]
     where: str
 
-    def at(self, *way: str | int) -> str:
+    def at(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a value; of what it should be in, where there is no such value."""
-        while way not in self.places:
-            way = way[:-1]
-        return _spot(self.where, self.places[way])
+        while key_path not in self.places:
+            key_path = key_path[:-1]
+        return _spot(self.where, self.places[key_path])
 
-    def at_key(self, *way: str | int) -> str:
+    def at_key(self, *key_path: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
-        return _spot(self.where, self.key_places[way])
+        return _spot(self.where, self.key_places[key_path])
 
-    def error(self, code: str, what: str, *way: str | int, allowed: str = "", todo: str = "") -> FileError:
+    def error(
+        self, code: str, what: str, *key_path: str | int, allowed: str = "", todo: str = ""
+    ) -> FileError:
         """A FileError about a value, to be raised."""
-        return FileError(code, what, where=self.at(*way), allowed=allowed, todo=todo)
+        return FileError(code, what, where=self.at(*key_path), allowed=allowed, todo=todo)
 
 
 def read_yaml(
@@ -173,8 +175,8 @@ class _Reader:
         self._where = where
         self._max_depth = max_depth
         self._max_values = max_values
-        self._places: dict[Where, Place] = {}
-        self._keys: dict[Where, Place] = {}
+        self._places: dict[KeyPath, Place] = {}
+        self._keys: dict[KeyPath, Place] = {}
 
     def document(self) -> YamlDocument:
         """The document, and the check that there is no second one."""
@@ -213,10 +215,10 @@ class _Reader:
             place = (mark.line + 1, mark.column + 1)
             raise _syntax("a number that is too large", self._where, place) from None
 
-    def _value(self, event: Any, way: Where, depth: int) -> Any:
+    def _value(self, event: Any, key_path: KeyPath, depth: int) -> Any:
         events = self._yaml
         self._plain(event)
-        self._places[way] = _of(event)
+        self._places[key_path] = _of(event)
         if len(self._places) > self._max_values:
             self._limit("YAML_SIZE", "too many values", event, f"at most {self._max_values:,}")
         if isinstance(event, events.ScalarEvent):
@@ -226,23 +228,23 @@ class _Reader:
         if isinstance(event, events.SequenceStartEvent):
             items: list[Any] = []
             while not isinstance(event := self._next(), events.SequenceEndEvent):
-                items.append(self._value(event, (*way, len(items)), depth + 1))
+                items.append(self._value(event, (*key_path, len(items)), depth + 1))
             return items
         table: dict[str, Any] = {}
         while not isinstance(event := self._next(), events.MappingEndEvent):
-            key = self._key(event, way)
-            table[key] = self._value(self._next(), (*way, key), depth + 1)
+            key = self._key(event, key_path)
+            table[key] = self._value(self._next(), (*key_path, key), depth + 1)
         return table
 
-    def _key(self, event: Any, way: Where) -> str:
+    def _key(self, event: Any, key_path: KeyPath) -> str:
         self._plain(event)
         if not isinstance(event, self._yaml.ScalarEvent) or event.value == "":
             self._refuse("YAML_SHAPE", "a key that is not a word", event, "plain words as keys")
         key = self._text(event)
-        if (first := self._keys.get((*way, key))) is not None:
+        if (first := self._keys.get((*key_path, key))) is not None:
             lines = f"{shown(key)} on lines {first[0]} and {_of(event)[0]}"
             self._refuse("YAML_DUPLICATE", lines, event, "each key once")
-        self._keys[(*way, key)] = _of(event)
+        self._keys[(*key_path, key)] = _of(event)
         return key
 
     def _scalar(self, event: Any) -> Any:

@@ -17,7 +17,7 @@ there is no other description. Words and numbers between white space::
 
 A point is ``x y t std_dev`` in metres and seconds; the package's descendant with adaptive dimensionality
 (A. Vemula, K. Muelling, J. Oh: Path Planning in Dynamic Environments with Adaptive Dimensionality, 2016)
-writes ``x y z t std_dev``. Which of the two a trajectory has is told by counting.
+writes ``x y z t std_dev``. Which of the two a trajectory has is determined by counting.
 
 A recorded obstacle of ours is in one cell at each tick, from the first tick to the last. What that cannot
 say is noted, never left out in silence: several trajectories (the likeliest is taken), standard deviations,
@@ -35,7 +35,7 @@ from itertools import pairwise
 from lampyris.errors import FileError, LimitError, SettingError, plural
 from lampyris.io.tracks.csv_tracks import MAX_TICKS
 from lampyris.model.grid import Grid
-from lampyris.model.traffic import MAX_BODIES, Recorded
+from lampyris.model.traffic import MAX_OBSTACLES, Recorded
 
 FIRST_WORD = "NumberOfDynamicObstacles:"
 MAX_WORDS = 10**6
@@ -169,7 +169,7 @@ class _Words:
 
     def obstacles(self) -> tuple[DobObstacle, ...]:
         """All of them, and the check that nothing follows."""
-        count = self._whole(FIRST_WORD, 0, MAX_BODIES)
+        count = self._whole(FIRST_WORD, 0, MAX_OBSTACLES)
         found = []
         for k in range(count):
             self._whole("DynamicObstacleID:", k, k)

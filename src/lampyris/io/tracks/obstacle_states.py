@@ -11,7 +11,7 @@ from lampyris.errors import FileError, LimitError
 from lampyris.io.text.csv_table import read_table
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.typing import Points
 
 
@@ -38,22 +38,24 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
     if not table.columns:
         allowed = f"a first line with the columns {', '.join(names)}"
         raise FileError("MOVERS_FILE", "no header", where=table.where, allowed=allowed)
-    if len(table.rows) > MAX_BODIES:
+    if len(table.rows) > MAX_OBSTACLES:
         what = f"{len(table.rows):,} obstacles"
-        raise LimitError("LIMIT", what, where=table.where, allowed=f"at most {MAX_BODIES:,}")
+        raise LimitError("LIMIT", what, where=table.where, allowed=f"at most {MAX_OBSTACLES:,}")
     x, y, radius, top = table.find(*names)
     velocity = table.find("vx", "vy") if {"vx", "vy"} & set(table.columns) else ()
     places = [[table.number(line, row, k) for k in (x, y)] for line, row in table.rows]
     sizes = [[table.number(line, row, k, 0.0) for k in (radius, top)] for line, row in table.rows]
-    going = [[table.number(line, row, k) for k in velocity] for line, row in table.rows]
-    for (line, _), (_, speed), (vx, vy) in zip(table.rows, sizes, going, strict=True) if velocity else ():
+    velocities = [[table.number(line, row, k) for k in velocity] for line, row in table.rows]
+    for (line, _), (_, speed), (vx, vy) in (
+        zip(table.rows, sizes, velocities, strict=True) if velocity else ()
+    ):
         fast = float(elementary.hypot(vx, vy))
         if fast > speed * (1 + 1e-9):
             what = f"a velocity of {fast:g} m/s"
             allowed = f"at most the top speed, {speed:g}"
             raise FileError("MOVERS_FILE", what, where=f"{table.where}:{line}", allowed=allowed)
     xy, size = (np.array(rows, dtype=np.float64).reshape(-1, 2) for rows in (places, sizes))
-    v = _on_the_grid(np.array(going).reshape(-1, 2), grid) if velocity else None
+    v = _on_the_grid(np.array(velocities).reshape(-1, 2), grid) if velocity else None
     return ObstacleStates(grid.to_points(xy[:, 0], xy[:, 1]), size[:, 0], size[:, 1], v)
 
 

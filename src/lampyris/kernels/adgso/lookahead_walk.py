@@ -1,7 +1,7 @@
 """The walk of AD-GSO once more, for many runs on one field: what a jump does is remembered by its cell.
 
 A jump depends on its cell, the field and the obstacles near. Where there are none near it is always the same,
-so it is looked up. Of the way only what is asked for is written: who drives a few steps and asks again never
+so it is looked up. Of the path only what is asked for is written: who drives a few steps and asks again never
 needs the rest, but what the rest costs has to be counted, and is.
 
 The walk, its frames and its numbers are those of :mod:`lampyris.kernels.adgso.walk`.
@@ -9,12 +9,11 @@ The walk, its frames and its numbers are those of :mod:`lampyris.kernels.adgso.w
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import WAY, kernel, stopped
+from lampyris.kernels._jit import PATH, kernel, stopped
 from lampyris.kernels.adgso.walk import (
     ALLOWED,
     ARRIVED,
     AT,
-    BODY,
     EXACT,
     FIRST,
     FULL,
@@ -23,6 +22,7 @@ from lampyris.kernels.adgso.walk import (
     JUMPS,
     LENGTH,
     LOOKED,
+    OBSTACLE,
     RULE,
     SPENT,
     WALL,
@@ -80,14 +80,14 @@ def extent(at, chosen, lower, width, cost, luc, step, far):
 
 
 @kernel(
-    out=("tally", "path", "wall", "toll", "mark", "dist", "queue", "queued", "way", "known"),
+    out=("tally", "path", "wall", "toll", "mark", "dist", "queue", "queued", "sub_path", "known"),
     each=24_000,
-    of=WAY,
+    of=PATH,
 )
 def walk_known(
     cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price,
-    wall, toll, mark, dist, queue, queued, way,
+    wall, toll, mark, dist, queue, queued, sub_path,
     known, marks, marked, lower, wanted, halt,
 ):  # fmt: skip
     """As :func:`lampyris.kernels.adgso.walk.walk` without record, roulette and gates; return its reason.
@@ -95,9 +95,9 @@ def walk_known(
     Parameters
     ----------
     known : see NEXT; for one field and one set of settings.
-    marks, marked : x and y of every cell that bears BODY in ``shut``, and how many there are.
+    marks, marked : x and y of every cell that bears OBSTACLE in ``shut``, and how many there are.
     lower : 1 if only cells of lower luciferin can be in the way: steps may cut corners.
-    wanted : steps of the way after the first sub-path that must be in ``path``; further ones may be missing,
+    wanted : steps of the path after the first sub-path that must be in ``path``; further ones may be missing,
         and ``tally[LENGTH]`` counts them.
     """
     while True:
@@ -109,7 +109,7 @@ def walk_known(
         k = KNOWN * at
         done = tally[LENGTH] - 1
         write = tally[FIRST] == 0 or done < tally[FIRST] + wanted
-        if write and done + len(way) > len(path) - 1:
+        if write and done + len(sub_path) > len(path) - 1:
             return FULL
         if known[k] != 0 and not minds(at, known[k + REACH], lower, setup[WIDTH], luc, marks, marked):
             if not write or known[k + CHAIN] != 0:
@@ -127,7 +127,7 @@ def walk_known(
                 if tally[FIRST] == 0:
                     tally[FIRST] = known[k + STEPS]
                 continue
-        mask = WALL | BODY
+        mask = WALL | OBSTACLE
         rings, accepted = open_window(
             luc, shut, mask, setup, at, ring_dx, ring_dy, ring_at, near, wall, mark, queue
         )
@@ -149,13 +149,13 @@ def walk_known(
             measure(mark, wall, toll, near, price, dist, queue, queued)
         c = choose(cost, luc, setup, at, 0.0, rings, ring_dx, ring_dy, ring_at, mark, dist)
         chosen = at + ring_dy[c] * setup[WIDTH] + ring_dx[c]
-        steps = follow(cost, step, shut, mask, far, at, chosen, way)
+        steps = follow(cost, step, shut, mask, far, at, chosen, sub_path)
         chain = 1 if steps > 0 else 0
         if steps == 0:
             if setup[RULE] != EXACT:
                 weigh(terrain, setup, at, rings, ring_dx, ring_dy, ring_at, mark, toll)
                 measure(mark, wall, toll, near, price, dist, queue, queued)
-            steps = trace(setup, at, ring_at[c], mark, wall, toll, near, price, dist, way)
+            steps = trace(setup, at, ring_at[c], mark, wall, toll, near, price, dist, sub_path)
         if known[k] == 0 and not again:
             reach = extent(at, chosen, lower, setup[WIDTH], cost, luc, step, far)
             if reach >= 0 and not minds(at, max(reach, rings), lower, setup[WIDTH], luc, marks, marked):
@@ -167,7 +167,7 @@ def walk_known(
         tally[JUMPS] += 1
         if write:
             for n in range(1, steps + 1):
-                path[done + n] = way[n]
+                path[done + n] = sub_path[n]
         tally[LENGTH] += steps
         tally[AT] = chosen
         if tally[FIRST] == 0:

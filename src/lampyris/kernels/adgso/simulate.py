@@ -13,14 +13,14 @@ from __future__ import annotations
 from lampyris.kernels._jit import kernel, lowest, stopped, u64
 from lampyris.kernels.adgso.lookahead_walk import walk_known
 from lampyris.kernels.adgso.tick_speed import OF_GOAL, OF_WAITING, pace
-from lampyris.kernels.adgso.walk import ARRIVED, AT, BODY, FIRST, HEMMED, LENGTH, LOOKED, STOP, WALL
+from lampyris.kernels.adgso.walk import ARRIVED, AT, FIRST, HEMMED, LENGTH, LOOKED, OBSTACLE, STOP, WALL
 
 RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
 """What :func:`drive_ticks` returns: out of this block's draws; the outcomes; not for this kernel."""
 
 (
     NOW,
-    BODIES,
+    OBSTACLES,
     LEFT,
     ROBOT,
     PLACE,
@@ -34,50 +34,50 @@ RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
     EXPANSIONS,
 ) = range(13)
 HEMMED_AT, COUNTED, LAST_TICK, PATIENCE, MARKED = 13, 14, 15, 16, 17
-"""Places in ``state``: ticks over, bodies there, cells in ``left``, the robot's cell, index of its cell in
-``path``, last index committed to, steps of the way (-1: no way; NOT_ASKED), ticks of waiting in a row,
+"""Places in ``state``: ticks over, obstacles there, cells in ``left``, the robot's cell, index of its cell in
+``path``, last index committed to, steps of the path (-1: no path; NOT_ASKED), ticks of waiting in a row,
 counters, the cell where the walk was hemmed in last (-1: none), whether the plan's iteration was counted,
-limits (a last tick of -1: ten times the map's sides, and four times the first way's steps), cells in
+limits (a last tick of -1: ten times the map's sides, and four times the first path's steps), cells in
 ``marks``."""
 STATE = 18
 NOT_ASKED = -2
 
-TOLD_BLOCKED, TOLD_WAITED, TOLD_HEMMED, TOLD_WAIT = 1, 2, 4, 8
-"""Bits of ``told``: planned anew because the next cell could not be entered, after waiting; waited because
+EVENT_BLOCKED, EVENT_WAITED, EVENT_HEMMED, EVENT_WAIT = 1, 2, 4, 8
+"""Bits of ``events``: replanned because the next cell could not be entered, after waiting; waited because
 hemmed in, because the next cell could not be entered."""
 
 
 @kernel()
 def crosses(cell, dx, dy, stride, left, step_x, step_y):
-    """Whether a diagonal step from a cell crosses a diagonal that somebody has driven in this tick."""
-    body = left[cell + dx] - 1
-    if body >= 0 and step_x[body] == -dx and step_y[body] == dy:
+    """Whether a diagonal step from a cell crosses a diagonal driven in this tick."""
+    obstacle = left[cell + dx] - 1
+    if obstacle >= 0 and step_x[obstacle] == -dx and step_y[obstacle] == dy:
         return True
-    body = left[cell + dy * stride] - 1
-    return body >= 0 and step_x[body] == dx and step_y[body] == -dy
+    obstacle = left[cell + dy * stride] - 1
+    return obstacle >= 0 and step_x[obstacle] == dx and step_y[obstacle] == -dy
 
 
 @kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone"))
-def stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, first):
+def stroll(state, where, step_x, step_y, taken, left, gone, open_steps, stride, draws, first):
     """Every walker steps to the option that its draw means, or stays: one tick of the obstacles.
 
     ``draws[first + k]`` is walker k's. ``gone`` lists the cells of ``left`` so that they can be cleared.
-    ``ways`` has a bit for each of the eight neighbours, row by row, into which walls let a walker step.
+    ``open_steps`` has a bit for each of the eight neighbours, row by row, into which walls let a walker step.
     """
     for k in range(state[LEFT]):
-        body = left[gone[k]] - 1
-        step_x[body] = 0
-        step_y[body] = 0
+        obstacle = left[gone[k]] - 1
+        step_x[obstacle] = 0
+        step_y[obstacle] = 0
         left[gone[k]] = 0
     state[LEFT] = 0
-    # Nobody enters the robot's cell; it is nobody's, so that nothing else takes it for a body.
+    # Nobody enters the robot's cell; it is nobody's, so that nothing else takes it for an obstacle.
     taken[state[ROBOT]] = -1
-    for body in range(state[BODIES]):
-        at = where[body]
+    for obstacle in range(state[OBSTACLES]):
+        at = where[obstacle]
         up = at - stride
         down = at + stride
-        # No branches: walls and bodies come as they like, and would be guessed wrong every other time.
-        may = ways[at] & (
+        # No branches: walls and obstacles come as they like, and would be guessed wrong every other time.
+        may = open_steps[at] & (
             (taken[up - 1] == 0)
             | (taken[up] == 0) << 1
             | (taken[up + 1] == 0) << 2
@@ -96,7 +96,7 @@ def stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws,
         count = may - ((may >> 1) & 85)
         count = (count & 51) + ((count >> 2) & 51)
         count = (count + (count >> 4)) & 15
-        pick = int(draws[first + body] * (count + 1))
+        pick = int(draws[first + obstacle] * (count + 1))
         if pick == 0:
             continue
         for _ in range(pick - 1):
@@ -107,13 +107,13 @@ def stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws,
         dx = j - 3 * dy - 4
         to = at + dy * stride + dx
         taken[at] = 0
-        left[at] = body + 1
+        left[at] = obstacle + 1
         gone[state[LEFT]] = at
         state[LEFT] += 1
-        taken[to] = body + 1
-        where[body] = to
-        step_x[body] = dx
-        step_y[body] = dy
+        taken[to] = obstacle + 1
+        where[obstacle] = to
+        step_x[obstacle] = dx
+        step_y[obstacle] = dy
     taken[state[ROBOT]] = 0
 
 
@@ -129,7 +129,7 @@ def rank(cell, turn):
 @kernel(out=("state", "where", "taken"))
 def appear(state, where, taken, opened, count, rate, chance, place):
     """With chance ``rate`` one more walker, on the free cell that is first in the order ``place`` means."""
-    if state[BODIES] >= count or chance >= rate:
+    if state[OBSTACLES] >= count or chance >= rate:
         return 0
     turn = int(place * 2147483648.0)
     best = -1
@@ -142,9 +142,9 @@ def appear(state, where, taken, opened, count, rate, chance, place):
                 least = found
     if best < 0:
         return 0
-    where[state[BODIES]] = best
-    state[BODIES] += 1
-    taken[best] = state[BODIES]
+    where[state[OBSTACLES]] = best
+    state[OBSTACLES] += 1
+    taken[best] = state[OBSTACLES]
     return 1
 
 
@@ -153,8 +153,8 @@ def may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
     """Whether the robot may make a step into a neighbour now: walls, nobody there, no swap, no crossing."""
     if free[to] == 0 or taken[to] != 0:
         return False
-    body = left[to]
-    if body != 0 and taken[robot] == body:
+    obstacle = left[to]
+    if obstacle != 0 and taken[robot] == obstacle:
         return False
     step = to - robot
     dy = (step + stride + 1) // stride - 1
@@ -168,15 +168,15 @@ def may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
 
 @kernel(out=("state", "shut", "marks"))
 def close(state, where, shut, marks, stride, free, cutting, offsets, taken, left, step_x, step_y):
-    """Mark in ``shut`` what the robot is told is closed: obstacles, and neighbours that it could not enter in
+    """Mark in ``shut`` what is closed to the robot: obstacles, and neighbours that it could not enter in
     this tick. ``marks`` has the x and y of each."""
     robot = state[ROBOT]
-    count = state[BODIES]
-    for body in range(count):
-        cell = where[body]
-        shut[cell] |= BODY
-        marks[2 * body + 1] = cell // stride
-        marks[2 * body] = cell - cell // stride * stride
+    count = state[OBSTACLES]
+    for obstacle in range(count):
+        cell = where[obstacle]
+        shut[cell] |= OBSTACLE
+        marks[2 * obstacle + 1] = cell // stride
+        marks[2 * obstacle] = cell - cell // stride * stride
     for k in range(len(offsets)):
         to = robot + offsets[k]
         if free[to] == 0 or taken[to] != 0:
@@ -186,7 +186,7 @@ def close(state, where, shut, marks, stride, free, cutting, offsets, taken, left
         if dx != 0 and dy != 0 and cutting == 0 and (free[robot + dx] == 0 or free[robot + dy * stride] == 0):
             continue
         if not may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
-            shut[to] |= BODY
+            shut[to] |= OBSTACLE
             marks[2 * count + 1] = to // stride
             marks[2 * count] = to - to // stride * stride
             count += 1
@@ -195,19 +195,19 @@ def close(state, where, shut, marks, stride, free, cutting, offsets, taken, left
 
 @kernel(
     out=(
-        "state", "tally", "path", "shut", "marks", "wall", "toll", "room", "dist", "queue", "queued", "way",
+        "state", "tally", "path", "shut", "marks", "wall", "toll", "room", "dist", "queue", "queued", "sub_path",
         "known",
     )
 )  # fmt: skip
 def ask(
     state, where, taken, left, step_x, step_y, free, stride, cutting, offsets, horizon,
     cost, luc, step, shut, terrain, setup, tally, path,
-    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, sub_path,
     known, marks, lower, halt,
 ):  # fmt: skip
     """Plan from where the robot stands; False if that is for the loop, because it would repair.
 
-    The way is ``path``, of which the first sub-path and ``horizon`` steps more are there; ``state[STEPS]`` =
+    The path is ``path``, of which the first sub-path and ``horizon`` steps more are there; ``state[STEPS]`` =
     -1 says hemmed in.
     """
     robot = state[ROBOT]
@@ -226,7 +226,7 @@ def ask(
     path[0] = robot
     code = walk_known(
         cost, luc, step, shut, terrain, setup, tally, path,
-        ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+        ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, sub_path,
         known, marks, state[MARKED], lower, horizon, halt,
     )  # fmt: skip
     for k in range(state[MARKED]):
@@ -253,17 +253,17 @@ def ask(
 
 @kernel(
     out=(
-        "state", "where", "step_x", "step_y", "taken", "left", "gone", "robots", "tracks", "told",
+        "state", "where", "step_x", "step_y", "taken", "left", "gone", "robots", "tracks", "events",
         "aims", "speeds", "causes", "nodes", "why", "shut", "tally", "path", "wall", "toll", "room", "dist",
-        "queue", "queued", "way", "known", "marks",
+        "queue", "queued", "sub_path", "known", "marks",
     )
 )  # fmt: skip
 def drive_ticks(
-    state, where, step_x, step_y, taken, left, gone, robots, tracks, told, aims, speeds, causes,
-    draws, count, opened, ways, rate,
+    state, where, step_x, step_y, taken, left, gone, robots, tracks, events, aims, speeds, causes,
+    draws, count, opened, open_steps, rate,
     free, stride, robot_cuts, offsets, goal, horizon, law, counted, blocked, height, nodes, why,
     cost, luc, step, shut, terrain, setup, tally, path,
-    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, sub_path,
     known, marks, lower, halt,
 ):  # fmt: skip
     """Tick on until there is an outcome or this block's draws are used up; see :func:`run` of the loop.
@@ -272,25 +272,25 @@ def drive_ticks(
 
     Parameters
     ----------
-    where .. gone : bodies and room to move them in. ``taken`` and ``left``: by cell number, body + 1.
-    robots, told, aims : out, by tick: the robot's cell, bits of TOLD, the cell that could not be entered.
-    tracks : out, ``count`` a tick: each body's cell, 0 before it appeared.
+    where .. gone : obstacles and room to move them in. ``taken`` and ``left``: by cell number, obstacle + 1.
+    robots, events, aims : out, by tick: the robot's cell, bits of the events, the cell that could not be entered.
+    tracks : out, ``count`` a tick: each obstacle's cell, 0 before it appeared.
     speeds, causes : out, by tick, of the dissertation's law.
     draws : float64, ``count + 2`` a tick of this block.
-    opened, ways, rate : of walkers: cells that they may be on, see :func:`stroll`, chance to appear.
+    opened, open_steps, rate : of walkers: cells that they may be on, see :func:`stroll`, chance to appear.
     free .. offsets : of the robot: cells, numbering, whether it may cut corners, its steps.
     horizon .. why : see :func:`lampyris.kernels.adgso.tick_speed.pace`; ``nodes`` and ``why`` are its room.
     cost .. lower : see :func:`lampyris.kernels.adgso.lookahead_walk.walk_known`.
     """
     if state[STEPS] == NOT_ASKED:
         robots[0] = state[ROBOT]
-        for body in range(count):
-            tracks[body] = where[body] if body < state[BODIES] else 0
+        for obstacle in range(count):
+            tracks[obstacle] = where[obstacle] if obstacle < state[OBSTACLES] else 0
         speeds[0] = 0.0
         if not ask(
             state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
             cost, luc, step, shut, terrain, setup, tally, path,
-            ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+            ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, sub_path,
             known, marks, lower, halt,
         ) or state[STEPS] < 0:  # fmt: skip
             return ELSEWHERE
@@ -302,14 +302,14 @@ def drive_ticks(
             return ELSEWHERE
         state[NOW] += 1
         now = state[NOW]
-        told[now] = 0
+        events[now] = 0
         speeds[now] = 0.0
         first = tick * (count + 2)
-        stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, first)
+        stroll(state, where, step_x, step_y, taken, left, gone, open_steps, stride, draws, first)
         if rate <= 1.0:
             appear(state, where, taken, opened, count, rate, draws[first + count], draws[first + count + 1])
-        for body in range(count):
-            tracks[now * count + body] = where[body] if body < state[BODIES] else 0
+        for obstacle in range(count):
+            tracks[now * count + obstacle] = where[obstacle] if obstacle < state[OBSTACLES] else 0
         enter = -1
         if 0 <= state[PLACE] < state[UNTIL]:
             cell = path[state[PLACE] + 1]
@@ -319,14 +319,14 @@ def drive_ticks(
             if state[PLACE] < state[UNTIL] or state[PATIENT] > 0 or state[STEPS] < 0:
                 state[REPLANS] += 1
                 if state[PATIENT] > 0 or state[STEPS] < 0:
-                    told[now] |= TOLD_WAITED
+                    events[now] |= EVENT_WAITED
                 else:
-                    told[now] |= TOLD_BLOCKED
+                    events[now] |= EVENT_BLOCKED
                     aims[now] = path[state[PLACE] + 1]
             if not ask(
                 state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
                 cost, luc, step, shut, terrain, setup, tally, path,
-                ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+                ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, sub_path,
                 known, marks, lower, halt,
             ):  # fmt: skip
                 return ELSEWHERE
@@ -337,7 +337,7 @@ def drive_ticks(
         if enter < 0:
             state[WAITS] += 1
             state[PATIENT] += 1
-            told[now] |= TOLD_HEMMED if state[STEPS] < 0 else TOLD_WAIT
+            events[now] |= EVENT_HEMMED if state[STEPS] < 0 else EVENT_WAIT
             robots[now] = state[ROBOT]
             causes[now] = OF_WAITING
             if state[PATIENT] > state[PATIENCE]:

@@ -7,7 +7,7 @@ must be open beside it (its own end again where it needs none), so that one rule
 
 ``shut`` holds bits: a cell is out of bounds for a choice when it shares a bit with the mask in force.
 
-Over terrain a step costs its price times what the cell it enters weighs. Before ways are measured the
+Over terrain a step costs its price times what the cell it enters weighs. Before paths are measured the
 window takes those weights into ``toll``; on plain maps they stay 1. (Taken in with each ring they cost plain
 maps 3 %, most of whose windows are never measured.)
 """
@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.kernels._jit import WAY, kernel, stopped
+from lampyris.kernels._jit import PATH, kernel, stopped
 
-WALL, BODY, GATE = 1, 2, 4
+WALL, OBSTACLE, GATE = 1, 2, 4
 """Bits of ``shut``: never free; under a moving obstacle now; free, but a gate one has yet to stand before."""
 
 GREEDY, ROULETTE, EXACT = 0, 1, 2
@@ -136,7 +136,7 @@ def weigh(terrain, setup, at, rings, ring_dx, ring_dy, ring_at, mark, toll):
 
 @kernel(out=("dist", "queue", "queued"))
 def measure(mark, wall, toll, near, price, dist, queue, queued):
-    """Exact cost of the cheapest way from the centre to each accepted cell inside the set; -1 where none.
+    """Exact cost of the cheapest path from the centre to each accepted cell inside the set; -1 where none.
 
     Label correction over a first-in first-out ring: with at most three step prices and some dozens of cells
     it is done in little more than one pass; a heap costs more than it saves here. Over terrain cells come
@@ -173,7 +173,7 @@ def measure(mark, wall, toll, near, price, dist, queue, queued):
 def choose(cost, luc, setup, at, draw, rings, ring_dx, ring_dy, ring_at, mark, dist):
     """The accepted cell to jump to, as a place in the ring table; -1 if there is none.
 
-    Greedy: least luciferin, then cost-to-go, row, column. Exact: least way + cost-to-go, then luciferin, row,
+    Greedy: least luciferin, then cost-to-go, row, column. Exact: least path cost + cost-to-go, then luciferin, row,
     column. Roulette: cells in the order of the ring table share [0, 1) in proportion to luc(X) - luc(Y), and
     ``draw`` falls on one.
     """
@@ -213,33 +213,33 @@ def choose(cost, luc, setup, at, draw, rings, ring_dx, ring_dy, ring_at, mark, d
     return best
 
 
-@kernel(out=("way",))
-def follow(cost, step, shut, mask, far, at, to, way):
+@kernel(out=("sub_path",))
+def follow(cost, step, shut, mask, far, at, to, sub_path):
     """Write the chain of parents from ``at`` to ``to``; return its steps, 0 if it misses or is obstructed.
 
     Costs fall along the chain, so once they are down to cost(to) it has passed or missed. It may leave the
-    window; it costs no more than a way inside it, which bounds its length: of steps at the lowest price, over
+    window; it costs no more than a path inside it, which bounds its length: of steps at the lowest price, over
     terrain on plain ground, against the highest on the heaviest.
     """
     c = at
     n = 0
-    way[0] = at
+    sub_path[0] = at
     while cost[c] > cost[to]:
         s = 3 * step[c]
         if (shut[c + far[s]] | shut[c + far[s + 1]] | shut[c + far[s + 2]]) & mask != 0:
             return 0
         c = c + far[s]
         n += 1
-        way[n] = c
+        sub_path[n] = c
     return n if c == to else 0
 
 
-@kernel(out=("way",))
-def trace(setup, at, place, mark, wall, toll, near, price, dist, way):
-    """Write the cheapest way inside the accepted set to a window place, as map cells; return its steps.
+@kernel(out=("sub_path",))
+def trace(setup, at, place, mark, wall, toll, near, price, dist, sub_path):
+    """Write the cheapest path inside the accepted set to a window place, as map cells; return its steps.
 
     From its end backwards, each time to the first predecessor in the order of the step set: a local rule,
-    as for parents, so that the way does not depend on the order in which cells were measured.
+    as for parents, so that the path does not depend on the order in which cells were measured.
     """
     width, mvr = setup[WIDTH], setup[MVR]
     side = 2 * (mvr + MARGIN) + 1
@@ -247,7 +247,7 @@ def trace(setup, at, place, mark, wall, toll, near, price, dist, way):
     c = place
     n = 0
     while c != centre:
-        way[n] = at + (c // side - mvr - MARGIN) * width + c % side - mvr - MARGIN
+        sub_path[n] = at + (c // side - mvr - MARGIN) * width + c % side - mvr - MARGIN
         n += 1
         for k in range(len(price)):
             s = 3 * k
@@ -260,10 +260,10 @@ def trace(setup, at, place, mark, wall, toll, near, price, dist, way):
             ):
                 c = p
                 break
-    way[n] = at
+    sub_path[n] = at
     for i in range((n + 1) // 2):
         j = n - i
-        way[i], way[j] = way[j], way[i]
+        sub_path[i], sub_path[j] = sub_path[j], sub_path[i]
     return n
 
 
@@ -286,14 +286,14 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
 
 
 @kernel(
-    out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "way"),
+    out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "sub_path"),
     each=12_000,
-    of=WAY,
+    of=PATH,
 )
 def walk(
     cost, luc, step, shut, terrain, setup, tally, draws, path, log,
     ring_dx, ring_dy, ring_at, near, far, price,
-    wall, toll, mark, dist, queue, queued, way, halt,
+    wall, toll, mark, dist, queue, queued, sub_path, halt,
 ):  # fmt: skip
     """Jump from window to window until the goal or a reason to stop; return that reason.
 
@@ -303,7 +303,7 @@ def walk(
     Parameters
     ----------
     cost, luc, step : the field, flat (height * width,).
-    shut : bits WALL, BODY, GATE, flat.
+    shut : bits WALL, OBSTACLE, GATE, flat.
     terrain : uint8, flat; empty on plain maps, and ``toll`` then holds 1 everywhere.
     setup, tally : see WIDTH.. and AT..; ``tally`` is read and written, so that a paused walk can go on.
     draws : numbers in [0, 1), one a jump, for roulette.
@@ -311,7 +311,7 @@ def walk(
     log : the record, see LOG_HEAD; empty: none is kept.
     ring_dx .. price : the tables of :func:`ring_table` and :func:`step_table`, and the steps' exact costs,
         over terrain divided by 63.
-    wall .. way : room to work in, (2 mvr + 2 MARGIN + 1) squared each, ``way`` three times as much, over
+    wall .. sub_path : room to work in, (2 mvr + 2 MARGIN + 1) squared each, ``sub_path`` three times as much, over
         terrain fifteen times.
     """
     while True:
@@ -321,11 +321,11 @@ def walk(
         # Between two jumps a walk can be taken up again.
         if tally[JUMPS] >= tally[STOP] or stopped(halt):
             return PAUSED
-        if tally[LENGTH] + len(way) > len(path):
+        if tally[LENGTH] + len(sub_path) > len(path):
             return FULL
         if len(log) > 0 and tally[LOGGED] + LOG_HEAD + len(mark) > len(log):
             return FULL
-        mask = WALL | BODY
+        mask = WALL | OBSTACLE
         rings, accepted = open_window(
             luc, shut, mask, setup, at, ring_dx, ring_dy, ring_at, near, wall, mark, queue
         )
@@ -349,24 +349,24 @@ def walk(
             measure(mark, wall, toll, near, price, dist, queue, queued)
         k = choose(cost, luc, setup, at, draw, rings, ring_dx, ring_dy, ring_at, mark, dist)
         chosen = at + ring_dy[k] * setup[WIDTH] + ring_dx[k]
-        steps = follow(cost, step, shut, mask, far, at, chosen, way)
+        steps = follow(cost, step, shut, mask, far, at, chosen, sub_path)
         by_parents = 1 if steps > 0 else 0
         if steps == 0:
             if setup[RULE] != EXACT:
                 weigh(terrain, setup, at, rings, ring_dx, ring_dy, ring_at, mark, toll)
                 measure(mark, wall, toll, near, price, dist, queue, queued)
-            steps = trace(setup, at, ring_at[k], mark, wall, toll, near, price, dist, way)
+            steps = trace(setup, at, ring_at[k], mark, wall, toll, near, price, dist, sub_path)
         if len(log) > 0:
             note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at, mark, log)
         tally[JUMPS] += 1
         done = 0
-        while done < steps and shut[way[done + 1]] & GATE == 0:
+        while done < steps and shut[sub_path[done + 1]] & GATE == 0:
             done += 1
-            path[tally[LENGTH]] = way[done]
+            path[tally[LENGTH]] = sub_path[done]
             tally[LENGTH] += 1
-        tally[AT] = way[done]
+        tally[AT] = sub_path[done]
         if tally[FIRST] == 0:
             tally[FIRST] = done
         if done < steps:
-            tally[GATE_AT] = way[done + 1]
+            tally[GATE_AT] = sub_path[done + 1]
             return MET_GATE

@@ -32,7 +32,7 @@ LISTED, MOVED = 1, 2
 """Bits of ``mark``: in the list of cells to look at; with another cost than before, or with none."""
 
 LAST, ENOUGH, LOST, SETTLED, LOOKED, GLOWED = 0, 1, 2, 3, 4, 5
-"""Places in ``work``: the calendar's last bucket; 1 if the field has to be solved anew; cells that lost their
+"""Places in ``work``: the calendar's last bucket; 1 if the field has to be solved from scratch; cells that lost their
 cost, cells that a wave left from, parents looked at, luciferin formed."""
 
 
@@ -42,7 +42,7 @@ def repair(
     jump, side, other, price, ground, mask, goal, shift, hopeless, most, never, keep, gamma, unit, work,
     halt,
 ):  # fmt: skip
-    """Take in changed cells and repair the field; return 0 if it has to be solved anew instead.
+    """Take in changed cells and repair the field; return 0 if it has to be solved from scratch instead.
 
     That is so when the goal is a wall, or was; when the changed cells and their neighbours alone are more
     than ``hopeless``; and when more than ``most`` cells have been seen. The map is then as it should be, the
@@ -68,7 +68,7 @@ def repair(
     goal : the goal cell.
     shift : 1 << shift is at most the least that a step costs.
     hopeless, most : see above.
-    never : a cost too great for ``cost``; to come to it is another reason to solve anew.
+    never : a cost too great for ``cost``; to come to it is another reason to solve from scratch.
     keep, gamma, unit : see :func:`lampyris.kernels.field.descent.glow`.
     work : int64, (6,); what was done, see above.
     """
@@ -163,7 +163,7 @@ def _doubt(
     for i in range(last):
         u = u64(seen[i])
         if cost[u] > 0:
-            # Is the way by its parent still there, and no costlier?
+            # Is the path by its parent still there, and no costlier?
             k = step[u]
             v = u + u64(jump[k])
             held = free[v] != 0 and free[u + u64(side[k])] != 0 and free[u + u64(other[k])] != 0

@@ -48,7 +48,7 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
         hi_next = hi + straight
         if stopped(halt):
             return head
-        # Those that waited, less those that a cheaper way has brought in meanwhile.
+        # Those that waited, less those that a cheaper path has brought in meanwhile.
         for i in range(late, waiting):
             order[tail] = order[i]
             tail = tail + one if cost[order[i]] >= hi else tail

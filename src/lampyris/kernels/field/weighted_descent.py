@@ -1,4 +1,4 @@
-"""From cost to descent over terrain: each cell's parent, what steps cost being told by the cell they end in.
+"""From cost to descent over terrain: each cell's parent, the cost of a step depending on the cell it ends in.
 
 Maps are padded and flat, as :mod:`.weighted_wavefront` leaves them.
 """

@@ -10,14 +10,14 @@ A bucket spans no more than the least step, so no departure leads back into its 
 bucket have left, every cell they touched is settled, at the least of the costs it was offered. A cell is
 thus written to a list once for each kind of step and never moved: nothing is stale, nothing is taken out, and
 the memory is known beforehand. The buckets are lists threaded through the order of settling (a cell's place
-in it, not the cell itself, so that a bucket lies close together). The dearest step is five times the dearest
+in it, not the cell itself, so that a bucket lies close together). The costliest step is five times the highest
 price, so a ring of 16 buckets serves every step set of ours.
 
 As in :mod:`.wavefront` every neighbour is written at the end of the list unconditionally and the end advances
 by 0 or 1, and a border of walls spares all tests for the edge.
 
 Roads not taken, by how much longer costs alone took on maps of 512 x 512 and 1024 x 1024 cells, open, with a
-fifth of the cells blocked, and of rooms: cells (not departures) in doubly linked buckets, moved when a way
+fifth of the cells blocked, and of rooms: cells (not departures) in doubly linked buckets, moved when a path
 gets cheaper (1.4 to 1.8 times); a binary heap (4 to 6 times); one table of steps for all sets, without
 :func:`settle` (2.5 to 4 times); buckets as arrays of cells and costs, each with room for the worst (1.0 to
 1.9 times); no early fetch of the rows above and below (1.2 to 1.4 times).
@@ -219,7 +219,7 @@ def settle(
         go with diagonals.
     guard : -1 where the side cells of a diagonal must be free, 0 if not.
     shift, mask : costs ``c`` wait in bucket ``c >> shift & mask``; 1 << shift is at most the least step,
-        mask one less than a power of two and with room for the dearest.
+        mask one less than a power of two and with room for the costliest.
     never : more than any cost.
     """
     w = u64(width)
@@ -232,7 +232,7 @@ def settle(
     for k in range(kinds * ring):
         heads[k] = none
     # Beyond it a departure could reach ``never``.
-    dearest = never - 315 * max(straight, diagonal, knight)
+    costliest = never - 315 * max(straight, diagonal, knight)
     cost[goal] = 0
     order[0] = goal
     begin = zero
@@ -242,7 +242,7 @@ def settle(
     while True:
         for i in range(begin, tail):
             n = order[i]
-            # Its row is at hand, those above and below will be wanted when it departs.
+            # Its row is available, those above and below will be wanted when it departs.
             fetch(cost, n - w)
             fetch(cost, n + w)
             d = cost[n]
@@ -269,7 +269,7 @@ def settle(
         bucket += 1
         if stopped(halt):
             return tail
-        if (bucket + 1) << shift > dearest:
+        if (bucket + 1) << shift > costliest:
             return zero
         s = u64(bucket) & u64(mask)
         i = u64(heads[s])
@@ -329,7 +329,7 @@ def any_steps(
     ring = u64(mask) + one
     for k in range(kinds * ring):
         heads[k] = none
-    dearest = never - 315 * price[kinds - one]
+    costliest = never - 315 * price[kinds - one]
     cost[goal] = 0
     order[0] = goal
     begin = zero
@@ -356,7 +356,7 @@ def any_steps(
         bucket += 1
         if stopped(halt):
             return tail
-        if (bucket + 1) << shift > dearest:
+        if (bucket + 1) << shift > costliest:
             return zero
         for j in range(kinds):
             s = (u64(bucket) & u64(mask)) + j * ring

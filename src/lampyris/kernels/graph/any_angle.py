@@ -21,7 +21,7 @@ Lines of sight are exact, in integers. Which cells must be free is said by ``rul
 Where cells weigh differently, a line of sight must also keep to cells of one weight: its price is then its
 length times that weight, and never less than what the disc or point pays on it.
 
-What Theta* guarantees: its way is never longer than the cheapest walk by its steps. Suppose a cell were
+What Theta* guarantees: its path is never longer than the cheapest walk by its steps. Suppose a cell were
 expanded at a cost above that of its cheapest walk. Take the first cell on that walk that has not been
 expanded; the one before it was, at no more than its walk's cost, and has offered it one step more, or
 less than that; so its f is below that of the cell supposed (the straight distance is consistent), and it
@@ -35,16 +35,16 @@ from __future__ import annotations
 from math import sqrt
 
 from lampyris.kernels._helpers import STRETCH
-from lampyris.kernels._jit import WAY, kernel, stopped, u64
+from lampyris.kernels._jit import PATH, kernel, stopped, u64
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
 CUT, TOUCH, WIDE = 0, 1, 2
 
 LOOK = 16
-"""Cells expanded between two looks at the word that halts: each may look along eight lines across the map."""
+"""Cells expanded between two cancellation checks: each may look along eight lines across the map."""
 EQUAL = 1e-9
-"""Lengths that differ by less are the same: of two such ways the one with fewer turns is taken."""
+"""Lengths that differ by less are the same: of two such paths the one with fewer turns is taken."""
 
 
 @kernel()
@@ -64,7 +64,7 @@ def _sees(free, weight, mask, stride, at, x, y, to_x, to_y, rule):
     i = 0
     if rule == WIDE and wide > 0 and high > 0:
         # From square to square between the centres. The next column of centres is met at (i + 1) / wide
-        # of the way, the next row at (j + 1) / high; the end is where both are met.
+        # of the segment, the next row at (j + 1) / high; the end is where both are met.
         over = high - wide
         while i < wide:
             if (
@@ -83,7 +83,7 @@ def _sees(free, weight, mask, stride, at, x, y, to_x, to_y, rule):
                 at += down
                 over -= wide
         return 1
-    # From cell to cell. The next column is entered at (2 i + 1) / (2 wide) of the way, the next row
+    # From cell to cell. The next column is entered at (2 i + 1) / (2 wide) of the segment, the next row
     # likewise.
     j = 0
     over = high - wide
@@ -147,7 +147,7 @@ def _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, ru
 
 @kernel(out=("heap", "place", "f", "h", "g", "seen", "parent"))
 def _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, reached, p):
-    """Give a cell a cheaper way, over p."""
+    """Give a cell a cheaper path, over p."""
     if seen[u64(v)] != run:
         seen[u64(v)] = run
         h[u64(v)] = _length(stride, v, goal)
@@ -162,7 +162,7 @@ def theta(
     free, weight, mask, stride, start, goal, budget, run, offset, via, across, dx, dy, rule, lazy,
     heap, place, f, h, g, seen, parent, chain, result, halt,
 ):  # fmt: skip
-    """A short way of straight lines between cell centres.
+    """A short path of straight lines between cell centres.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def theta(
     result[2] = points
 
 
-@kernel(out=("path",), each=2000, of=WAY)
+@kernel(out=("path",), each=2000, of=PATH)
 def follow(free, stride, x, y, diagonals, path, halt):
     """A walk by single steps along straight lines of sight, start first; return how many cells.
 

@@ -12,23 +12,23 @@ step. Over when a side has nothing left in M, or its least f is at least ``best`
 
 Why ``best`` is then the least cost
 -----------------------------------
-Claim: while best > C, the cost of a cheapest way, there is a cheapest way v0 = s .. vk = t and a < b so that
+Claim: while best > C, the cost of a cheapest path, there is a cheapest path v0 = s .. vk = t and a < b so that
 v0 .. va were expanded (not dropped) by side 1 with exact g1, vb .. vk by side 2 with exact g2, and the cells
 between are all in M; and there is at least one such cell. At the beginning all are (a = -1, b = k + 1).
 
 * *Then neither side is empty or stopped by its f*: v(a+1) was in M when va was expanded, so g1(v(a+1)) is
   exact (if a = -1 it is s, at cost 0), f1(v(a+1)) <= C < best. Likewise f2(v(b-1)) <= C.
-* *Side 1 takes a cell u that is not between*: the way stays as it is.
+* *Side 1 takes a cell u that is not between*: the path stays as it is.
 * *Side 1 takes u = vm, a < m < b.* By consistency f1(v(a+1)) <= g1*(vm) + h1(vm) <= f1(vm), the least, so
   all three are equal and g1(u) is exact (* marks exact values). u is not dropped: F2 <= f2(v(b-1)) =
   g2*(v(b-1)) + h2(v(b-1)) and h2(v(b-1)) <= h2(u) + cost(u .. v(b-1)), so g1(u) + F2 - h2(u) <= g1*(u) +
   g2*(u) = C < best. The cells on the chain of predecessors of u were all expanded by side 1, with exact
-  g1, or a shorter way to u would follow. Put that chain in place of v0 .. vm: the way is still a cheapest
+  g1, or a shorter path to u would follow. Put that chain in place of v0 .. vm: the path is still a cheapest
   one, with m for a. If no cell is left between, m = b - 1, so g2(u) is exact as well, and both were known
   while u was in M: best = C.
 * *Side 2*: the same from the other end.
 
-So at the end best = C; it is infinite only where there is no way. Nothing here asks for the same cost in
+So at the end best = C; it is infinite only where there is no path. Nothing here asks for the same cost in
 both directions: side 2 prices a step by the cell that the *robot* enters. If s = t, best is 0 from the
 beginning.
 
@@ -52,7 +52,7 @@ SPAN = 2**51
 
 @kernel()
 def _bound(major0, minor0, major1, minor1, a, b):
-    """Least cost of a way over these distances along the axes: the metric of the open plane."""
+    """Least cost of a path over these distances along the axes: the metric of the open plane."""
     a = abs(a)
     b = abs(b)
     if a < b:
@@ -62,17 +62,17 @@ def _bound(major0, minor0, major1, minor1, a, b):
 
 @kernel(out=("heap", "place", "f", "h", "seen", "step", "state"))
 def _expand(
-    free, terrain, scale, stride, offset, via, across, dx, dy, price, slope, way, u, g, to_x, to_y, run,
+    free, terrain, scale, stride, offset, via, across, dx, dy, price, slope, sign, u, g, to_x, to_y, run,
     heap, place, f, h, seen, step, row, other_f, other_h, other_seen, state,
 ):  # fmt: skip
-    """Offer the neighbours of u its cost g and a step; ``way`` is 1 along the steps, -1 against them."""
+    """Offer the neighbours of u its cost g and a step; ``sign`` is 1 along the steps, -1 against them."""
     y = u // stride
     x = u - y * stride
     for k in range(len(offset)):
-        v = u + way * offset[k]
+        v = u + sign * offset[k]
         # A step against its direction begins in v and enters u.
-        tail = u if way > 0 else v
-        enters = v if way > 0 else u
+        tail = u if sign > 0 else v
+        enters = v if sign > 0 else u
         if free[u64(v)] == 0 or free[u64(tail + via[k])] == 0 or free[u64(tail + across[k])] == 0:
             continue
         known = seen[u64(v)]
@@ -82,7 +82,7 @@ def _expand(
         if known != run:
             seen[u64(v)] = run
             h[u64(v)] = _bound(
-                slope[0], slope[1], slope[2], slope[3], x + way * dx[k] - to_x, y + way * dy[k] - to_y
+                slope[0], slope[1], slope[2], slope[3], x + sign * dx[k] - to_x, y + sign * dy[k] - to_y
             )
         elif reached >= f[u64(v)] - h[u64(v)]:
             continue
@@ -106,7 +106,7 @@ def _clear(heap, place):
 
 @kernel(out=("state", "path"))
 def _finish(offset, start, goal, ending, expansions, step, n, state, path, halt):
-    """Write down the way over the cell where the sides met, goal first, and what there is to say."""
+    """Write down the path over the cell where the sides met, goal first, and what there is to say."""
     best = state[0]
     length = 0
     if ending == EXHAUSTED and best < NEVER:
@@ -159,7 +159,7 @@ def meet(
     free, terrain, scale, stride, start, goal, budget, run, offset, via, across, dx, dy, price, slope,
     heap1, place1, f1, h1, seen1, heap2, place2, f2, h2, seen2, step, state, path, halt,
 ):  # fmt: skip
-    """Cheapest way from start to goal.
+    """Cheapest path from start to goal.
 
     Parameters
     ----------
@@ -175,10 +175,10 @@ def meet(
     place1, place2 : int32, (n,); zeros before and after.
     f1, h1, f2, h2 : int64, (n,); scratch.
     seen1, seen2 : int32, (n,); scratch: run where met by that side, -run where expanded by either.
-    step : int8, (2 n,); scratch: the last step of the way from the start, then the first of that to the
+    step : int8, (2 n,); scratch: the last step of the path from the start, then the first of that to the
         goal.
-    state : int64, (4,); the ending, expansions, cells of the way, its exact cost (or -1).
-    path : int32, (n,); the way, goal first.
+    state : int64, (4,); the ending, expansions, cells of the path, its exact cost (or -1).
+    path : int32, (n,); the path, goal first.
     """
     n = len(free)
     start_y = start // stride
@@ -302,7 +302,7 @@ def meet_even(
     f : int64, (2 n,); base + 1 + g + h of the cells met; anything else is at least base + SPAN.
     step : int8, (2 n,); scratch.
     state : int64, (8,); see :func:`meet`.
-    path : int32, (n,); the way, goal first.
+    path : int32, (n,); the path, goal first.
     """
     n = len(free)
     major0 = slope[0]
@@ -368,17 +368,17 @@ def meet_even(
             >= state[0]
         ):
             continue
-        way = 1 - 2 * side
+        sign = 1 - 2 * side
         for k in range(len(offset)):
-            v = u + way * offset[u64(k)]
+            v = u + sign * offset[u64(k)]
             # A step against its direction begins in v. Every cell that has left M has a lower f.
             tail = v if side == 1 else u
             if free[u64(v)] == 0 or f[u64(mine + v)] <= level:
                 continue
             if free[u64(tail + via[u64(k)])] == 0 or free[u64(tail + across[u64(k)])] == 0:
                 continue
-            there_x = x + way * dx[u64(k)]
-            there_y = y + way * dy[u64(k)]
+            there_x = x + sign * dx[u64(k)]
+            there_y = y + sign * dy[u64(k)]
             reached = (
                 paid + cost[u64(k)] + _bound(major0, minor0, major1, minor1, there_x - to_x, there_y - to_y)
             )

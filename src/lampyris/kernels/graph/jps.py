@@ -4,20 +4,20 @@ Harabor and Grastien, "Online graph pruning for pathfinding on grid maps", AAAI 
 scans and the pruning of intermediate jump points: the same, "Improving jump point search", ICAPS 2014,
 128-135. The rules for steps that may not cut corners are derived here.
 
-Rules, and why the way found is a cheapest one
+Rules, and why the path found is a cheapest one
 ----------------------------------------------
-Steps cost a (straight) and b (diagonal), a < b < 2a. Of all cheapest ways to a cell take one whose
+Steps cost a (straight) and b (diagonal), a < b < 2a. Of all cheapest paths to a cell take one whose
 diagonals come as early as possible, and on it any cell n with its predecessor p and its successor n'. Call
 ``d`` the step into n and ``e`` the step out of it; ``side`` is a unit step square to a straight ``d``.
 
-* d straight, e backwards in any way: p reaches n' at once for less. Not on a cheapest way.
+* d straight, e backwards in any way: p reaches n' at once for less. Not on a cheapest path.
 * d straight, e = side: if p + side is free, the diagonal p, n' is legal (without corner cutting its two
   side cells are n and p + side; with it, it always is) and costs b < 2a. So **without corner cutting p +
   side is blocked**, with it this never happens.
 * d straight, e = d + side: p, n + side, n' would cost the same with its diagonal earlier. Without corner
   cutting n + side is free (e needs it), so **p + side is blocked**; with it, **n + side is blocked**.
 * d diagonal, e one of its two straights, or d again: natural.
-* d diagonal (u, v), e = (-u, 0) or (0, -v): p reaches n' by one straight. Not on a cheapest way.
+* d diagonal (u, v), e = (-u, 0) or (0, -v): p reaches n' by one straight. Not on a cheapest path.
 * d diagonal (u, v), e = (-u, v): p, p + (0, v), n' costs 2a < 2b if p + (0, v) is free. Without corner
   cutting it is, d needs it; with it, **p + (0, v) = n - (u, 0) is blocked**. And likewise for (u, -v).
 
@@ -51,7 +51,7 @@ one record: with everything taken up at once, in ten arrays, it took 0.9 (in a m
 from __future__ import annotations
 
 from lampyris.kernels._helpers import STRETCH
-from lampyris.kernels._jit import WAY, kernel, stopped, u64
+from lampyris.kernels._jit import PATH, kernel, stopped, u64
 from lampyris.kernels.graph.bits import ahead, back, bit
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
@@ -253,7 +253,7 @@ def _heed(
 
 @kernel()
 def _count(nodes, x, y, i, halt):
-    """How many cells the way over node i to a cell has."""
+    """How many cells the path over node i to a cell has."""
     cells = 1
     while i >= 0 and not stopped(halt):
         cells += max(abs(x - nodes[6 * i]), abs(y - nodes[6 * i + 1]))
@@ -263,16 +263,16 @@ def _count(nodes, x, y, i, halt):
     return cells
 
 
-@kernel(out=("path",), each=2000, of=WAY)
+@kernel(out=("path",), each=2000, of=PATH)
 def unroll(nodes, x, y, i, path, halt):
-    """Write the way over node i to a cell down, cell by cell.
+    """Write the path over node i to a cell down, cell by cell.
 
     Parameters
     ----------
     nodes : as :func:`jump` leaves them.
     x, y : the goal, counted from 1.
     i : the last node.
-    path : int32, (2 * n,); x and y of the way's n cells, the goal first, both counted from 0.
+    path : int32, (2 * n,); x and y of the path's n cells, the goal first, both counted from 0.
     """
     length = 1
     path[0] = x - 1
@@ -302,7 +302,7 @@ def jump(
     start_x, start_y, goal_x, goal_y, budget, straight, diagonal, cutting, steps, turns,
     found, node, nodes, heap, state, halt,
 ):  # fmt: skip
-    """Cheapest way between two cells.
+    """Cheapest path between two cells.
 
     Parameters ---------- words : uint64; bits, 64 in a word, the lowest first. From bit 0: rows of walls,
         1 where the robot may not be; x and y count from 1, a border of walls runs all around. From the
@@ -324,7 +324,7 @@ def jump(
     nodes : int64, (6 * m,); scratch: x, y, cost, predecessor, directions to follow and followed, place in
         the heap. Should there be more than m, the ending is FULL.
     heap : int64, (2 * m,); scratch: f and node.
-    state : int64, (5,); the ending, expansions (of jump points), cells of the way, its exact cost (or -1),
+    state : int64, (5,); the ending, expansions (of jump points), cells of the path, its exact cost (or -1),
         its last node.
     """
     # The goal is a stop for the time of this search.

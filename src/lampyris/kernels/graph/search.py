@@ -11,7 +11,7 @@ to 3 times as long on 512x512 maps (170 to 210 ns an expansion with the heuristi
 of f need a window that A* does not have, since its raises may be 0.
 
 The queues are lists threaded through two arrays, so a cell is in one queue at most and leaves it when a
-better way is found: no stale entries, and memory does not grow with the number of queues. The raise of 0 is
+better path is found: no stale entries, and memory does not grow with the number of queues. The raise of 0 is
 a stack: along equal f the newest cell is the deepest, and the search dives to the goal.
 
 Layout: row after row, padded on each side by as many blocked cells as the longest step is long, so no step
@@ -41,7 +41,7 @@ def search(
     offset, via, across, dx, dy, cost, first, follow, slope, slot, shift, queues,
     after, before, f, step, result, halt,
 ):  # fmt: skip
-    """Cheapest way from start to goal; or, without a goal, everything that can be reached.
+    """Cheapest path from start to goal; or, without a goal, everything that can be reached.
 
     Parameters
     ----------

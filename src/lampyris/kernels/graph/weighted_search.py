@@ -6,7 +6,7 @@ of the cells themselves and not of how they came in, so which cells are expanded
 
 The heap holds a cell once. Its keys lie in the heap, not with the cells: a comparison then reads two places
 side by side and not two cells anywhere on the map. ``place`` says where in the heap each cell is, so a better
-way moves it up and nothing stale is ever taken out. (Pushing it a second time and skipping it later needs no
+path moves it up and nothing stale is ever taken out. (Pushing it a second time and skipping it later needs no
 ``place``, but heaps of up to eight entries a cell.)
 
 Layout and bases as in :mod:`.search`: rows padded with blocked cells, and nothing cleared between two
@@ -87,7 +87,7 @@ def weighted_search(
     offset, via, across, dx, dy, price, first, follow, slope,
     keys, ties, items, place, g, step, result, halt,
 ):  # fmt: skip
-    """Cheapest way from start to goal; or, without a goal, everything that can be reached.
+    """Cheapest path from start to goal; or, without a goal, everything that can be reached.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ Koenig, Likhachev, Furcy, "Lifelong Planning A*", Artificial Intelligence 155, 2
 Lite", AAAI 2002. Names as there: ``g`` is what a cell was found to cost, ``rhs`` what its neighbours' g make
 it cost; where they differ the cell waits under the key ``(min(g, rhs) + h, min(g, rhs))``. Here both search
 from the goal, so that costs stay good while the robot moves, and h is the metric of the open plane from the
-robot, plus a bias: D* Lite's k_m, by which its old keys stay lower bounds. LPA* has none and files all anew.
+robot, plus a bias: D* Lite's k_m, by which its old keys stay lower bounds. LPA* has none and rebuilds its queue.
 
 Layout and ``setup``: see :mod:`.queue`.
 """

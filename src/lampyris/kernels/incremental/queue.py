@@ -1,5 +1,5 @@
 """What searches that change their minds have in common: the estimate from the robot, a queue whose keys are
-made anew, changed cells, and the way read off finished costs.
+made again, changed cells, and the path read off finished costs.
 
 Maps are padded and flat, with a border of walls as wide as the longest step. A step of kind k from a cell
 into cell v costs ``price[k] * (setup[GROUND] + weight[v & setup[MASK]])``. Steps come in pairs, there and
@@ -9,7 +9,7 @@ back, which touch the same cells.
 from __future__ import annotations
 
 from lampyris.kernels._helpers import LOOK, STRETCH
-from lampyris.kernels._jit import WAY, kernel, stopped, u64
+from lampyris.kernels._jit import PATH, kernel, stopped, u64
 from lampyris.kernels.heap import put
 
 GROUND, MASK, STRIDE, GOAL, ROBOT, ROBOT_X, ROBOT_Y, BIAS, SLOPE = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -76,17 +76,17 @@ def look_ahead(free, weight, cost, u, jump, side, other, price, setup):
     return best
 
 
-@kernel(out=("way",), each=5000, of=WAY)
-def descend(free, weight, cost, jump, side, other, price, setup, way, halt):
-    """The cheapest way from the robot to the goal, by costs that are right along every such way.
+@kernel(out=("path",), each=5000, of=PATH)
+def descend(free, weight, cost, jump, side, other, price, setup, path, halt):
+    """The cheapest path from the robot to the goal, by costs that are right along every such path.
 
     In each cell the first step, in the order of the step set, that costs least with what its end costs: the
-    local parent rule. Cells in ``way``, int32 (n,); returns how many, 0 if there is no way.
+    local parent rule. Cells in ``path``, int32 (n,); returns how many, 0 if there is no path.
     """
     u = u64(setup[ROBOT])
-    way[0] = u
+    path[0] = u
     length = 1
-    while u != setup[GOAL] and length < len(way):
+    while u != setup[GOAL] and length < len(path):
         best = NEVER
         then = u
         for k in range(len(jump)):
@@ -100,7 +100,7 @@ def descend(free, weight, cost, jump, side, other, price, setup, way, halt):
         if best == NEVER:
             return 0
         u = then
-        way[length] = u
+        path[length] = u
         length += 1
         if length % STRETCH == 0 and stopped(halt):
             return 0

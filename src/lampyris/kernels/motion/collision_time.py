@@ -1,6 +1,6 @@
-"""Discs that meet on a way: which stretches of it a moving disc takes, and when a motion first meets one.
+"""Discs that meet on a path: which stretches of it a moving disc takes, and when a motion first meets one.
 
-A way is straight between its nodes. Lengths in metres, times in seconds. Touching is not meeting: ``reach``
+A path is straight between its nodes. Lengths in metres, times in seconds. Touching is not meeting: ``reach``
 is the sum of the radii less a hair.
 """
 
@@ -67,15 +67,15 @@ def within(px, py, ex, ey, ax, ay, ux, uy, length, reach):
 
 @kernel(out=("low", "high", "piece"))
 def taken(s, x, y, cx, cy, around, block, ax, ay, bx, by, reach, low, high, piece):
-    """Stretches of a way that discs take while each moves straight from one point to another.
+    """Stretches of a path that discs take while each moves straight from one point to another.
 
     Parameters
     ----------
-    s, x, y : float64 (n,), n >= 2, the way.
+    s, x, y : float64 (n,), n >= 2, the path.
     cx, cy, around : float64: centre and radius of a disc about every ``block`` edges.
     ax, ay, bx, by, reach : float64 (p,): from where, to where, and how near is too near.
     low, high, piece : out, float64 and int64 (room,): stretches, and whose they are, in order. Stretches that
-        touch are told as one.
+        touch are reported as one.
 
     Returns
     -------
@@ -148,8 +148,8 @@ def chord_gap(rx, ry, dx, dy):
 
 
 @kernel()
-def first_meeting(s, x, y, t, at, v, a, begin, ct, cx, cy, reach, top):
-    """When a motion along a way first meets a moving disc, and which; (infinity, -1): never.
+def first_contact_time(s, x, y, t, at, v, a, begin, ct, cx, cy, reach, top):
+    """When a motion along a path first meets a moving disc, and which; (infinity, -1): never.
 
     Conservative advancement: from a moment at which the gap is g, nobody can meet before both have moved g
     together. Where that is a very short time, a short step is taken at once. In it both move almost
@@ -158,7 +158,7 @@ def first_meeting(s, x, y, t, at, v, a, begin, ct, cx, cy, reach, top):
 
     Parameters
     ----------
-    s, x, y : float64 (n,), the way, n >= 2.
+    s, x, y : float64 (n,), the path, n >= 2.
     t, at, v, a : float64 (k,): the motion: at time t[i] it is at distance at[i] with speed v[i] and has the
         constant acceleration a[i] from then on. k >= 1. What comes after the last time is not looked at.
     begin : int64 (m + 1,): the corners of disc i are ``begin[i]`` up to ``begin[i + 1]``.
@@ -217,7 +217,7 @@ def first_meeting(s, x, y, t, at, v, a, begin, ct, cx, cy, reach, top):
             if step >= least:
                 tau += step
                 continue
-            # A short step, on one piece of the motion, one edge and one piece of the disc's way.
+            # A short step, on one piece of the motion, one edge and one piece of the disc's path.
             step = least
             if k + 1 < len(t):
                 step = min(step, t[k + 1] - tau)

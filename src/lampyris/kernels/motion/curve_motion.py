@@ -175,7 +175,7 @@ def first_contact(
     hint : the piece on which the first begins.
     t0, t1, x, y, vx, vy, reach : legs of obstacles, (n,) each: from when to when, where it is at ``t0``
         (cells), its velocity (cells/s), and the sum of the two radii (metres).
-    old : (n,), 1 where the disc has touched the standing robot before: not told again while it stands.
+    old : (n,), 1 where the disc has touched the standing robot before: not reported again while it stands.
     found : (1,): which leg, -1 none.
 
     Returns

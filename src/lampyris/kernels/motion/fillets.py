@@ -6,7 +6,7 @@ half is ever needed, which is algebra: ``tan(half) = |cross| / (1 + dot)`` of th
 
 A small enough arc is as near to its corner as one likes. So one fits wherever the corner itself is farther
 from walls than is asked for, and wherever what it touches lies outside the turn. None fits where the disc in
-the corner touches a wall on the inside: there the way can only turn on the spot.
+the corner touches a wall on the inside: there the path can only turn on the spot.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _arc_is_clear(wall, width, height, px, py, ax, ay, bx, by, side, tangent, ra
     """Whether the arc in corner (px, py) between directions a (in) and b (out) stays clear of walls.
 
     ``tangent``: how far from the corner it leaves the lines. ``need2``: squared distance that is asked for.
-    ``side`` is 1 where the way turns from x towards y, else -1.
+    ``side`` is 1 where the path turns from x towards y, else -1.
     """
     # Relative to the corner: ends, chord, centre.
     fx, fy = -tangent * ax, -tangent * ay
@@ -147,7 +147,7 @@ def _fit(wall, width, height, px, py, ax, ay, bx, by, side, slant, most, least, 
 
 
 @kernel(out=("want",))
-def fit_bends(wall, width, height, xs, ys, hx, hy, slant, side, length, need, radius, least, want):
+def fit_corner_arcs(wall, width, height, xs, ys, hx, hy, slant, side, length, need, radius, least, want):
     """The longest tangent of an arc in each corner that lines and walls leave room for; 0: none.
 
     Parameters

@@ -1,12 +1,12 @@
-"""How hard the robot may push for one period, so that whatever anybody does it can still stand in time.
+"""How hard the robot may push for one period, so that whatever the others do it can still stand in time.
 
 The robot pushes with a constant acceleration for one period and then brakes fully until it stands. That
 motion is *passively safe* when no obstacle of known top speed could touch the robot before it stands: at
 every time tau until then it is at least ``reach + speed tau`` from where the obstacle was. The proof that
-this is enough, for ever, is in docs/speed/moving_obstacles.md.
+this is enough, forever, is in docs/speed/moving_obstacles.md.
 
-Lengths in metres, times in seconds. Between its nodes the way is taken straight; who asks adds to ``reach``
-what the true way leaves that by.
+Lengths in metres, times in seconds. Between its nodes the path is taken straight; who asks adds to ``reach``
+what the true path leaves that by.
 """
 
 from __future__ import annotations
@@ -71,9 +71,9 @@ def under_ceiling(s, ceiling, edge, s0, v0, push, period):
 def stays_clear(s, x, y, edge, s0, v0, push, period, d_max, ox, oy, reach, speed):
     """Whether a push and the full braking after it keep clear of one obstacle until the robot stands.
 
-    Conservative advancement: from a moment at which the gap is g, nothing can happen before the robot's way
+    Conservative advancement: from a moment at which the gap is g, nothing can happen before the robot's travel
     and the obstacle's reach have used up g. Where that is less than a 64th of the whole time, a 64th is
-    taken at once, and the way covered in it is held against the reach at its end.
+    taken at once, and the distance covered in it is compared with the reach at its end.
     """
     v1 = v0 + push * period
     first = period
@@ -176,7 +176,7 @@ def highest_push(s, x, y, ceiling, s0, v0, period, a_max, d_max, px, py, reach, 
 
     Parameters
     ----------
-    s, x, y : float64 (n,), n >= 2: distances along the way, strictly rising, and where that is; metres.
+    s, x, y : float64 (n,), n >= 2: distances along the path, strictly rising, and where that is; metres.
     ceiling : float64 (n,): v^2 allowed at the nodes, linear between them, falling by no more than 2 d_max ds.
     s0, v0 : where the robot is and how fast.
     period : seconds until the next decision.
@@ -186,7 +186,7 @@ def highest_push(s, x, y, ceiling, s0, v0, period, a_max, d_max, px, py, reach, 
     Returns
     -------
     The acceleration, from -d_max to a_max, and what binds it: the number of an obstacle, ``CEILING`` or
-    ``ACCELERATION``. Every answer but the last resort has been held against all obstacles. The last resort is
+    ``ACCELERATION``. Every answer but the last resort has been compared with all obstacles. The last resort is
     to brake fully, or to stay where one stands: that is the rest of the motion which was safe before.
     """
     edge = edge_at(s, s0)

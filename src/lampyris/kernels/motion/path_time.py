@@ -1,13 +1,13 @@
-"""Path and time: which parts of a way are taken when, and every motion on a lattice that avoids them.
+"""Path and time: which parts of a path are taken when, and every motion on a lattice that avoids them.
 
-The lattice: in one step of dt seconds the speed goes from j to k units, and the way covered is j + k units of
+The lattice: in one step of dt seconds the speed goes from j to k units, and the distance covered is j + k units of
 length, so that states (step, place m, speed j) lie exactly on it. A step from (m, j) to (m + j + k, k) keeps
-m + j even or odd, so a state is told by ``n = (m + j - start) / 2``, start the first speed; a step adds k to
+m + j even or odd, so a state is determined by ``n = (m + j - start) / 2``, start the first speed; a step adds k to
 it. All n that can be reached with one speed at one step are one row of bits; a transition is a mask, a shift
 by k and an or. Equations, and how the units are chosen: docs/speed/moving_obstacles.md.
 
 A *pair* (j, k) has the number ``j * width + k - j + fall``, width = rise + fall + 1. A *span* is an open
-interval of the way, in units of length, that is taken during one part of a step; each step has ``parts``.
+interval of the distance, in units of length, that is taken during one part of a step; each step has ``parts``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def allow_pairs(z, kink, kink_z, levels, rise, fall, start, words, ok):
     ----------
     z : float64 (m + 1,): the ceiling's v^2 at each place, in units of speed squared.
     kink, kink_z : float64 (n,): places between which the ceiling is concave, rising, and the ceiling there.
-        v^2 is linear in the way, so what is under the ceiling at its ends and there is under it between.
+        v^2 is linear in the distance: what is under the ceiling at both ends and at the kinks is under it between.
     levels : number of speeds, 0 included.
     rise, fall : most units of speed gained or lost in a step.
     start : units of speed at the beginning; odd or even as the last place is.
@@ -43,23 +43,23 @@ def allow_pairs(z, kink, kink_z, levels, rise, fall, start, words, ok):
         for k in range(max(j - fall, 0), min(j + rise + 1, levels)):
             kk = float(k * k)
             base = (j * width + k - j + fall) * words * 64
-            way = j + k
+            span = j + k
             at = 0
-            for n in range(((last - way + j - start) >> 1) + 1):
+            for n in range(((last - span + j - start) >> 1) + 1):
                 m = 2 * n - j + start
                 if m < 0:
                     continue
-                if way > 0:
+                if span > 0:
                     while at < len(kink) and kink[at] <= m:
                         at += 1
-                    if jj > z[m] * (1.0 + _ROUNDING) or kk > z[m + way] * (1.0 + _ROUNDING):
+                    if jj > z[m] * (1.0 + _ROUNDING) or kk > z[m + span] * (1.0 + _ROUNDING):
                         continue
                     i = at
-                    while i < len(kink) and kink[i] < m + way:
-                        if jj + (kk - jj) * (kink[i] - m) / way > kink_z[i] * (1.0 + _ROUNDING):
+                    while i < len(kink) and kink[i] < m + span:
+                        if jj + (kk - jj) * (kink[i] - m) / span > kink_z[i] * (1.0 + _ROUNDING):
                             break
                         i += 1
-                    if i < len(kink) and kink[i] < m + way:
+                    if i < len(kink) and kink[i] < m + span:
                         continue
                 ok[base + n] = 1
 

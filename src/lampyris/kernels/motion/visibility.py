@@ -159,7 +159,7 @@ def behind(opaque, dark, spacious, width, height, vx, vy, dx, dy, pinhole, steps
 def to_square(x, y, px, py, cx, cy):
     """At most the distance between the segment from (x, y) to (px, py) and the square of a cell; in cells.
 
-    The distance changes by no more than the way along the segment: its least value at both ends and in the
+    The distance changes by no more than the path along the segment: its least value at both ends and in the
     middle, less a quarter of the segment.
     """
     best = 1e18
@@ -218,7 +218,7 @@ def nearest_hiding(
     opaque, dark, spacious, width, height, first, columns, xs, ys, eyes_x, eyes_y, last, limit, rho, lead, steps,
     before, after,
 ):  # fmt: skip
-    """How near, along a course, the nearest place is from which something hidden may come.
+    """How near, along a sampled path, the nearest place is from which something hidden may come.
 
     Parameters
     ----------

@@ -83,16 +83,16 @@ def nearest_walls(words, bands, stride, width, height, xs, ys, squared):
         middle = floor(py + 0.5)
         middle = 0 if middle < 0 else (height - 1 if middle >= height else middle)
         best = squared[i]
-        for way in range(2):
-            y = middle - way
-            step = 1 - 2 * way
+        for half in range(2):
+            y = middle - half
+            step = 1 - 2 * half
             while 0 <= y < height:
                 gap = abs(y - py) - 0.5
                 flat = gap * gap if gap > 0.0 else 0.0
                 if flat >= best:
                     break
                 if (
-                    y & 7 == 7 * way
+                    y & 7 == 7 * half
                     and _aside(bands, (y >> 3) * stride, stride, px, column, flat, best) >= best
                 ):
                     y += 8 * step

@@ -1,15 +1,15 @@
-"""Searching space and time: SIPP and space-time A* among bodies whose places are known tick by tick.
+"""Searching space and time: SIPP and space-time A* among obstacles whose places are known tick by tick.
 
-Bodies are given by what they forbid a point robot, cell by cell; only cells that something ever happens in
-have a *slot*, all others are safe for ever:
+Obstacles are given by what they forbid a point robot, cell by cell; only cells that something ever happens in
+have a *slot*, all others are safe forever:
 
 * ``begin[i], end[i]`` for i in ``first[s]:first[s + 1]`` are the safe intervals of slot s: the ticks, both
   included, at which the robot may stand there;
 * ``ban[j]`` for j in ``barred[s]:barred[s + 1]``, ascending, are steps out of there that would swap places
-  with a body or cross it: ``tick * steps + k`` for step k that ends at that tick.
+  with an obstacle or cross it: ``tick * steps + k`` for step k that ends at that tick.
 
-Both searches find the earliest arrival. Among states reached at the same tick the cheaper way is kept, and
-among equal ``tick + steps to go`` the one with the least cost so far and to go is expanded first; so the way
+Both searches find the earliest arrival. Among states reached at the same tick the cheaper path is kept, and
+among equal ``tick + steps to go`` the one with the least cost so far and to go is expanded first; so the path
 is one of the earliest, and not needlessly long, though not always the cheapest of them.
 
 Every step takes one tick (:mod:`lampyris.sim.grid.loop`), so the least number of steps to the goal on the bare map
@@ -94,7 +94,7 @@ def sipp(
 ):  # fmt: skip
     """Safe interval path planning (Phillips and Likhachev, ICRA 2011): the earliest arrival at the goal.
 
-    A state is a cell and one of its safe intervals, and of all ways into it only the earliest matters: who
+    A state is a cell and one of its safe intervals, and of all paths into it only the earliest matters: who
     comes earlier can wait. States are the cells without a slot, then the intervals, and last the start.
 
     Parameters
@@ -110,7 +110,7 @@ def sipp(
     arrive, paid, came, done : int64, int64, int32, uint8, (states,); ``arrive`` NEVER and ``done`` 0 to begin
         with.
     heap, place, key, tie : the open list (:mod:`lampyris.kernels.heap`), empty.
-    result : int64, (4,): ending, states expanded, the state that is the goal, whether ``horizon`` cut a way.
+    result : int64, (4,): ending, states expanded, the state that is the goal, whether ``horizon`` cut a path.
     """
     n = len(free)
     root = len(arrive) - 1

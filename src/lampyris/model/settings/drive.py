@@ -18,8 +18,8 @@ OnHit: TypeAlias = Literal["end", "go-on"]
 Tracking: TypeAlias = Literal["perfect", "velocity", "position"]
 
 MAX_PASSED = 100
-"""Cells an obstacle of the traffic may pass between two decisions: each is a step that is decided, and kept
-until the next decision. No robot avoids what is a hundred cells farther whenever it decides."""
+"""Cells an obstacle of the traffic may pass between two decisions: each step is decided, and kept
+until the next decision. No robot can avoid what is a hundred cells farther at each of its decisions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,26 +29,26 @@ class DriveSettings:
     Parameters
     ----------
     period : time between two decisions.
-    time_limit : when the drive ends in any case. The default is a minute, and ten times what the robot's own
+    time_limit : the drive ends after this time at the latest. The default is a minute, and ten times what the robot's own
         limits would need on its first path. At most :data:`lampyris._core.limits.DECISIONS` periods.
-    obstacle_speed : speed of a straight step of the scene's obstacles. At most :data:`MAX_PASSED` cells between
+    obstacle_speed : speed of the scene's obstacles along a straight step. At most :data:`MAX_PASSED` cells between
         two decisions.
     obstacle_info : what the law knows of obstacles: their ``positions``; their ``velocities`` too; or whole
         ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
-    tracking : how commands are followed: at once (``perfect``), or late, by ``velocity`` or by ``position``. See
+    tracking : how commands are followed: at once (``perfect``), or with a delay, by ``velocity`` or by ``position``. See
         :mod:`lampyris.sim.continuous.tracking`.
     command_period : time between two commands, unless tracking is perfect.
-    delay : time a command takes to arrive, unless tracking is perfect; known to the law.
-    lag : time by which the motors lag, unless tracking is perfect.
-    noise : error of a reported position, at most; known to the law.
-    patience : time the robot stands because of obstacles before it replans.
-    give_up : time of standing in a row after which the drive ends as ``blocked``.
+    delay : latency of a command, unless tracking is perfect; known to the law.
+    lag : time constant of the motors, unless tracking is perfect.
+    noise : greatest error of a reported position; known to the law.
+    patience : time the robot stands still because of obstacles before it replans.
+    give_up : time standing still without a break after which the drive ends as ``blocked``.
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
     smooth : how planned paths become curves: ``arcs``, pulled straight and corners rounded as widely as there is
         room; ``none``, the planned cells as they are, each corner rounded within half a step, or a stop.
-    data_timeout : time without trustworthy data after which a standing robot gives up.
-    max_age : age beyond which data are not trusted.
-    spacing : distance between two nodes of the path, at most. What walls require is bounded between nodes, so
+    data_timeout : time without trusted data after which a standing robot gives up.
+    max_age : age after which data are no longer trusted.
+    spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
         the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
 
     Raises
@@ -57,7 +57,7 @@ class DriveSettings:
     """
 
     period: float = number(0.1, 1e-6, 1e6, unit="s")
-    time_limit: float | None = number(None, 1e-6, 1e6, unit="s", none="generous for the first path")
+    time_limit: float | None = number(None, 1e-6, 1e6, unit="s", none="ample for the first path")
     obstacle_speed: float | None = number(None, 1e-6, 1e6, unit="m/s", none="the robot's top speed")
     obstacle_info: ObstacleInfo = word("positions", get_args(ObstacleInfo))
     tracking: Tracking = word("perfect", get_args(Tracking))

@@ -18,14 +18,14 @@ class SimulationSettings:
     ----------
     ticks : the last tick. The default is ten times (height + width), and four times the steps of the first plan
         on top, but not above :data:`lampyris._core.limits.TICKS`.
-    patience : ticks in a row that the robot waits before it gives up.
+    patience : consecutive ticks that the robot waits before it gives up.
 
     Raises
     ------
     SettingError : ``TICKS``, ``PATIENCE``.
     """
 
-    ticks: int | None = whole(None, 1, MAX_TICKS, none="generous for the map's size")
+    ticks: int | None = whole(None, 1, MAX_TICKS, none="ample for the size of the map")
     patience: int | None = whole(None, 0, MAX_TICKS, unit="ticks", none=f"{SIMULATION_PATIENCE}")
 
     def __post_init__(self) -> None:

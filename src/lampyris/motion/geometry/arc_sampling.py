@@ -10,7 +10,7 @@ import numpy as np
 from lampyris.typing import Floats, Points
 
 _NEAR = 1e-6
-"""Cells: points so near to one circle are on it. Ways read from files are as exact as that."""
+"""Cells: points so near to one circle are on it. Paths read from files are as exact as that."""
 _CHORD = 0.5
 """Radians: the longest chord of a sampled circle. The sides of an octagon (0.79) are lines that are meant."""
 _WHOLE = 5.0
@@ -29,11 +29,11 @@ _Circle: TypeAlias = tuple[tuple[float, float], float]
 def circled(points: Points) -> tuple[Points, Floats]:
     """The polyline whose rounded corners are the circles that a dense polyline was sampled from.
 
-    Rounding the corners of a sampled circle anew would give it another radius wherever the samples are not
+    Rounding the corners of a sampled circle again would give it another radius wherever the samples are not
     equally far apart: two samples at twice the distance beside one another cost two fifths of the radius.
     So on each chord of a run of at least four points of one circle (or of two or three, where the lines
-    before and after it touch that circle) the point is put in which the tangents at its ends meet, and it is
-    told how far the arc there begins from it.
+    before and after it touch that circle) the point where the tangents at its ends meet is inserted, with the
+    distance from it at which the arc begins.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Clearance: how far points of a drivable way are from the walls."""
+"""Clearance: how far points of a drivable path are from the walls."""
 
 from __future__ import annotations
 

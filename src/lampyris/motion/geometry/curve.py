@@ -11,12 +11,12 @@ from lampyris._core import elementary
 from lampyris._core.defaults import SMOOTH, Smooth
 from lampyris._core.scalars import is_word
 from lampyris.errors import SettingError, shown
-from lampyris.kernels.motion.fillets import fit_bends, share
+from lampyris.kernels.motion.fillets import fit_corner_arcs, share
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.string_pulling import Polyline, lines_of, taut
+from lampyris.motion.geometry.string_pulling import Polyline, lines_of, pull_straight
 from lampyris.typing import Floats, Points
 
 LONGEST_STEP = math.sqrt(5.0)
@@ -40,27 +40,27 @@ def curve_of(
     shortcut: bool = True,
     tangent: Floats | None = None,
 ) -> Curve:
-    """A drivable curve along a polyline: drawn taut, its corners rounded.
+    """A drivable curve along a polyline: pulled straight, its corners rounded.
 
     The curve is never longer than the polyline, and never nearer to a blocked square than the robot's radius
     or, where the polyline itself is nearer, than that; it may touch where the polyline may. All to within
     four billionths of a cell. Each corner has the largest arc that the walls, its lines, its neighbours and
     use allow: beyond a radius of v_max squared / a_lat_max a robot would be no faster. A corner in which no arc
-    of the robot's turn_radius fits (or none at all: where the way turns on the very corner of a wall, or
+    of the robot's turn_radius fits (or none at all: where the path turns on the very corner of a wall, or
     back on itself) is a stop.
 
     Parameters
     ----------
     points : float (n, 2), cells, start first; n >= 1. Centres of cells or any points of the map.
     grid : the map. Its edge is no wall, but the robot's centre stays on it. Where it has terrain nothing is
-        drawn taut: a shorter way may cost more.
+        pulled straight: a shorter path may cost more.
     robot : its radius, turn_radius, v_max and a_lat_max matter.
     smooth : ``arcs``, or ``none``: each arc begins at most half a step away from its corner. That is half the
-        shorter of the two lines that meet in the corner, as they are between the points given (or drawn
-        taut), and never more than half of :data:`LONGEST_STEP`.
-    shortcut : whether to draw it taut.
+        shorter of the two lines that meet in the corner, as they are between the points given (or pulled
+        straight), and never more than half of :data:`LONGEST_STEP`.
+    shortcut : whether to pull it straight.
     tangent : float64 (n,), cells: how far from each point its arc may begin at most; None: as far as there is
-        room. Only where it is not drawn taut, and no two points in a row are the same.
+        room. Only where it is not pulled straight, and no two points in a row are the same.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def curve_of(
         raise SettingError("CURVE_SMOOTH", shown(smooth), where="smooth", allowed="arcs, none")
     lines = lines_of(points, grid, robot.radius / grid.resolution)
     if shortcut and grid.terrain is None:
-        lines = taut(lines)
+        lines = pull_straight(lines)
     if len(lines.length) == 0:
         nothing = np.zeros((0, 2))
         return Curve(nothing, nothing, np.zeros(0), np.zeros(0), lines.end, grid.resolution)
@@ -103,7 +103,7 @@ class _Turns:
     """What is to be known of each corner, float64 (n,) each; 0 at both ends.
 
     slant : tangent of half the turn; 0 where it is a half turn, which no arc makes.
-    side : 1 where the way turns from x towards y, else -1.
+    side : 1 where the path turns from x towards y, else -1.
     angle : the turn, radians, >= 0.
     """
 
@@ -147,7 +147,7 @@ def _tangents(lines: Polyline, turn: _Turns, useful: float, least: float, most: 
     tangent = np.zeros(len(lines.xs))
 
     def fit() -> None:
-        fit_bends(
+        fit_corner_arcs(
             wall, width, height, lines.xs, lines.ys, hx, hy, turn.slant, turn.side, lines.length,
             lines.need, radius, least, want,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""How far two ways are apart."""
+"""How far two paths are apart."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def deviation(a: Points, b: Points, step: float) -> float:
     Looked at are the corners of both and points no farther apart than ``step`` between them, so it may be
     more by at most half of that. Points are gathered in discs, two of which lie in a larger one; a line that
     is too far from a disc to be the nearest of any point in it is not looked at below. Near linear along
-    ways, and the number of points to 1.5 where all lines cross each other.
+    paths, and the number of points to 1.5 where all lines cross each other.
 
     Parameters
     ----------

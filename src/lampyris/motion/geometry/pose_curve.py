@@ -33,24 +33,24 @@ def curve_of_poses(path: PosePath, grid: Grid) -> Curve:
     bearing = elementary.atan2(d[:, 1], d[:, 0]) + turn / 2
     pieces: list[list[float]] = []  # x, y, direction, length, curvature, gear
     stops: list[int] = []
-    halted = False
+    pausing = False
     for k in range(len(gears)):
         if gears[k] == 0:
-            halted = True
+            pausing = True
             continue
         direction = float(bearing[k])
         curvature = -float(turn[k]) / float(lengths[k])
-        if pieces and not halted:
+        if pieces and not pausing:
             _, _, before, length, bend, gear = pieces[-1]
             after = before + bend * length
             bent = abs(math.remainder(direction - after, 2 * math.pi)) > 1e-4 or gear != gears[k]
             if not bent and abs(bend - curvature) * grid.resolution < _EQUAL:
                 pieces[-1][3] += float(lengths[k])
                 continue
-            halted = bent
-        if pieces and halted:
+            pausing = bent
+        if pieces and pausing:
             stops.append(len(pieces))
-        halted = False
+        pausing = False
         pieces.append([*points[k], direction, float(lengths[k]), curvature, float(gears[k])])
     table = np.array(pieces).reshape(-1, 6)
     directions = table[:, 2]

@@ -20,7 +20,7 @@ _STRAIGHT = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SampledPath(Value):
-    """Nodes along a way, from start to goal.
+    """Nodes along a path, from start to goal.
 
     Parameters
     ----------
@@ -50,10 +50,10 @@ class SampledPath(Value):
         return f"<{type(self).__name__} of {len(self.s)} nodes, {self.s[-1]:.6g} m, {stops} stops>"
 
 
-def course_of_path(path: Path, resolution: float) -> SampledPath:
+def sample_path(path: Path, resolution: float) -> SampledPath:
     """A path of cells as it is: nodes at the cells, corners without curvature and without stops.
 
-    For a robot that goes from cell to cell, tick by tick; see :func:`course_with_corners`.
+    For a robot that goes from cell to cell, tick by tick; see :func:`sample_with_corners`.
     """
     # At every tick of a simulation: no call that is not needed.
     xy = path.cells.astype(np.float64)
@@ -140,13 +140,13 @@ def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
     return Corners(np.flatnonzero(turns) + 1, radius, half[turns], stop)
 
 
-def course_with_corners(path: Path, resolution: float, robot: Robot) -> SampledCellPath:
+def sample_with_corners(path: Path, resolution: float, robot: Robot) -> SampledCellPath:
     """A path of cells as it is, its corners driven as :func:`corners_of_path` says.
 
     A robot is at its fastest on an arc at one of the two ends, half-way to the neighbouring nodes; speeds are
     monotone between nodes. So the curvature of a corner counts at its node and at both neighbours.
     """
-    plain, corners = course_of_path(path, resolution), corners_of_path(path, resolution, robot)
+    plain, corners = sample_path(path, resolution), corners_of_path(path, resolution, robot)
     kappa, stop = np.zeros(len(plain)), np.zeros(len(plain), dtype=np.bool_)
     stop[corners.node[corners.stop]] = True
     arcs = ~corners.stop
@@ -158,12 +158,12 @@ def course_with_corners(path: Path, resolution: float, robot: Robot) -> SampledC
     return SampledCellPath(*lines, cells=cells, corners=corners)
 
 
-def places(way: Path | SampledPath) -> Points | None:
+def places(route: Path | SampledPath) -> Points | None:
     """Where a profile's nodes are; None: at the cells of a path."""
-    return way.xy if isinstance(way, SampledPath) and not isinstance(way, SampledCellPath) else None
+    return route.xy if isinstance(route, SampledPath) and not isinstance(route, SampledCellPath) else None
 
 
-def course_of(curve: Curve, spacing: float) -> SampledPath:
+def sample_curve(curve: Curve, spacing: float) -> SampledPath:
     """Nodes on a curve, at most ``spacing`` metres apart, one at each border of two pieces.
 
     Every piece is divided evenly. Between two stops there are at least two edges, so that the robot can

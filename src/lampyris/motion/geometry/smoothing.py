@@ -1,4 +1,4 @@
-"""From a way to the curve that is driven: by how much it may leave the way, and with how much room."""
+"""From a path to the curve that is driven: by how much it may leave the path, and with how much room."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lampyris.motion.geometry.string_pulling import distinct, lines_of
 from lampyris.typing import Points
 
 Drawing: TypeAlias = Literal["taut", "arcs", "none"]
-"""``taut``: drawn straight where there is room, corners rounded. ``arcs``: the path's own lines, corners
+"""``pulled``: drawn straight where there is room, corners rounded. ``arcs``: the path's own lines, corners
 rounded as widely as there is room. ``none``: its own lines, each corner rounded within half a step or a
 stop. The defaults are in :mod:`lampyris._core.defaults`."""
 
@@ -75,13 +75,13 @@ def wanted_of(plan: Plan, resolution: float) -> Wanted:
 def drawn(
     points: ArrayLike, grid: Grid, robot: Robot, drawing: Drawing, wanted: Wanted | None = None
 ) -> tuple[Curve, Points]:
-    """A way as a curve, and the polyline that the curve was made of; nothing else promises its clearance.
+    """A path as a curve, and the polyline that the curve was made of; nothing else promises its clearance.
 
     That is the path itself, save for ``arcs`` where it is sampled from circles: there it has the corners of
     :func:`lampyris.motion.geometry.arc_sampling.circled`. They are no nearer to a wall than the robot may be, or than the
     path comes anywhere; or else they are not used.
 
-    ``wanted`` : what a plan asks of it; None: points that somebody gave.
+    ``wanted`` : what a plan asks of it; None: points given by the user.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def drawn(
 
 
 def _bent(given: Points, grid: Grid, robot: Robot) -> tuple[Curve, Points] | None:
-    """The curve of a way that is sampled from circles; None: it is not, or they would not fit in."""
+    """The curve of a path that is sampled from circles; None: it is not, or they would not fit in."""
     if given.ndim != 2 or given.shape[1:] != (2,) or len(given) < 4 or not np.isfinite(given).all():
         return None
     xy, tangent = circled(given[distinct(given)])
@@ -119,20 +119,20 @@ def _bent(given: Points, grid: Grid, robot: Robot) -> tuple[Curve, Points] | Non
 
 
 def smooth_curve(points: Points, grid: Grid, robot: Robot, *, wanted: Wanted | None = None) -> Curve:
-    """A taut curve that leaves the robot room to stop beside walls, where the polyline does.
+    """A string-pulled curve that leaves the robot room to stop beside walls, where the polyline does.
 
     It is drawn for a robot that is larger by ``v_max^2 / (2 d_max)``, at most a cell: beyond that no wall
-    slows it down (:func:`lampyris.motion.caps.clearance`). Drawn for the robot itself it is taut, leads along
+    slows it down (:func:`lampyris.motion.caps.clearance`). Drawn for the robot itself it is pulled straight, leads along
     the very corners, and is crept there. Measured on the 30 queries of env-1 to env-6 (robot of 0.4 cells,
-    nodes a tenth of a cell apart): ways 0.7 % longer, drives by our law 6 % quicker. Where the larger one
+    nodes a tenth of a cell apart): paths 0.7 % longer, drives by our law 6 % quicker. Where the larger one
     would have to stop and turn more often, it is drawn for the robot itself, and what is ``wanted``.
     """
     wanted = Wanted() if wanted is None else wanted
     margin = min(0.5 * robot.v_max * robot.v_max / robot.d_max, grid.resolution)
     margin = max(margin, wanted.room, wanted.reach)
-    taut = not wanted.shaped
-    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), shortcut=taut)
+    pulled = not wanted.shaped
+    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), shortcut=pulled)
     if len(wide.stops) == 0:
         return wide
-    narrow = curve_of(points, grid, replace(robot, radius=robot.radius + wanted.room), shortcut=taut)
+    narrow = curve_of(points, grid, replace(robot, radius=robot.radius + wanted.room), shortcut=pulled)
     return wide if len(wide.stops) <= len(narrow.stops) else narrow

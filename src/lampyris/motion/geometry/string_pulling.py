@@ -1,4 +1,4 @@
-"""Taut strings: a polyline checked against the map, and drawn straight between its own points."""
+"""String pulling: a polyline checked against the map, and pulled straight between its own points."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Polyline:
     return Polyline(xs, ys, np.zeros((0, 2)), empty, empty, reach, wall, corner, end).over(xs, ys, need)
 
 
-def taut(lines: Polyline) -> Polyline:
+def pull_straight(lines: Polyline) -> Polyline:
     """The polyline with fewer of its points, and shorter, if that is possible."""
     n = len(lines.xs)
     if n < 3:
@@ -150,7 +150,7 @@ def distinct(xy: Points) -> NDArray[np.int64]:
         if not _same(xy, k, kept[-1]):
             kept.append(k)
     if kept[-1] != n - 1:
-        # The last point is told as it was given, not as one beside it.
+        # The last point is returned as it was given, not as one next to it.
         if len(kept) > 1:
             kept.pop()
         if not _same(xy, n - 1, kept[-1]):
@@ -192,6 +192,6 @@ def _refuse(xy: Points, number: NDArray[np.int64], grid: Grid, line: int) -> Non
         "PATH_BLOCKED",
         f"at ({x:.9g}, {y:.9g}) it enters blocked cell ({columns[k] + x0}, {rows[k] + y0})",
         where=f"{'points' if len(xy) == 1 else 'from points'}[{number[line]}]",
-        allowed="a way through free cells; it may touch blocked ones",
+        allowed="a path through free cells; it may touch blocked ones",
         todo="plan it again on this map",
     )

@@ -1,1 +1,1 @@
-"""Speed laws: ours, the dissertation's, and the rivals', by name."""
+"""Speed laws: ours, the dissertation's, and the baselines, by name."""

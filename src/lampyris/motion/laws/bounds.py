@@ -1,4 +1,4 @@
-"""Two laws to compare with: one safe speed for the whole way, and the fastest that physics allows."""
+"""Two laws to compare with: one safe speed for the whole path, and the fastest that physics allows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Cap
 from lampyris.motion.geometry.acceleration_switches import with_switches
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledPath, places, sample_path
 from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.typing import Cell
@@ -49,7 +49,7 @@ class Optimum:
 
 
 def constant_profile(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: Constant,
     *,
@@ -59,7 +59,7 @@ def constant_profile(
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
-    """One speed for the whole way, the greatest that our law's caps of the map and the robot all allow.
+    """One speed for the whole path, the greatest that our law's caps of the map and the robot all allow.
 
     Speeding up at the start and braking at the end and where the robot must stop are as quick as they may be.
     What moves says nothing here, nor does ``previous``.
@@ -68,15 +68,15 @@ def constant_profile(
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``, ``PATH_OUTSIDE``.
     """
-    g = ground_of(way, scene, PhysicalLaw(creep=law.creep))
+    g = ground_of(route, scene, PhysicalLaw(creep=law.creep))
     found = [cap for row in STATIC for cap in row(g)]
     least = min(found, key=lambda cap: float(cap.v.min()))
-    one = Cap(least.cause, np.full(len(g.course), least.v.min()))
-    return _profile("constant", way, g.course, scene, [one], found, v0, on_infeasible)
+    one = Cap(least.cause, np.full(len(g.samples), least.v.min()))
+    return _profile("constant", route, g.samples, scene, [one], found, v0, on_infeasible)
 
 
 def optimum_profile(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: Optimum,
     *,
@@ -86,50 +86,50 @@ def optimum_profile(
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
-    """The quickest drive of the way that the robot's limits allow: top speed, bends, acceleration, braking.
+    """The quickest drive of the path that the robot's limits allow: top speed, bends, acceleration, braking.
 
     Walls, zones and whatever moves say nothing here: no law that keeps the robot's limits is quicker. On a
-    course the profile has the course's nodes and those where its acceleration changes within an edge; without
+    sampled path the profile has the sampled path's nodes and those where its acceleration changes within an edge; without
     a limit on jerk it is the optimum of the curve, not of a grid. On a path of cells it has a node a cell.
 
     Raises
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
-    made = optimum_at_nodes(way, scene, v0, on_infeasible)
-    if not isinstance(way, SampledPath) or way.curve is None or scene.robot.jerk_max is not None:
+    made = optimum_at_nodes(route, scene, v0, on_infeasible)
+    if not isinstance(route, SampledPath) or route.curve is None or scene.robot.jerk_max is not None:
         return made
-    finer = with_switches(way, made.v, scene.robot)
-    return made if len(finer) == len(way) else optimum_at_nodes(finer, scene, v0, on_infeasible)
+    finer = with_switches(route, made.v, scene.robot)
+    return made if len(finer) == len(route) else optimum_at_nodes(finer, scene, v0, on_infeasible)
 
 
 def optimum_at_nodes(
-    way: Path | SampledPath, scene: Scene, v0: float = 0.0, on_infeasible: OnInfeasible = "raise"
+    route: Path | SampledPath, scene: Scene, v0: float = 0.0, on_infeasible: OnInfeasible = "raise"
 ) -> Profile:
-    """The optimum whose acceleration changes at the nodes of the way alone; its speeds there are exact.
+    """The optimum whose acceleration changes at the nodes of the path alone; its speeds there are exact.
 
     Raises
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
-    course = way if isinstance(way, SampledPath) else course_of_path(way, scene.grid.resolution)
-    found = [Cap("limit", caps.limit(len(course), scene.robot.v_max))]
-    if course.curve is not None or course.curvature.any():
-        found.append(Cap("curvature", caps.curvature(course.curvature, a_lat_max=scene.robot.a_lat_max)))
-    return _profile("optimum", way, course, scene, found, found, v0, on_infeasible)
+    samples = route if isinstance(route, SampledPath) else sample_path(route, scene.grid.resolution)
+    found = [Cap("limit", caps.limit(len(samples), scene.robot.v_max))]
+    if samples.curve is not None or samples.curvature.any():
+        found.append(Cap("curvature", caps.curvature(samples.curvature, a_lat_max=scene.robot.a_lat_max)))
+    return _profile("optimum", route, samples, scene, found, found, v0, on_infeasible)
 
 
 def _profile(
     name: str,
-    way: Path | SampledPath,
-    course: SampledPath,
+    route: Path | SampledPath,
+    samples: SampledPath,
     scene: Scene,
     found: Sequence[Cap],
     faint: Sequence[Cap],
     v0: float,
     on_infeasible: OnInfeasible,
 ) -> Profile:
-    robot, s = scene.robot, course.s
+    robot, s = scene.robot, samples.s
     made = feasible_profile(
         s,
         found,
@@ -137,8 +137,8 @@ def _profile(
         d_max=robot.d_max,
         v0=v0,
         on_infeasible=on_infeasible,
-        stop=course.stop,
+        stop=samples.stop,
         jerk_max=robot.jerk_max,
     )
     caps_ = tuple((cap.cause, cap.v) for cap in faint)
-    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.cause_index, caps_, places(way))
+    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.cause_index, caps_, places(route))

@@ -1,4 +1,4 @@
-"""Laws side by side on one course: how long each takes, how hard it drives, and which limits it breaks."""
+"""Laws side by side on one sampled path: how long each takes, how hard it drives, and which limits it breaks."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawResult:
-    """One law on the course.
+    """One law on the sampled path.
 
     Parameters
     ----------
     law : its name.
     profile : in metres and seconds.
     duration_s : seconds from start to goal.
-    mean : m/s: the way's length over its duration; 0 where there is no way.
+    mean : m/s: the path's length over its duration; 0 where there is no path.
     peak_accel, peak_braking : m/s2, the greatest of each; 0 where there is none.
     peak_lateral : m/s2: the greatest ``v^2 kappa``, of a path of cells on the arcs of its corners.
     broken : which of the robot's limits it breaks: ``acceleration``, ``braking``, ``lateral``, ``v_max``, and
         ``jerk`` if it has one.
-    ratio : of its duration to that of the time optimum; 1 where there is no way.
+    ratio : of its duration to that of the time optimum; 1 where there is no path.
     """
 
     law: str
@@ -56,7 +56,7 @@ class LawResult:
 
 
 def compare(
-    course: SampledPath,
+    samples: SampledPath,
     scene: Scene,
     chosen: Sequence[laws.SpeedLaw],
     *,
@@ -69,12 +69,12 @@ def compare(
 
     Parameters
     ----------
-    course : where all of them drive.
+    samples : where all of them drive.
     scene : map, zones and robot.
     chosen : names, or settings of laws.
-    movers : moving obstacles as sensed now, for laws that mind them.
+    movers : moving obstacles as sensed now, for laws that consider them.
     v0 : m/s at the start.
-    make : what makes the profile of a law on the course; None: :func:`lampyris.motion.laws.registry.profile`.
+    make : what makes the profile of a law on the sampled path; None: :func:`lampyris.motion.laws.registry.profile`.
     refused : laws that do not let the robot drive are put in here, with why; None: they raise.
 
     Raises
@@ -84,11 +84,11 @@ def compare(
     """
 
     def plain(law: laws.SpeedLaw) -> Profile:
-        return laws.profile(course, scene, law=law, movers=movers, v0=v0)
+        return laws.profile(samples, scene, law=law, movers=movers, v0=v0)
 
     made_by = plain if make is None else make
     # The optimum leaves moving obstacles aside: the others are measured against what no obstacle holds.
-    best = laws.profile(course, scene, law="optimum", v0=v0).duration
+    best = laws.profile(samples, scene, law="optimum", v0=v0).duration
     out = []
     for law in chosen:
         try:
@@ -98,15 +98,15 @@ def compare(
                 raise
             refused[law if isinstance(law, str) else laws.name_of(law)] = fault.what
             continue
-        out.append(entry_of(made, course, scene.robot, best))
+        out.append(entry_of(made, samples, scene.robot, best))
     return tuple(out)
 
 
-def entry_of(profile: Profile, course: SampledPath, robot: Robot, best: float) -> LawResult:
+def entry_of(profile: Profile, samples: SampledPath, robot: Robot, best: float) -> LawResult:
     """What one profile does, judged from it alone; ``best``: seconds that the time optimum takes."""
     took = profile.duration
     length = float(profile.s[-1] - profile.s[0])
-    lateral = lateral_of(profile, course)
+    lateral = lateral_of(profile, samples)
     peaks = {
         "acceleration": (float(max(profile.a.max(), 0.0)), robot.a_max),
         "braking": (float(max(-profile.a.min(), 0.0)), robot.d_max),
@@ -127,28 +127,28 @@ def entry_of(profile: Profile, course: SampledPath, robot: Robot, best: float) -
     )
 
 
-def lateral_of(profile: Profile, course: SampledPath) -> Floats:
+def lateral_of(profile: Profile, samples: SampledPath) -> Floats:
     """Lateral acceleration on each edge of a profile at the greater of its two speeds, m/s2; (n - 1,)."""
     s = profile.s
-    if isinstance(course, SampledCellPath) and len(s) > 1:
-        return _lateral_in_corners(profile, course)
-    if course.curve is None or len(s) < 2:
+    if isinstance(samples, SampledCellPath) and len(s) > 1:
+        return _lateral_in_corners(profile, samples)
+    if samples.curve is None or len(s) < 2:
         return np.zeros(max(len(s) - 1, 0))
-    begins = course.curve.begins
+    begins = samples.curve.begins
     piece = np.clip(np.searchsorted(begins, 0.5 * (s[1:] + s[:-1]), side="right") - 1, 0, len(begins) - 2)
     fast = np.maximum(profile.v[1:], profile.v[:-1])
-    out: Floats = fast * fast * np.abs(course.curve.curvature[piece])
+    out: Floats = fast * fast * np.abs(samples.curve.curvature[piece])
     return out
 
 
-def _lateral_in_corners(profile: Profile, course: SampledCellPath) -> Floats:
+def _lateral_in_corners(profile: Profile, samples: SampledCellPath) -> Floats:
     """The same on a path of cells: on the arcs of its corners, straight between them."""
     s, x, out = profile.s, np.square(profile.v), np.zeros(len(profile.s) - 1)
-    corners = course.corners
+    corners = samples.corners
     arcs = np.flatnonzero(~corners.stop)
     if not len(arcs):
         return out
-    middle, tangent = course.s[corners.node[arcs]], corners.tangent[arcs]
+    middle, tangent = samples.s[corners.node[arcs]], corners.tangent[arcs]
     begin, end, bend = middle - tangent, middle + tangent, 1.0 / corners.radius[arcs]
     cuts = np.unique(np.concatenate((s, begin, end)))
     cuts = cuts[(cuts >= s[0]) & (cuts <= s[-1])]

@@ -1,4 +1,4 @@
-"""The dissertation's law on a course: the cells it passes, and their velocities in m/s between them."""
+"""The dissertation's law on a sampled path: the cells it passes, and their velocities in m/s between them."""
 
 from __future__ import annotations
 
@@ -22,38 +22,38 @@ from lampyris.motion.profile import start_speed, stop_to_stop
 from lampyris.typing import Cell, Floats, Points
 
 _PART = 0.25
-"""Cells between two places where a course is asked for its cell."""
+"""Cells between two places where a sampled path is asked for its cell."""
 
 _AROUND = 4
-"""Cells that are looked at on each side of a course: two for its rings, two for the cells of its nodes."""
+"""Cells that are looked at on each side of a sampled path: two for its rings, two for the cells of its nodes."""
 
 _PAIRS = 500_000
 """Discs and rows that are looked at together."""
 
 _CENTRE = 0.1
-"""Cells from the centre of a cell within which a course goes there, and not just past."""
+"""Cells from the centre of a cell within which a sampled path goes there, and not just past."""
 
 
-def cells_passed(course: SampledPath, first: int, last: int) -> tuple[NDArray[np.int64], Floats]:
-    """The cells that a course passes from node ``first`` to node ``last``, as single steps, and where.
+def cells_passed(samples: SampledPath, first: int, last: int) -> tuple[NDArray[np.int64], Floats]:
+    """The cells that a sampled path passes from node ``first`` to node ``last``, as single steps, and where.
 
-    A step into a neighbour by its side and on to the next by its side is one diagonal step, unless the course
+    A step into a neighbour by its side and on to the next by its side is one diagonal step, unless the sampled path
     bends at the neighbour's centre: a slanting line then has straight and diagonal steps, as a planner's path
     has, and no right angles.
 
     Returns
     -------
-    int64 (m, 2), each a neighbour of the one before; float64 (m,), metres: where the course is nearest to the
+    int64 (m, 2), each a neighbour of the one before; float64 (m,), metres: where the sampled path is nearest to the
     centre of each, the two ends for the first and the last.
     """
-    s = course.s[first : last + 1]
+    s = samples.s[first : last + 1]
     ds = s[1:] - s[:-1]
-    parts = max(1, math.ceil(float(ds.max()) / (course.resolution * _PART) - 1e-6)) if len(ds) else 1
+    parts = max(1, math.ceil(float(ds.max()) / (samples.resolution * _PART) - 1e-6)) if len(ds) else 1
     fine = np.append((s[:-1, None] + ds[:, None] * (np.arange(parts) / parts)).ravel(), s[-1])
-    if course.curve is not None:
-        xy = course.curve.at(fine)[0]
+    if samples.curve is not None:
+        xy = samples.curve.at(fine)[0]
     else:
-        xy = np.stack([elementary.interp(fine, course.s, course.xy[:, k]) for k in (0, 1)], axis=-1)
+        xy = np.stack([elementary.interp(fine, samples.s, samples.xy[:, k]) for k in (0, 1)], axis=-1)
     found = np.floor(xy + 0.5).astype(np.int64)
     new = np.append(0, np.flatnonzero((found[1:] != found[:-1]).any(axis=1)) + 1)
     off, nearest = _centres(xy, found, fine, new)
@@ -75,14 +75,14 @@ def cells_passed(course: SampledPath, first: int, last: int) -> tuple[NDArray[np
 def _centres(
     xy: Points, cells: NDArray[np.int64], s: Floats, new: NDArray[np.intp]
 ) -> tuple[list[float], list[float]]:
-    """How near the course comes to the centre of each cell it passes, cells, and where, metres.
+    """How near the sampled path comes to the centre of each cell it passes, cells, and where, metres.
 
     Parameters
     ----------
-    xy, cells, s : points of the course, the cell of each, and its distance.
+    xy, cells, s : points of the sampled path, the cell of each, and its distance.
     new : the first point in each cell.
 
-    The places are apart from each other: at least a quarter of the way between two points on their own side
+    The places are apart from each other: at least a quarter of the path between two points on their own side
     of the border.
     """
     if len(xy) == 1:
@@ -110,8 +110,8 @@ def _centres(
     return off, where
 
 
-def course_profile(
-    course: SampledPath,
+def profile_on_samples(
+    samples: SampledPath,
     scene: Scene,
     law: DissertationLaw,
     *,
@@ -123,32 +123,32 @@ def course_profile(
 
     The law gives a velocity to each cell. From the centre of one to that of the next the square of the
     speed changes evenly, at a constant acceleration, whatever that is: the law does not know the robot's
-    limits. Where the robot must stop and turn, one way of cells ends and another begins. A stretch of at most
+    limits. Where the robot must stop and turn, one path of cells ends and another begins. A stretch of at most
     two cells has no velocity but the 0 of its ends: half way it is what one straight transfer gives.
 
     Raises
     ------
     SettingError : ``START_SPEED``.
     """
-    n = len(course)
+    n = len(samples)
     scale = scene.robot.v_max / law.v_max
-    bodies = np.concatenate((as_cells(obstacles), covered(movers, course, scene.grid.blocked.shape)))
+    covered_cells = np.concatenate((as_cells(obstacles), covered(movers, samples, scene.grid.blocked.shape)))
     v0 = start_speed(v0)
     if n == 1:
         zero = np.zeros(1)
-        return Profile("dissertation", zero, zero, zero, zero, ("goal",), "m/s", xy=course.xy)
+        return Profile("dissertation", zero, zero, zero, zero, ("goal",), "m/s", xy=samples.xy)
     x, cause, cause_index = np.zeros(n), ["goal"] * n, np.full(n, -1, dtype=np.int64)
     x[0] = v0 * v0
-    borders = [0, *(np.flatnonzero(course.stop[1:-1]) + 1).tolist(), n - 1]
+    borders = [0, *(np.flatnonzero(samples.stop[1:-1]) + 1).tolist(), n - 1]
     for a, b in pairwise(borders):
-        cells, where = cells_passed(course, int(a), int(b))
-        speed, words, of = cell_speeds(cells, scene, law, bodies, v0 / scale if a == 0 else 0.0)
+        cells, where = cells_passed(samples, int(a), int(b))
+        speed, words, of = cell_speeds(cells, scene, law, covered_cells, v0 / scale if a == 0 else 0.0)
         if len(cells) <= 2 and not speed.any():
-            where = np.array([course.s[a], 0.5 * (course.s[a] + course.s[b]), course.s[b]])
+            where = np.array([samples.s[a], 0.5 * (samples.s[a] + samples.s[b]), samples.s[b]])
             speed = np.array([0.0, min(law.v_max, law.a_straight), 0.0])
             words, of = ("start", "acceleration", "goal"), np.full(3, -1)
         here = slice(int(a), int(b) + 1)
-        s = course.s[here]
+        s = samples.s[here]
         x[here] = elementary.interp(s, where, np.square(speed * scale))
         at = np.searchsorted(where, s)
         node = np.searchsorted(s, where, side="right") - 1 + int(a)
@@ -162,11 +162,11 @@ def course_profile(
         else:
             cause[a], cause_index[a] = "turn", -1
     cause[0] = "start"
-    return _timed(course, scene, x, tuple(cause), cause_index, law.a_straight * scale)
+    return _timed(samples, scene, x, tuple(cause), cause_index, law.a_straight * scale)
 
 
 def _timed(
-    course: SampledPath,
+    samples: SampledPath,
     scene: Scene,
     x: Floats,
     cause: tuple[str, ...],
@@ -174,9 +174,9 @@ def _timed(
     rise: float,
 ) -> Profile:
     """A profile from squared speeds."""
-    n, robot = len(course), scene.robot
+    n, robot = len(samples), scene.robot
     v = np.sqrt(x)
-    ds = course.s[1:] - course.s[:-1]
+    ds = samples.s[1:] - samples.s[:-1]
     pace = v[:-1] + v[1:]
     rest = pace == 0.0
     dt = 2.0 * ds / np.where(rest, 1.0, pace)
@@ -185,13 +185,13 @@ def _timed(
     a, t = np.zeros(n), np.zeros(n)
     np.divide(x[1:] - x[:-1], 2.0 * ds, out=a[:-1])
     clock(dt, t)
-    return Profile("dissertation", course.s, v, a, t, cause, "m/s", cause_index, (), course.xy)
+    return Profile("dissertation", samples.s, v, a, t, cause, "m/s", cause_index, (), samples.xy)
 
 
-def covered(movers: ObstacleStates | None, course: SampledPath, shape: tuple[int, int]) -> NDArray[np.int64]:
+def covered(movers: ObstacleStates | None, samples: SampledPath, shape: tuple[int, int]) -> NDArray[np.int64]:
     """The cells whose squares the discs of moving obstacles touch now; int64 (m, 2), each once.
 
-    Only those of the map that the rings around the course may hold: a disc may be of any size. Of each row a
+    Only those of the map that the rings around the sampled path may hold: a disc may be of any size. Of each row a
     disc touches one run of cells, so the work is that of discs and rows, not of cells.
 
     Parameters
@@ -202,8 +202,8 @@ def covered(movers: ObstacleStates | None, course: SampledPath, shape: tuple[int
     if movers is None or len(movers) == 0:
         return nothing
     # An arc of less than half a turn leaves the line of its ends by less than half its length.
-    around = _AROUND + 0.5 * float(np.diff(course.s).max(initial=0.0)) / course.resolution
-    near = (course.xy.min(axis=0) - around, course.xy.max(axis=0) + around)
+    around = _AROUND + 0.5 * float(np.diff(samples.s).max(initial=0.0)) / samples.resolution
+    near = (samples.xy.min(axis=0) - around, samples.xy.max(axis=0) + around)
     x0, y0 = np.maximum(np.floor(near[0]), 0).astype(np.int64).tolist()
     x1, y1 = np.minimum(np.ceil(near[1]) + 1, shape[::-1]).astype(np.int64).tolist()
     if x0 >= x1 or y0 >= y1:
@@ -214,7 +214,7 @@ def covered(movers: ObstacleStates | None, course: SampledPath, shape: tuple[int
     some = max(1, _PAIRS // len(rows))
     for k in range(0, len(movers), some):
         x, y = movers.xy[k : k + some, 0, None], movers.xy[k : k + some, 1, None]
-        reach = movers.radius[k : k + some, None] / course.resolution
+        reach = movers.radius[k : k + some, None] / samples.resolution
         row, first, last = _runs(x, y, reach, rows, x0, x1 - 1)
         np.add.at(runs, (row, first - x0), 1)
         np.add.at(runs, (row, last + 1 - x0), -1)

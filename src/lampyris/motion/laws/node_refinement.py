@@ -20,39 +20,39 @@ from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of,
 from lampyris.typing import Floats
 
 CREEP = 0.1
-"""Share of v_max below which no room slows our law, unless it is told another."""
+"""Share of v_max below which no room slows our law, unless it is given another."""
 
 
-def refined(course: SampledPath, scene: Scene, *, share: float = 0.9, halvings: int = 5) -> SampledPath:
-    """The same course with edges halved where that makes our law faster.
+def refined(samples: SampledPath, scene: Scene, *, share: float = 0.9, halvings: int = 5) -> SampledPath:
+    """The same sampled path with edges halved where that makes our law faster.
 
     An edge is halved while the speed that its bound allows is less than ``share`` of the mean of what its two
     ends would allow for themselves, at most ``halvings`` times. No node is taken away.
 
     Parameters
     ----------
-    course : on a curve; without one it is returned as it is.
+    samples : on a curve; without one it is returned as it is.
     scene : map, zones and robot.
     """
-    if course.curve is None or len(course) < 2:
-        return course
+    if samples.curve is None or len(samples) < 2:
+        return samples
     robot = scene.robot
-    reach = reach_of(course, robot.radius + robot.v_max * robot.v_max / (2.0 * robot.d_max))
-    away = wall_distance(course.xy, scene.grid, reach)
+    reach = reach_of(samples, robot.radius + robot.v_max * robot.v_max / (2.0 * robot.d_max))
+    away = wall_distance(samples.xy, scene.grid, reach)
     for _ in range(halvings):
         zones = scene.zones
-        ends = _speed(away, scene, None if zones is None else zones_at(course.xy, zones))
+        ends = _speed(away, scene, None if zones is None else zones_at(samples.xy, zones))
         edges = _speed(
-            edge_room(course, away, reach), scene, None if zones is None else edge_zones(course, zones)
+            edge_room(samples, away, reach), scene, None if zones is None else edge_zones(samples, zones)
         )
         split = np.flatnonzero(edges < share * 0.5 * (ends[1:] + ends[:-1]))
         if len(split) == 0:
             break
-        NODES.demand(len(course) + len(split), "the path", instead="choose a larger spacing")
-        course = _halved(course, split)
+        NODES.demand(len(samples) + len(split), "the path", instead="choose a larger spacing")
+        samples = _halved(samples, split)
         new = split + 1 + np.arange(len(split))
-        away = np.insert(away, split + 1, wall_distance(course.xy[new], scene.grid, reach))
-    return course
+        away = np.insert(away, split + 1, wall_distance(samples.xy[new], scene.grid, reach))
+    return samples
 
 
 def _speed(away: Floats, scene: Scene, zone: Floats | None) -> Floats:
@@ -62,6 +62,6 @@ def _speed(away: Floats, scene: Scene, zone: Floats | None) -> Floats:
     return v if zone is None else np.minimum(v, zone)
 
 
-def _halved(course: SampledPath, split: NDArray[np.int64]) -> SampledPath:
+def _halved(samples: SampledPath, split: NDArray[np.int64]) -> SampledPath:
     """A node more in the middle of each of these edges, by number."""
-    return inserted(course, split, 0.5 * (course.s[split] + course.s[split + 1]))
+    return inserted(samples, split, 0.5 * (samples.s[split] + samples.s[split + 1]))

@@ -1,6 +1,6 @@
 """Our law: a table of caps in SI units, the robot's limits, and room enough to stop.
 
-Each rule is a row: it looks at the course and tells caps; rows are in the order in which ties are decided.
+Each rule is a row: it looks at the sampled path and tells caps; rows are in the order in which ties are decided.
 The speed laws of the dissertation's related work are rows that are off unless asked for.
 """
 
@@ -27,7 +27,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, places, sample_path
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap
@@ -88,7 +88,7 @@ class PhysicalLaw:
         within a hundredth of the distance it needs from top speed (5 mm for the default robot).
     curvature, clearance, zones : whether the rule is on.
     approach, uncertainty, blind, three_speed, cloud : settings of the rule; None: it is off.
-    moving : how moving obstacles are minded, where the law is given any.
+    moving : how moving obstacles are considered, where the law is given any.
     name : of the law these are the settings of; what the profile says.
 
     Raises
@@ -119,11 +119,11 @@ class CapContext(NamedTuple):
 
     Parameters
     ----------
-    course, scene, law, around : see there.
-    cells : int64 (n, 2), where the way is a path of cells: there, bounds hold at the nodes alone.
+    samples, scene, law, around : see there.
+    cells : int64 (n, 2), where the path is a path of cells: there, bounds hold at the nodes alone.
     """
 
-    course: SampledPath
+    samples: SampledPath
     scene: Scene
     law: PhysicalLaw
     around: Around
@@ -154,22 +154,22 @@ Rule: TypeAlias = Callable[[CapContext], list[Cap]]
 
 
 def _limit(g: CapContext) -> list[Cap]:
-    return [Cap("limit", caps.limit(len(g.course), g.scene.robot.v_max))]
+    return [Cap("limit", caps.limit(len(g.samples), g.scene.robot.v_max))]
 
 
 def _curvature(g: CapContext) -> list[Cap]:
-    bends = g.course.curve is not None or bool(g.course.curvature.any())
-    if not g.law.curvature or not bends:
+    turns = g.samples.curve is not None or bool(g.samples.curvature.any())
+    if not g.law.curvature or not turns:
         return []
-    return [Cap("curvature", caps.curvature(g.course.curvature, a_lat_max=g.scene.robot.a_lat_max))]
+    return [Cap("curvature", caps.curvature(g.samples.curvature, a_lat_max=g.scene.robot.a_lat_max))]
 
 
 def _clearance(g: CapContext) -> list[Cap]:
     if not g.law.clearance:
         return []
     if g.cells is None:
-        reach = reach_of(g.course, g.enough)
-        near = room(g.course, wall_distance(g.course.xy, g.scene.grid, reach), reach)
+        reach = reach_of(g.samples, g.enough)
+        near = room(g.samples, wall_distance(g.samples.xy, g.scene.grid, reach), reach)
         return [Cap("clearance", g.stopping(near))]
     squared = wall_squares(g.cells, g.scene.grid.blocked, g.rings)
     return [] if squared is None else [Cap("clearance", g.stopping(_metres(squared, g.scene)))]
@@ -178,32 +178,32 @@ def _clearance(g: CapContext) -> list[Cap]:
 def _zones(g: CapContext) -> list[Cap]:
     if not g.law.zones or g.scene.zones is None:
         return []
-    return [Cap("zone", zone_limits(g.course, g.scene.zones))]
+    return [Cap("zone", zone_limits(g.samples, g.scene.zones))]
 
 
 def _obstacles(g: CapContext) -> list[Cap]:
     if len(g.around.cells) == 0:
         return []
     if g.cells is None:
-        reach = reach_of(g.course, g.enough)
-        near = cells_distance(g.course.xy, g.around.cells, g.course.resolution, reach)
-        return [] if near is None else [Cap("obstacle", g.stopping(room(g.course, near, reach)))]
-    squared = body_squares(g.cells, g.around.cells, g.rings)
+        reach = reach_of(g.samples, g.enough)
+        near = cells_distance(g.samples.xy, g.around.cells, g.samples.resolution, reach)
+        return [] if near is None else [Cap("obstacle", g.stopping(room(g.samples, near, reach)))]
+    squared = obstacle_squares(g.cells, g.around.cells, g.rings)
     return [] if squared is None else [Cap("obstacle", g.stopping(_metres(squared, g.scene)))]
 
 
 def _moving(g: CapContext) -> list[Cap]:
     if g.around.movers is None:
         return []
-    return list(moving_cap(g.course, g.scene, g.law.moving, g.around))
+    return list(moving_cap(g.samples, g.scene, g.law.moving, g.around))
 
 
 def _approach(g: CapContext) -> list[Cap]:
     rule = g.law.approach
     if rule is None:
         return []
-    s, v_max = g.course.s, g.scene.robot.v_max
-    # The rule's speed falls along the way: what holds at the next node holds on the edge.
+    s, v_max = g.samples.s, g.scene.robot.v_max
+    # The rule's speed falls along the path: what holds at the next node holds on the edge.
     left = np.append(s[-1] - s[1:], 0.0)
     v = caps.approach(left, v_max=v_max, distance=rule.distance, v_app=min(rule.speed, v_max))
     return [Cap("approach", v)]
@@ -214,7 +214,7 @@ def _guest(name: str, build: Callable[[SampledPath, Scene, Any, Around], list[Ca
 
     def row(g: CapContext) -> list[Cap]:
         settings = getattr(g.law, name)
-        return [] if settings is None else list(build(g.course, g.scene, settings, g.around))
+        return [] if settings is None else list(build(g.samples, g.scene, settings, g.around))
 
     return row
 
@@ -239,23 +239,23 @@ STATIC = TABLE[:6]
 
 
 def ground_of(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: PhysicalLaw,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
     movers: ObstacleStates | None = None,
 ) -> CapContext:
-    """What the rules look at, from a path of cells or a course."""
+    """What the rules look at, from a path of cells or a sampled path."""
     around = Around(as_cells(obstacles), movers)
-    if isinstance(way, SampledPath):
-        cells = way.cells if isinstance(way, SampledCellPath) else None
-        return CapContext(way, scene, law, around, cells)
-    course = course_of_path(way, scene.grid.resolution)
-    return CapContext(course, scene, law, around, way.cells.astype(np.int64))
+    if isinstance(route, SampledPath):
+        cells = route.cells if isinstance(route, SampledCellPath) else None
+        return CapContext(route, scene, law, around, cells)
+    samples = sample_path(route, scene.grid.resolution)
+    return CapContext(samples, scene, law, around, route.cells.astype(np.int64))
 
 
 def physical_profile(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: PhysicalLaw,
     *,
@@ -267,12 +267,12 @@ def physical_profile(
 ) -> Profile:
     """A profile in metres and seconds: v in m/s, a in m/s2, t in s; docs/speed/README.md has the equations.
 
-    On a course every rule holds at and between the nodes. On a path of cells the clearance and the moving
+    On a sampled path every rule holds at and between the nodes. On a path of cells the clearance and the moving
     obstacles' cells are those of the nodes alone, corners have no curvature, and no stops; what drives there
-    goes from cell to cell, tick by tick. (As a course, :func:`lampyris.motion.geometry.sampled_path.course_with_corners`, it
-    has both.) A node that a cell of an obstacle covers has no clearance and is
-    passed at creep speed: not to drive there is the planner's part, not the profile's. The edge of the map is
-    not a wall.
+    goes from cell to cell, tick by tick. (Sampled by
+    :func:`lampyris.motion.geometry.sampled_path.sample_with_corners` it has both.) A node that a cell of an
+    obstacle covers has no clearance and is passed at creep speed: avoiding it is the planner's task, not the
+    profile's. The edge of the map is not a wall.
 
     ``previous`` says nothing here.
 
@@ -281,22 +281,22 @@ def physical_profile(
     SettingError : ``PROFILE_INFEASIBLE`` (unless ``on_infeasible`` is ``brake``), ``PROFILE_BLOCKED``,
         ``START_SPEED``, ``PATH_OUTSIDE``.
     """
-    g = ground_of(way, scene, law, obstacles, movers)
+    g = ground_of(route, scene, law, obstacles, movers)
     found = [cap for row in TABLE for cap in row(g)]
-    robot, course = scene.robot, g.course
+    robot, samples = scene.robot, g.samples
     made = feasible_profile(
-        course.s,
+        samples.s,
         found,
         a_max=robot.a_max,
         d_max=robot.d_max,
         v0=v0,
         on_infeasible=on_infeasible,
-        stop=course.stop,
+        stop=samples.stop,
         jerk_max=robot.jerk_max,
     )
     return Profile(
         law.name,
-        course.s,
+        samples.s,
         made.v,
         made.a,
         made.t,
@@ -304,7 +304,7 @@ def physical_profile(
         "m/s",
         made.cause_index,
         tuple((cap.cause, cap.v) for cap in found),
-        places(way),
+        places(route),
     )
 
 
@@ -346,17 +346,19 @@ def wall_squares(cells: NDArray[np.int64], blocked: BoolGrid, rings: int) -> NDA
     return squared
 
 
-def body_squares(cells: NDArray[np.int64], bodies: NDArray[np.int64], rings: int) -> NDArray[np.int64] | None:
-    """The same to the nearest of ``bodies``, int64 (m, 2); None if none is that near to the path's box."""
+def obstacle_squares(
+    cells: NDArray[np.int64], occupied: NDArray[np.int64], rings: int
+) -> NDArray[np.int64] | None:
+    """The same to the nearest of ``occupied``, int64 (m, 2); None if none is that near to the path's box."""
     x, y = cells[:, 0], cells[:, 1]
-    bx, by = bodies[:, 0], bodies[:, 1]
+    bx, by = occupied[:, 0], occupied[:, 1]
     near = (bx >= x.min() - rings) & (bx <= x.max() + rings)
     near &= (by >= y.min() - rings) & (by <= y.max() + rings)
     bx, by = bx[near], by[near]
     if len(bx) == 0:
         return None
     squared = np.empty(len(cells), dtype=np.int64)
-    # Blocks keep the table small however long the path and however many the bodies. Bodies lie along the
+    # Blocks keep the table small however long the path and however many the obstacles. Obstacles lie along the
     # first axis: the minimum over them then runs over whole rows.
     block = max(1, 1_000_000 // len(bx))
     for k in range(0, len(cells), block):

@@ -16,11 +16,11 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import settings
-from lampyris.motion.geometry.sampled_path import SampledPath, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_with_corners
 from lampyris.motion.laws import physical
 from lampyris.motion.laws.bounds import Constant, Optimum, constant_profile, optimum_profile
 from lampyris.motion.laws.dissertation import DissertationLaw, path_profile
-from lampyris.motion.laws.dissertation_in_metres import course_profile
+from lampyris.motion.laws.dissertation_in_metres import profile_on_samples
 from lampyris.motion.laws.physical import PhysicalLaw, physical_profile
 from lampyris.motion.laws.rpp import Rpp, rpp_profile
 from lampyris.motion.profile import OnInfeasible
@@ -35,7 +35,7 @@ class Build(Protocol):
 
     def __call__(
         self,
-        way: Path | SampledPath,
+        route: Path | SampledPath,
         scene: Scene,
         law: Any,
         *,
@@ -51,7 +51,7 @@ class Build(Protocol):
 class Law:
     """One row of the table: what the law is, where it comes from, its settings and how it is computed.
 
-    ``units`` are those on a path of cells; on a course every law speaks of m/s.
+    ``units`` are those on a path of cells; on a sampled path every law speaks of m/s.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Law:
 
 
 def _dissertation(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: DissertationLaw,
     *,
@@ -73,10 +73,10 @@ def _dissertation(
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
-    """The dissertation's law: in velocity units on a path, in m/s on a course."""
-    if isinstance(way, SampledPath):
-        return course_profile(way, scene, law, obstacles=obstacles, movers=movers, v0=v0)
-    return path_profile(way, scene, law, obstacles=obstacles, v0=v0, previous=previous)
+    """The dissertation's law: in velocity units on a path, in m/s on a sampled path."""
+    if isinstance(route, SampledPath):
+        return profile_on_samples(route, scene, law, obstacles=obstacles, movers=movers, v0=v0)
+    return path_profile(route, scene, law, obstacles=obstacles, v0=v0, previous=previous)
 
 
 def _ours(name: str, rule: str, summary: str, source: str) -> Law:
@@ -140,7 +140,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
             Law(
                 "constant",
                 "m/s",
-                "one speed for the whole way, the greatest that is safe everywhere on it",
+                "one speed for the whole path, the greatest that is safe everywhere on it",
                 "the least of our caps of the map and the robot",
                 Constant(),
                 constant_profile,
@@ -165,7 +165,7 @@ def names() -> tuple[str, ...]:
 
 
 def profile(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     *,
     law: SpeedLaw = "physical",
@@ -175,14 +175,14 @@ def profile(
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
-    """A speed for every node of a way, each with its cause.
+    """A speed for every node of a path, each with its cause.
 
     Parameters
     ----------
-    way : a path of cells or a course, whole, or what is left of it from where the robot is.
+    route : a path of cells or a sampled path, whole, or what is left of it from where the robot is.
     scene : its map, zones and robot are used.
     law : a name, or settings of a law (see :func:`with_settings`).
-    obstacles : cells that moving bodies cover now; any iterable of pairs, or an integer array (m, 2).
+    obstacles : cells that moving obstacles cover now; any iterable of pairs, or an integer array (m, 2).
     movers : moving obstacles in continuous time, as sensed now.
     v0 : the robot's speed at the first node, in the profile's units.
     previous : the cell the robot came from, if it came from one.
@@ -202,7 +202,7 @@ def profile(
             "ON_INFEASIBLE", shown(on_infeasible), where="on_infeasible", allowed="raise or brake"
         )
     return row.build(
-        way,
+        route,
         scene,
         chosen,
         obstacles=obstacles,
@@ -235,10 +235,10 @@ def profile_on_cells(
     ------
     UsageError, SettingError : as :func:`profile`.
     """
-    way: Path | SampledPath = path
+    route: Path | SampledPath = path
     if _found(law)[0].units == "m/s":
-        way = course_with_corners(path, scene.grid.resolution, scene.robot)
-    return profile(way, scene, law=law, movers=movers, v0=v0)
+        route = sample_with_corners(path, scene.grid.resolution, scene.robot)
+    return profile(route, scene, law=law, movers=movers, v0=v0)
 
 
 def named(law: str) -> Law:
@@ -276,7 +276,7 @@ def settings_of(law: SpeedLaw) -> dict[str, Any]:
 
     What :func:`with_settings` makes of it is the same law.
     """
-    return settings.told(settings_named(law))
+    return settings.flattened(settings_named(law))
 
 
 def settings_named(law: SpeedLaw) -> Any:
@@ -304,7 +304,8 @@ def rules_of(name: str) -> dict[str, dict[str, Any]]:
     row = named(name)
     kinds = physical.RULES if isinstance(row.settings, PhysicalLaw) else {}
     return {
-        rule: {f"{rule}.{k}": v for k, v in settings.told(kind()).items()} for rule, kind in kinds.items()
+        rule: {f"{rule}.{k}": v for k, v in settings.flattened(kind()).items()}
+        for rule, kind in kinds.items()
     }
 
 

@@ -71,7 +71,7 @@ def ring_counts(
     ----------
     path_cells : (n, 2), x and y; steps of at most two cells in each axis. They need not lie in the map.
     blocked : bool (height, width).
-    obstacles : cells that moving bodies cover; those outside the map are ignored.
+    obstacles : cells that moving obstacles cover; those outside the map are ignored.
     previous : the cell the robot came from, for the heading into the first node. None (or the first cell
         itself): that node takes the heading of the step that leaves it; the only node of a path has nothing
         ahead.

@@ -1,7 +1,7 @@
-"""Regulated Pure Pursuit, a rival: the three speed rules of Nav2's controller along a whole way.
+"""Regulated Pure Pursuit, a baseline: the three speed rules of Nav2's controller along a whole path.
 
 Source: Nav2, ``nav2_regulated_pure_pursuit_controller`` (regulation_functions.hpp and its README). What is
-read into it so that a command becomes a profile is told in docs/speed/rpp.md.
+read into it so that a command becomes a profile is described in docs/speed/rpp.md.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Cap
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledPath, places, sample_path
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.lowest import lowest
 from lampyris.motion.profile import OnInfeasible, feasible_profile, start_speed
@@ -40,7 +40,7 @@ class Rpp:
     Parameters
     ----------
     desired : m/s, the speed it would like; the robot's v_max where that is less.
-    lookahead : metres to the point of the way that it steers for; 0: the curvature of the way itself counts.
+    lookahead : metres to the point of the path that it steers for; 0: the curvature of the path itself counts.
     min_radius : metres: bends that are tighter are slowed down for.
     min_speed : m/s: neither bends nor obstacles slow it below this.
     scaling_distance : metres: obstacles that are nearer are slowed down for.
@@ -118,7 +118,7 @@ def regulate(
     v : m/s, the speed asked for.
     kappa : 1/m, of the arc to the point steered for; (n,).
     cost : of the costmap where the robot is; (n,).
-    left : metres of the way that are left; (n,).
+    left : metres of the path that are left; (n,).
     """
     one = settings
     bend = np.maximum(curvature_rule(v, kappa, one), one.min_speed)
@@ -133,21 +133,21 @@ def regulate(
     ]
 
 
-def steered(course: SampledPath, lookahead: float) -> Floats:
+def steered(samples: SampledPath, lookahead: float) -> Floats:
     """Curvature of the arc from each node to the point ``lookahead`` metres away, 1/m, >= 0; (n,).
 
-    The robot is on the way and heads along it. In its frame the point lies at (x, y); the arc that touches
-    the heading and meets the point has the curvature ``2 y / (x^2 + y^2)``. The point is the first of the way
+    The robot is on the path and heads along it. In its frame the point lies at (x, y); the arc that touches
+    the heading and meets the point has the curvature ``2 y / (x^2 + y^2)``. The point is the first of the path
     that is so far off as the crow flies, on the straight line between two nodes; near the goal, the goal.
     """
-    xy, s, n = course.xy * course.resolution, course.s, len(course)
+    xy, s, n = samples.xy * samples.resolution, samples.s, len(samples)
     if n == 1:
         return np.zeros(1)
     j = np.minimum(np.searchsorted(s, s + lookahead * (1.0 - 1e-9)), n - 1)
     j = nodes_ahead(xy, lookahead, j)
     a, b = xy[np.maximum(j - 1, 0)] - xy, xy[j] - xy
     carrot = b + (a - b) * _beyond(a, b, lookahead)[:, None]
-    h = course.heading
+    h = samples.heading
     aside = np.abs(h[:, 0] * carrot[:, 1] - h[:, 1] * carrot[:, 0])
     square = (carrot * carrot).sum(axis=1)
     out: Floats = 2.0 * aside / np.where(square > 0.0, square, 1.0)
@@ -189,36 +189,36 @@ def _beyond(a: Points, b: Points, radius: float) -> Floats:
 
 
 def rpp_commands(
-    course: SampledPath,
+    samples: SampledPath,
     scene: Scene,
     settings: Rpp,
     obstacles: NDArray[np.int64],
     movers: ObstacleStates | None = None,
 ) -> list[Cap]:
-    """What the controller would command at each node of a course, as caps; see :func:`regulate`.
+    """What the controller would command at each node of a sampled path, as caps; see :func:`regulate`.
 
     What moves is a surface where it is now, as in Nav2's obstacle layer.
     """
     radius = scene.robot.radius
     reach = max(settings.inflation_radius, radius)
-    distance = wall_distance(course.xy, scene.grid, reach)
-    cells = cells_distance(course.xy, obstacles, course.resolution, reach) if len(obstacles) else None
+    distance = wall_distance(samples.xy, scene.grid, reach)
+    cells = cells_distance(samples.xy, obstacles, samples.resolution, reach) if len(obstacles) else None
     if cells is not None:
         distance = np.minimum(distance, cells)
     for k in range(0 if movers is None else len(movers)):
         assert movers is not None
-        gap = course.xy - movers.xy[k]
-        far = np.sqrt((gap * gap).sum(axis=1)) * course.resolution - movers.radius[k]
+        gap = samples.xy - movers.xy[k]
+        far = np.sqrt((gap * gap).sum(axis=1)) * samples.resolution - movers.radius[k]
         distance = np.minimum(distance, np.maximum(far, 0.0))
-    kappa = steered(course, settings.lookahead) if settings.lookahead > 0.0 else course.curvature
+    kappa = steered(samples, settings.lookahead) if settings.lookahead > 0.0 else samples.curvature
     desired = min(settings.desired, scene.robot.v_max)
     one = replace(settings, desired=desired)
-    left = course.s[-1] - course.s
+    left = samples.s[-1] - samples.s
     return regulate(desired, kappa, cost_of(distance, radius, one), left, radius, one)
 
 
 def rpp_profile(
-    way: Path | SampledPath,
+    route: Path | SampledPath,
     scene: Scene,
     law: Rpp,
     *,
@@ -241,29 +241,29 @@ def rpp_profile(
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
-    course = way if isinstance(way, SampledPath) else course_of_path(way, scene.grid.resolution)
-    commands = rpp_commands(course, scene, law, as_cells(obstacles), movers)
+    samples = route if isinstance(route, SampledPath) else sample_path(route, scene.grid.resolution)
+    commands = rpp_commands(samples, scene, law, as_cells(obstacles), movers)
     low = lowest(commands)
-    followed = _tracked(course, low.v, low.words, scene, start_speed(v0))
+    followed = _tracked(samples, low.v, low.words, scene, start_speed(v0))
     robot = scene.robot
-    # The controller minds no limit ahead, but the robot cannot drive faster than it can.
+    # The controller ignores limits ahead, but the robot cannot drive faster than it can.
     followed.v[0] = min(float(followed.v[0]), robot.v_max)
     made = feasible_profile(
-        course.s,
+        samples.s,
         [Cap("limit", followed.v)],
         a_max=robot.a_max,
         d_max=robot.d_max,
         v0=v0,
         on_infeasible=on_infeasible,
-        stop=course.stop,
+        stop=samples.stop,
     )
     # A start too fast for the next halt, if it may be so, is braked for as hard as can be, past the halt.
-    hard = made.v > np.where(course.stop, 0.0, followed.v) * (1.0 + 1e-9)
+    hard = made.v > np.where(samples.stop, 0.0, followed.v) * (1.0 + 1e-9)
     hard[0] = False
     cause = tuple("braking" if over else why for over, why in zip(hard, followed.cause, strict=True))
     cause_index = np.where(hard, made.cause_index, followed.cause_index)
     caps = tuple((cap.cause, cap.v) for cap in commands)
-    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", cause_index, caps, places(way))
+    return Profile("rpp", samples.s, made.v, made.a, made.t, cause, "m/s", cause_index, caps, places(route))
 
 
 class _Tracked(NamedTuple):
@@ -275,11 +275,11 @@ class _Tracked(NamedTuple):
 
 
 def _tracked(
-    course: SampledPath, command: Floats, words: tuple[str, ...], scene: Scene, v0: float
+    samples: SampledPath, command: Floats, words: tuple[str, ...], scene: Scene, v0: float
 ) -> _Tracked:
     """Speeds that follow the command from behind, and why; the next halt is braked for at the last moment."""
-    s, robot, n = course.s, scene.robot, len(course)
-    halts = np.append(np.flatnonzero(course.stop), n - 1)
+    s, robot, n = samples.s, scene.robot, len(samples)
+    halts = np.append(np.flatnonzero(samples.stop), n - 1)
     ahead = s[halts[np.searchsorted(halts, np.arange(n))]]
     halt = (2.0 * robot.d_max * (ahead - s)).tolist()
     ds = s[1:] - s[:-1]
@@ -294,7 +294,7 @@ def _tracked(
         elif at < least:
             at, why = least, "braking"
         if halt[i + 1] < at:
-            at, why = halt[i + 1], "turn" if course.stop[i + 1] else "braking"
+            at, why = halt[i + 1], "turn" if samples.stop[i + 1] else "braking"
         x.append(at)
         cause.append(why)
     if n > 1:

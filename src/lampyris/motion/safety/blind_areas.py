@@ -87,16 +87,16 @@ def stop_within(
 
 
 def need(robot: Robot, settings: BlindArea) -> float:
-    """Distance at which the law no longer slows the robot, metres: the way to stand still, both ways."""
+    """Distance at which the law no longer slows the robot, metres: the stopping distance of both."""
     t, w = settings.reaction, robot.v_max + robot.a_max * settings.reaction
     own = robot.v_max * t + 0.5 * robot.a_max * t * t + w * w / (2.0 * robot.d_max)
     return own + settings.hidden_speed * (t + w / robot.d_max)
 
 
-def blind_cap(course: SampledPath, scene: Scene, settings: BlindArea, around: Around) -> list[Cap]:
+def blind_cap(samples: SampledPath, scene: Scene, settings: BlindArea, around: Around) -> list[Cap]:
     """Slow enough, at each node and on the edges that touch it, for what may come out of a blind area."""
     robot = scene.robot
-    d = hiding_distance(course, scene, settings)
+    d = hiding_distance(samples, scene, settings)
     v = stop_within(
         d - robot.radius,
         d_max=robot.d_max,
@@ -107,7 +107,7 @@ def blind_cap(course: SampledPath, scene: Scene, settings: BlindArea, around: Ar
     return [Cap("blind area", np.where(np.isinf(d), np.inf, np.maximum(v, settings.creep * robot.v_max)))]
 
 
-def hiding_distance(course: SampledPath, scene: Scene, settings: BlindArea) -> Floats:
+def hiding_distance(samples: SampledPath, scene: Scene, settings: BlindArea) -> Floats:
     """Distance from the robot's centre to the nearest surface that may turn up ahead of it; metres, (n,).
 
     The least over the edges that touch a node. Infinity where it does not slow the robot.
@@ -119,16 +119,16 @@ def hiding_distance(course: SampledPath, scene: Scene, settings: BlindArea) -> F
         end = settings.reach - settings.hidden_radius
     # Nothing on the map is farther than this, whatever the robot's speed is.
     limit = min(min(enough, end) / resolution, float(sum(scene.grid.blocked.shape) + 2))
-    n = len(course)
-    land = _land(course, scene.grid, settings, limit)
+    n = len(samples)
+    land = _land(samples, scene.grid, settings, limit)
     out = np.full(n, limit)
     if land is not None:
         before, after = np.empty(n), np.empty(n)
         rho = settings.hidden_radius / resolution
-        longest = math.sqrt(float(np.square(np.diff(course.xy, axis=0)).sum(axis=1).max())) if n > 1 else 0.0
+        longest = math.sqrt(float(np.square(np.diff(samples.xy, axis=0)).sum(axis=1).max())) if n > 1 else 0.0
         lead = 1.5 + rho + 0.25 * longest if land.dark.any() else 0.0
         look = robot.v_max * settings.reaction + robot.v_max * robot.v_max / (2.0 * robot.d_max)
-        last = np.minimum(np.searchsorted(course.s, course.s + look), n - 1)
+        last = np.minimum(np.searchsorted(samples.s, samples.s + look), n - 1)
         nearest_hiding(*land, last, limit, rho, lead, 2 * math.ceil(limit + rho) + 4, before, after)
         if n == 1:
             out = np.minimum(before, after)
@@ -139,7 +139,7 @@ def hiding_distance(course: SampledPath, scene: Scene, settings: BlindArea) -> F
 
 
 class _Land(NamedTuple):
-    """The piece of the map around a course, as the kernel ``nearest_hiding`` takes it."""
+    """The piece of the map around a sampled path, as the kernel ``nearest_hiding`` takes it."""
 
     opaque: NDArray[np.bool_]
     dark: NDArray[np.bool_]
@@ -154,12 +154,12 @@ class _Land(NamedTuple):
     eyes_y: NDArray[np.int64]
 
 
-def _land(course: SampledPath, grid: Grid, settings: BlindArea, limit: float) -> _Land | None:
+def _land(samples: SampledPath, grid: Grid, settings: BlindArea, limit: float) -> _Land | None:
     """That piece; None where it hides nothing."""
     rho = settings.hidden_radius / grid.resolution
     margin = math.ceil(limit + rho) + 2
-    low = np.maximum(np.floor(course.xy.min(axis=0)).astype(np.int64) - margin, 0)
-    high = np.ceil(course.xy.max(axis=0)).astype(np.int64) + margin + 1
+    low = np.maximum(np.floor(samples.xy.min(axis=0)).astype(np.int64) - margin, 0)
+    high = np.ceil(samples.xy.max(axis=0)).astype(np.int64) + margin + 1
     window = (slice(low[1], high[1]), slice(low[0], high[0]))
     opaque, dark = _opaque(grid, settings.unknown, window)
     if not opaque.any():
@@ -169,7 +169,7 @@ def _land(course: SampledPath, grid: Grid, settings: BlindArea, limit: float) ->
     columns = np.ascontiguousarray(columns)
     first = np.searchsorted(rows, np.arange(height + 2))
     spacious = ~_within(opaque & ~dark, math.ceil(rho / math.sqrt(2.0)) - 1)
-    places = course.xy - low + 0.5
+    places = samples.xy - low + 0.5
     eyes = _eyes(places, opaque)
     return _Land(
         frozen(opaque.ravel()), frozen(dark.ravel()), spacious.ravel(), width, height, first, columns,

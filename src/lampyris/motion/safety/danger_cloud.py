@@ -190,7 +190,7 @@ def slowed(danger: Floats, *, v_max: float, creep: float) -> Floats:
     return np.maximum(creep, v_max * (1.0 - danger))
 
 
-def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: Around) -> list[Cap]:
+def cloud_cap(samples: SampledPath, scene: Scene, settings: CloudModel, around: Around) -> list[Cap]:
     """Slower the more dangerous the most dangerous obstacle is at a node; no cap without obstacles.
 
     Node k is judged for a robot that comes there at full speed, at ``s / v_max``, in its direction of travel;
@@ -200,11 +200,11 @@ def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: A
     movers, robot = around.movers, scene.robot
     if movers is None or len(movers) == 0:
         return []
-    n = int(np.searchsorted(course.s, settings.horizon * robot.v_max, side="right"))
-    found = dangers(course, n, scene, settings, movers)
+    n = int(np.searchsorted(samples.s, settings.horizon * robot.v_max, side="right"))
+    found = dangers(samples, n, scene, settings, movers)
     worst = found.argmax(axis=1)
     danger = found[np.arange(n), worst]
-    v, cause_index = np.full(len(course), np.inf), np.full(len(course), -1, dtype=np.int64)
+    v, cause_index = np.full(len(samples), np.inf), np.full(len(samples), -1, dtype=np.int64)
     v[:n] = np.where(
         danger > 0.0, slowed(danger, v_max=robot.v_max, creep=settings.creep * robot.v_max), np.inf
     )
@@ -213,15 +213,15 @@ def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: A
 
 
 def dangers(
-    course: SampledPath, n: int, scene: Scene, settings: CloudModel, movers: ObstacleStates
+    samples: SampledPath, n: int, scene: Scene, settings: CloudModel, movers: ObstacleStates
 ) -> FloatGrid:
     """Danger of each obstacle at each of the first n nodes, 0 to 1, (n, m).
 
     Degree of the time times degree of the gap: only what is both soon and near is dangerous.
     """
     robot, m = scene.robot, len(movers)
-    there = (course.s[:n] / robot.v_max + movers.age)[:, None, None]
-    p = (movers.xy[None, :, :] - course.xy[:n, None, :]) * course.resolution
+    there = (samples.s[:n] / robot.v_max + movers.age)[:, None, None]
+    p = (movers.xy[None, :, :] - samples.xy[:n, None, :]) * samples.resolution
     if movers.velocity is not None:
         w = np.broadcast_to(movers.velocity, (n, m, 2))
         p = p + w * there
@@ -230,7 +230,7 @@ def dangers(
         share = movers.top_speed[None, :, None] / np.where(size > 0.0, size, 1.0)
         w = -p * share
         p = p * np.maximum(0.0, 1.0 - share * there)
-    r = robot.v_max * course.heading[:n, None, :] - w
+    r = robot.v_max * samples.heading[:n, None, :] - w
     both = np.tile(robot.radius + movers.radius, n)
     time, gap = approach(p.reshape(-1, 2), r.reshape(-1, 2), both, settings.horizon)
     danger = np.zeros(n * m)

@@ -21,7 +21,7 @@ from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats, Points
 
 _BLOCK = 32
-"""Edges of a course that are told near or far together: of 8 to 64, the quickest for 1,000 nodes."""
+"""Edges of a sampled path that are tested for nearness together: of 8 to 64, the quickest for 1,000 nodes."""
 
 _STANDING = 1e-9
 """m/s: a cap below it is 0."""
@@ -81,12 +81,12 @@ def moving(
     return np.where(v > _STANDING, v, 0.0)
 
 
-def moving_cap(course: SampledPath, scene: Scene, settings: MovingObstacles, around: Around) -> list[Cap]:
-    """The cap ``moving obstacle`` of a course, its ``cause_index`` the number of the obstacle that binds.
+def moving_cap(samples: SampledPath, scene: Scene, settings: MovingObstacles, around: Around) -> list[Cap]:
+    """The cap ``moving obstacle`` of a sampled path, its ``cause_index`` the number of the obstacle that binds.
 
     The distance at a node is the least on the edges that touch it, so what holds at two neighbours holds
     between them. Obstacles too far to slow the robot at its v_max are left out. What is known of the
-    obstacles is that of now: a profile is made anew as they move.
+    obstacles is that of now: a profile is made again as they move.
 
     Obstacles seen more than ``max_age`` ago, or at a time to come: 0 everywhere, cause ``no data``.
     """
@@ -94,14 +94,14 @@ def moving_cap(course: SampledPath, scene: Scene, settings: MovingObstacles, aro
     if movers is None:
         return []
     if not fresh(movers, settings.max_age):
-        return [Cap("no data", np.zeros(len(course)))]
+        return [Cap("no data", np.zeros(len(samples)))]
     far = _binding_distance(movers, robot, settings)
-    edges = _edges(course)
-    pairs = _near(edges, movers.xy * course.resolution, far + robot.radius + movers.radius)
+    edges = _edges(samples)
+    pairs = _near(edges, movers.xy * samples.resolution, far + robot.radius + movers.radius)
     if len(pairs.block) == 0:
         return []
     m = pairs.mover[:, None]
-    distance = _to_edges(edges, pairs, movers.xy * course.resolution) - (robot.radius + movers.radius[m])
+    distance = _to_edges(edges, pairs, movers.xy * samples.resolution) - (robot.radius + movers.radius[m])
     v = moving(
         distance,
         top_speed=movers.top_speed[m],
@@ -111,7 +111,7 @@ def moving_cap(course: SampledPath, scene: Scene, settings: MovingObstacles, aro
         margin=settings.margin,
     )
     v[distance > far[m]] = np.inf
-    return _least(edges, pairs, v, len(course))
+    return _least(edges, pairs, v, len(samples))
 
 
 def _binding_distance(movers: ObstacleStates, robot: Robot, settings: MovingObstacles) -> Floats:
@@ -123,9 +123,9 @@ def _binding_distance(movers: ObstacleStates, robot: Robot, settings: MovingObst
 
 
 class _Edges(NamedTuple):
-    """A course's edges in blocks, metres: where each begins, its vector, what the way leaves it by at most.
+    """A sampled path's edges in blocks, metres: where each begins, its vector, what the path leaves it by at most.
 
-    The last block is filled up with the last point. A course of one node is one edge of no length.
+    The last block is filled up with the last point. A sampled path of one node is one edge of no length.
     """
 
     x: Floats
@@ -143,12 +143,12 @@ class _Pairs(NamedTuple):
     mover: NDArray[np.int64]
 
 
-def _edges(course: SampledPath) -> _Edges:
-    points = course.xy * course.resolution
+def _edges(samples: SampledPath) -> _Edges:
+    points = samples.xy * samples.resolution
     ends = points[1:] if len(points) > 1 else points
     begins = points[: len(ends)]
-    ds = (course.s[1:] - course.s[:-1]) if len(points) > 1 else np.zeros(1)
-    bend = 0.125 * np.minimum(course.curvature[: len(ends)], course.curvature[-len(ends) :]) * ds * ds
+    ds = (samples.s[1:] - samples.s[:-1]) if len(points) > 1 else np.zeros(1)
+    bend = 0.125 * np.minimum(samples.curvature[: len(ends)], samples.curvature[-len(ends) :]) * ds * ds
     size = (-(-len(ends) // _BLOCK), _BLOCK)
     d = ends - begins
 

@@ -1,6 +1,6 @@
 """The push of the next period: as hard as is under the ceiling and passively safe.
 
-Passive safety: the robot stands before anybody whose top speed is known could touch it, whatever they all
+Passive safety: the robot stands before any obstacle whose top speed is known could touch it, whatever they all
 do. Derivation, proof and measurements: docs/speed/moving_obstacles.md.
 """
 
@@ -18,13 +18,13 @@ _CAUSES = {ACCELERATION: "acceleration", CEILING: "limit"}
 
 
 class Rails(NamedTuple):
-    """A course as the kernel wants it, made once for many pushes.
+    """A sampled path as the kernel wants it, made once for many pushes.
 
     Parameters
     ----------
-    s : float64 (n,), metres along the way, n >= 2.
+    s : float64 (n,), metres along the path, n >= 2.
     x, y : float64 (n,), metres: cells times the resolution.
-    slack : metres by which the way leaves the straight lines between the nodes at most.
+    slack : metres by which the path leaves the straight lines between the nodes at most.
     resolution : metres a cell.
     """
 
@@ -64,20 +64,20 @@ class Push(NamedTuple):
     cause_index: int = -1
 
 
-def rails_of(course: SampledPath) -> Rails:
-    """The course as arrays in metres; one of a single node becomes an edge that cannot be driven.
+def rails_of(samples: SampledPath) -> Rails:
+    """The sampled path as arrays in metres; one of a single node becomes an edge that cannot be driven.
 
     An arc of curvature k leaves its chord by at most ``k ds^2 / 8`` at equal shares of both.
     """
-    points = course.xy * course.resolution
-    s = course.s
+    points = samples.xy * samples.resolution
+    s = samples.s
     if len(s) == 1:
         s, points = np.array((0.0, 1e-9)), np.repeat(points, 2, axis=0)
-        return Rails(s, points[:, 0].copy(), points[:, 1].copy(), 0.0, course.resolution)
+        return Rails(s, points[:, 0].copy(), points[:, 1].copy(), 0.0, samples.resolution)
     ds = s[1:] - s[:-1]
-    bend = np.minimum(course.curvature[1:], course.curvature[:-1]) * ds * ds
+    bend = np.minimum(samples.curvature[1:], samples.curvature[:-1]) * ds * ds
     slack = 0.125 * float(bend.max())
-    return Rails(s.copy(), points[:, 0].copy(), points[:, 1].copy(), slack, course.resolution)
+    return Rails(s.copy(), points[:, 0].copy(), points[:, 1].copy(), slack, samples.resolution)
 
 
 def push(
@@ -87,10 +87,10 @@ def push(
 
     Parameters
     ----------
-    rails : the way.
+    rails : the path.
     ceiling : float64 (n,): v^2 that the static profile allows at each node (linear between the nodes), 0 at
         the last and at stops. It must fall by no more than ``2 d_max ds``, as a feasible profile's does.
-    s, v : where the robot is, metres along the way, and its speed.
+    s, v : where the robot is, metres along the path, and its speed.
     near : all that is known of obstacles.
     period : seconds until the next decision.
     a_max, d_max : what the robot can do, or is wished to, m/s2; ``a_max`` may be less than 0.

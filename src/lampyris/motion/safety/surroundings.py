@@ -1,6 +1,6 @@
-"""What a course passes, as bounds that hold between its nodes too: room to surfaces, speed zones.
+"""What a sampled path passes, as bounds that hold between its nodes too: room to surfaces, speed zones.
 
-A speed between two nodes is never above the greater of theirs. So a limit that changes along the way is kept
+A speed between two nodes is never above the greater of theirs. So a limit that changes along the path is kept
 everywhere when each node obeys the least of it over the edges that touch the node.
 """
 
@@ -30,31 +30,31 @@ def least_around(edges: Floats) -> Floats:
     return out
 
 
-def reach_of(course: SampledPath, enough: float) -> float:
+def reach_of(samples: SampledPath, enough: float) -> float:
     """How far surfaces must be looked for, so that :func:`room` tells up to ``enough``; metres.
 
     Room below ``enough`` is then the same for every greater ``enough`` too: an edge with one end within reach
     has the other at most its own length farther, so both distances are known. Were the farther one cut off at
-    the reach, a robot that brakes harder, and so looks less far, would be told less room and drive slower.
+    the reach, a robot that brakes harder, and so looks less far, would find less room and drive slower.
     """
-    if len(course) < 2:
+    if len(samples) < 2:
         return enough
-    longest = float((course.s[1:] - course.s[:-1]).max())
-    bent = enough + 0.125 * float(course.curvature.max()) * longest * longest
+    longest = float((samples.s[1:] - samples.s[:-1]).max())
+    bent = enough + 0.125 * float(samples.curvature.max()) * longest * longest
     return math.sqrt(bent * bent + 0.25 * longest * longest) + longest * (1.0 + _SLACK)
 
 
-def room(course: SampledPath, distance: Floats, reach: float) -> Floats:
+def room(samples: SampledPath, distance: Floats, reach: float) -> Floats:
     """Least distance to a surface on the edges that touch each node, metres; see :func:`edge_room`."""
-    return distance if len(course) < 2 else least_around(edge_room(course, distance, reach))
+    return distance if len(samples) < 2 else least_around(edge_room(samples, distance, reach))
 
 
-def edge_room(course: SampledPath, distance: Floats, reach: float) -> Floats:
+def edge_room(samples: SampledPath, distance: Floats, reach: float) -> Floats:
     """A lower bound of the distance to a surface on each edge, metres, (n - 1,); infinity where none is near.
 
     Parameters
     ----------
-    course : n nodes, at least two.
+    samples : n nodes, at least two.
     distance : metres from each node to the nearest surface, infinity beyond ``reach``; (n,).
     reach : metres; see :func:`reach_of`.
 
@@ -70,7 +70,7 @@ def edge_room(course: SampledPath, distance: Floats, reach: float) -> Floats:
     near = np.minimum(distance, reach)
     near *= near
     a, b = near[:-1], near[1:]
-    ds = course.s[1:] - course.s[:-1]
+    ds = samples.s[1:] - samples.s[:-1]
     d = ds * ds
     lean = a - b
     least = np.minimum(a, b)
@@ -79,7 +79,7 @@ def edge_room(course: SampledPath, distance: Floats, reach: float) -> Floats:
     np.subtract(a, lean * lean / (4.0 * d), out=least, where=between)
     np.maximum(least, 0.0, out=least)
     np.sqrt(least, out=least)
-    bend = np.minimum(course.curvature[:-1], course.curvature[1:])
+    bend = np.minimum(samples.curvature[:-1], samples.curvature[1:])
     least -= 0.125 * bend * d
     np.maximum(least, 0.0, out=least)
     least[np.isinf(distance[:-1]) & np.isinf(distance[1:])] = np.inf
@@ -111,11 +111,11 @@ def cells_distance(xy: Points, cells: NDArray[np.int64], resolution: float, reac
     return out
 
 
-def zone_limits(course: SampledPath, zones: FloatGrid) -> Floats:
+def zone_limits(samples: SampledPath, zones: FloatGrid) -> Floats:
     """Least limit of the cells that the centre touches on the edges at each node; m/s, (n,)."""
-    if len(course) == 1:
-        return zones_at(course.xy, zones)
-    return least_around(edge_zones(course, zones))
+    if len(samples) == 1:
+        return zones_at(samples.xy, zones)
+    return least_around(edge_zones(samples, zones))
 
 
 def zones_at(xy: Points, zones: FloatGrid) -> Floats:
@@ -123,24 +123,24 @@ def zones_at(xy: Points, zones: FloatGrid) -> Floats:
     return _corner_limits(zones, xy - _TOUCH, xy + _TOUCH)
 
 
-def edge_zones(course: SampledPath, zones: FloatGrid) -> Floats:
+def edge_zones(samples: SampledPath, zones: FloatGrid) -> Floats:
     """Least limit of the cells that the centre touches on each edge; m/s, (n - 1,).
 
     Edges longer than a quarter of a cell are looked at in parts. Of each part the box counts, so that a cell
     passed within an eighth of a cell of its corner may count as touched, but none that is touched is missed.
     """
-    xy = course.xy
-    ds = course.s[1:] - course.s[:-1]
-    parts = max(1, math.ceil(float(ds.max()) / course.resolution * 4.0 - 1e-6))
+    xy = samples.xy
+    ds = samples.s[1:] - samples.s[:-1]
+    parts = max(1, math.ceil(float(ds.max()) / samples.resolution * 4.0 - 1e-6))
     if parts > 1:
-        s = course.s[:-1, None] + ds[:, None] * (np.arange(parts) / parts)
-        s = np.append(s.ravel(), course.s[-1])
-        if course.curve is not None:
-            xy = course.curve.at(s)[0]
+        s = samples.s[:-1, None] + ds[:, None] * (np.arange(parts) / parts)
+        s = np.append(s.ravel(), samples.s[-1])
+        if samples.curve is not None:
+            xy = samples.curve.at(s)[0]
         else:
-            xy = np.stack([elementary.interp(s, course.s, xy[:, k]) for k in (0, 1)], axis=-1)
-    bend = np.minimum(course.curvature[:-1], course.curvature[1:])
-    bulge = np.repeat(0.125 * bend * np.square(ds / parts) / course.resolution, parts) + _TOUCH
+            xy = np.stack([elementary.interp(s, samples.s, xy[:, k]) for k in (0, 1)], axis=-1)
+    bend = np.minimum(samples.curvature[:-1], samples.curvature[1:])
+    bulge = np.repeat(0.125 * bend * np.square(ds / parts) / samples.resolution, parts) + _TOUCH
     a, b = xy[:-1], xy[1:]
     limit = _corner_limits(zones, np.minimum(a, b) - bulge[:, None], np.maximum(a, b) + bulge[:, None])
     least: Floats = limit.reshape(-1, parts).min(axis=1)

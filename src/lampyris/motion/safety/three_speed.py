@@ -80,7 +80,7 @@ class ThreeSpeed:
         object.__setattr__(self, "prior", shares)
 
     @property
-    def told(self) -> FloatGrid:
+    def likelihood(self) -> FloatGrid:
         """Chance of each observation (column) given each intent (row), (3, 3)."""
         other = (1.0 - self.accuracy) / 2.0
         return np.where(np.eye(3, dtype=np.bool_), self.accuracy, other)
@@ -119,7 +119,7 @@ def choose(belief: FloatGrid, contact: FloatGrid, settings: ThreeSpeed) -> tuple
     share = (paces / paces[2]).reshape((3,) + (1,) * m)
     later: NDArray[np.float64] | None = None
     for n in range(depth - 1, -1, -1):
-        weight = [_weights(belief[k], settings.told, _counts(n)) for k in range(m)]
+        weight = [_weights(belief[k], settings.likelihood, _counts(n)) for k in range(m)]
         total = [_along(_summed(w), k, m) for k, w in enumerate(weight)]
         # Axes: place, speed, then what was seen of each obstacle so far.
         places = np.arange(n * paces[2] + 1)
@@ -177,12 +177,12 @@ def _followers(n: int) -> NDArray[np.int64]:
     )
 
 
-def _weights(belief: Floats, told: FloatGrid, counts: NDArray[np.int64]) -> FloatGrid:
+def _weights(belief: Floats, likelihood: FloatGrid, counts: NDArray[np.int64]) -> FloatGrid:
     """Unnormalised belief after those observations, (counts, 3 intents)."""
     most = int(counts.max()) if counts.size else 0
     powers = [np.ones((3, 3))]
     for _ in range(most):
-        powers.append(powers[-1] * told)
+        powers.append(powers[-1] * likelihood)
     table = np.array(powers)
     out = np.tile(belief, (len(counts), 1))
     for o in range(3):
@@ -198,20 +198,20 @@ def _after(value: NDArray[np.float64], follow: NDArray[np.int64], m: int) -> NDA
     return value
 
 
-def intended(start: Points, velocity: Points, speed: Floats, way: Points, t: Floats) -> NDArray[np.float64]:
+def intended(start: Points, velocity: Points, speed: Floats, path: Points, t: Floats) -> NDArray[np.float64]:
     """Where obstacles are after some times under each intent; metres, (m, 3, k, 2).
 
     Parameters
     ----------
     start, velocity : (m, 2), metres and m/s.
     speed : m/s, (m,), of one that comes.
-    way : (p, 2), metres: the robot's way. One that comes makes straight for the nearest of these points,
+    path : (p, 2), metres: the robot's path. One that comes makes straight for the nearest of these points,
         and stays there.
     t : seconds, (k,), 0 or more.
     """
     out = np.repeat(start[:, None, None, :], len(t), axis=2).repeat(3, axis=1)
     out[:, 0] += velocity[:, None, :] * t[None, :, None]
-    gap = way[None, :, :] - start[:, None, :]
+    gap = path[None, :, :] - start[:, None, :]
     near = (gap * gap).sum(axis=2).argmin(axis=1)
     aim = gap[np.arange(len(start)), near]
     size = np.sqrt((aim * aim).sum(axis=1))
@@ -220,14 +220,14 @@ def intended(start: Points, velocity: Points, speed: Floats, way: Points, t: Flo
     return out
 
 
-def observed(moved: Points, expected: NDArray[np.float64], told: FloatGrid) -> FloatGrid:
+def observed(moved: Points, expected: NDArray[np.float64], likelihood: FloatGrid) -> FloatGrid:
     """Likelihood of each intent given how far each obstacle was seen to move; (m, 3).
 
     Parameters
     ----------
     moved : metres, (m, 2).
     expected : metres, (m, 3, 2), under each intent.
-    told : chance of each observation (column) given each intent (row).
+    likelihood : chance of each observation (column) given each intent (row).
 
     The observation is the intent whose expected movement is nearest; if several are equally near, any of
     them, evenly.
@@ -235,7 +235,7 @@ def observed(moved: Points, expected: NDArray[np.float64], told: FloatGrid) -> F
     gap = np.sqrt(np.square(expected - moved[:, None, :]).sum(axis=2))
     nearest = gap <= gap.min(axis=1, keepdims=True) + _SAME
     share = nearest / nearest.sum(axis=1, keepdims=True)
-    likely: FloatGrid = (share[:, None, :] * told[None, :, :]).sum(axis=2)
+    likely: FloatGrid = (share[:, None, :] * likelihood[None, :, :]).sum(axis=2)
     return likely
 
 
@@ -248,9 +248,9 @@ def updated(belief: FloatGrid, likely: FloatGrid, settings: ThreeSpeed) -> Float
 
 
 def three_speed_cap(
-    course: SampledPath, scene: Scene, settings: ThreeSpeed, around: Around, belief: FloatGrid | None = None
+    samples: SampledPath, scene: Scene, settings: ThreeSpeed, around: Around, belief: FloatGrid | None = None
 ) -> list[Cap]:
-    """The speed chosen now and, step by step along the course, the choices as if the robot stood there.
+    """The speed chosen now and, step by step along the sampled path, the choices as if the robot stood there.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def three_speed_cap(
     intent takes them by then; the belief is today's. No cap without obstacles: fast everywhere.
     """
     movers, top = around.movers, scene.robot.v_max
-    n = len(course)
+    n = len(samples)
     if movers is None or len(movers) == 0:
         return []
     if belief is None:
@@ -268,36 +268,36 @@ def three_speed_cap(
     v = np.full(n, np.inf)
     k, t = 0, 0.0
     while k < n and t <= settings.ahead:
-        who = _nearest_ones(course, k, t, scene, settings, movers)
-        contact = contacts(course, k, t, scene, settings, movers, who)
+        who = _nearest_ones(samples, k, t, scene, settings, movers)
+        contact = contacts(samples, k, t, scene, settings, movers, who)
         speed, _ = choose(belief[who], contact, settings)
         chosen = top * settings.paces[speed] / settings.paces[2]
-        end = course.s[k] + chosen * settings.step
-        later = max(k + 1, int(np.searchsorted(course.s, end, side="right")))
+        end = samples.s[k] + chosen * settings.step
+        later = max(k + 1, int(np.searchsorted(samples.s, end, side="right")))
         v[k:later] = chosen
-        t += (float(course.s[min(later, n - 1)]) - float(course.s[k])) / chosen
+        t += (float(samples.s[min(later, n - 1)]) - float(samples.s[k])) / chosen
         k = later
     return [Cap("three speeds", v)]
 
 
-def _seen(course: SampledPath, movers: ObstacleStates) -> tuple[Points, Points]:
+def _seen(samples: SampledPath, movers: ObstacleStates) -> tuple[Points, Points]:
     """Positions now (metres) and velocities (0 where not known)."""
     velocity = np.zeros((len(movers), 2)) if movers.velocity is None else movers.velocity
-    return movers.xy * course.resolution + velocity * movers.age, velocity
+    return movers.xy * samples.resolution + velocity * movers.age, velocity
 
 
 def _nearest_ones(
-    course: SampledPath, k: int, t: float, scene: Scene, settings: ThreeSpeed, movers: ObstacleStates
+    samples: SampledPath, k: int, t: float, scene: Scene, settings: ThreeSpeed, movers: ObstacleStates
 ) -> NDArray[np.int64]:
     """The obstacles that matter most at node k: least room after what both can go in the steps ahead."""
-    place, velocity = _seen(course, movers)
-    gap = np.sqrt(np.square(place + velocity * t - course.xy[k] * course.resolution).sum(axis=1))
+    place, velocity = _seen(samples, movers)
+    gap = np.sqrt(np.square(place + velocity * t - samples.xy[k] * samples.resolution).sum(axis=1))
     spare = gap - movers.radius - movers.top_speed * (settings.depth * settings.step)
     return np.sort(np.argsort(spare, kind="stable")[: settings.near])
 
 
 def contacts(
-    course: SampledPath,
+    samples: SampledPath,
     k: int,
     t: float,
     scene: Scene,
@@ -308,13 +308,13 @@ def contacts(
     """The contacts that :func:`choose` asks for, of a robot at node k in t seconds."""
     fast, depth, parts = settings.paces[2], settings.depth, _PARTS
     unit = scene.robot.v_max * settings.step / fast
-    metres = course.xy * course.resolution
-    begin, velocity = _seen(course, movers)
+    metres = samples.xy * samples.resolution
+    begin, velocity = _seen(samples, movers)
     when: Floats = t + settings.step / parts * np.arange(depth * parts + 1, dtype=np.float64)
     theirs = intended(begin[who], velocity[who], movers.top_speed[who], metres[k:], when)
     # The robot at every progress that a part of a step may end at; all speeds end on this lattice.
-    reach = course.s[k] + unit / parts * np.arange((depth * fast) * parts + fast * parts + 1)
-    own = np.stack([elementary.interp(reach, course.s, metres[:, c]) for c in (0, 1)], axis=-1)
+    reach = samples.s[k] + unit / parts * np.arange((depth * fast) * parts + fast * parts + 1)
+    own = np.stack([elementary.interp(reach, samples.s, metres[:, c]) for c in (0, 1)], axis=-1)
     places = depth * fast + 1
     enough = scene.robot.radius + settings.margin + movers.radius[who]
     out = np.zeros((depth, places, 3, len(who), 3))
@@ -352,26 +352,26 @@ class ThreeSpeedControl:
     belief: FloatGrid = field(default_factory=lambda: np.zeros((0, 3)))
     _last: ObstacleStates | None = None
 
-    def update(self, movers: ObstacleStates | None, dt: float, course: SampledPath, s: float = 0.0) -> None:
-        """Take in what was seen ``dt`` seconds after the last time, by a robot at distance s of its course.
+    def update(self, movers: ObstacleStates | None, dt: float, samples: SampledPath, s: float = 0.0) -> None:
+        """Take in what was seen ``dt`` seconds after the last time, by a robot at distance s of its sampled path.
 
-        Obstacles are told apart by their index: if their number changes, all are new.
+        Obstacles are distinguished by their index: if their number changes, all are new.
         """
         count = 0 if movers is None else len(movers)
         last = self._last
         if movers is None or last is None or count != len(last):
             self.belief = np.tile(np.array(self.settings.prior), (count, 1))
         elif count and dt > 0.0:
-            metres = course.xy * course.resolution
-            k = min(int(np.searchsorted(course.s, s)), len(course) - 1)
-            place, velocity = _seen(course, last)
+            metres = samples.xy * samples.resolution
+            k = min(int(np.searchsorted(samples.s, s)), len(samples) - 1)
+            place, velocity = _seen(samples, last)
             expected = intended(place, velocity, last.top_speed, metres[k:], np.array([dt]))[:, :, 0]
-            moved = movers.xy * course.resolution - place
-            likely = observed(moved, expected - place[:, None, :], self.settings.told)
+            moved = movers.xy * samples.resolution - place
+            likely = observed(moved, expected - place[:, None, :], self.settings.likelihood)
             self.belief = updated(self.belief, likely, self.settings)
         self._last = movers
 
-    def cap(self, course: SampledPath, scene: Scene, around: Around) -> list[Cap]:
+    def cap(self, samples: SampledPath, scene: Scene, around: Around) -> list[Cap]:
         """:func:`three_speed_cap` with what is believed now."""
         known = around.movers is not None and len(self.belief) == len(around.movers)
-        return three_speed_cap(course, scene, self.settings, around, self.belief if known else None)
+        return three_speed_cap(samples, scene, self.settings, around, self.belief if known else None)

@@ -27,7 +27,7 @@ class Uncertainty:
 
     Parameters
     ----------
-    sigma_0 : metres, standard deviation of the position across the way while standing: map and localisation.
+    sigma_0 : metres, standard deviation of the position across the path while standing: map and localisation.
     sigma_v : seconds: what each m/s adds to it, such as the time between two fixes times the drift a metre.
     k : standard deviations that must fit between the robot and the nearest surface.
     observations : how often a place must be seen before it counts as free.
@@ -50,25 +50,25 @@ class Uncertainty:
         check_settings(self, under_code("LAW_SETTING", "physical.uncertainty."))
 
 
-def uncertainty_cap(course: SampledPath, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:
+def uncertainty_cap(samples: SampledPath, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:
     """Caps ``uncertainty`` (room for k standard deviations) and ``undecided`` (time for enough looks).
 
-    The nearest surface, and the nearest cell that the map knows nothing of, are measured on the course, and
+    The nearest surface, and the nearest cell that the map knows nothing of, are measured on the sampled path, and
     hold between its nodes. A map without unknown cells has no undecided region. ``around`` says nothing here:
     what moves has caps of its own.
     """
     robot, one = scene.robot, settings
     creep = one.creep * robot.v_max
     enough = robot.radius + one.k * (one.sigma_0 + one.sigma_v * robot.v_max)
-    reach = reach_of(course, enough)
-    free = room(course, wall_distance(course.xy, scene.grid, reach), reach) - robot.radius
+    reach = reach_of(samples, enough)
+    free = room(samples, wall_distance(samples.xy, scene.grid, reach), reach) - robot.radius
     speed = caps.narrow(free, sigma_0=one.sigma_0, sigma_v=one.sigma_v, k=one.k, creep=creep)
     found = [Cap("uncertainty", speed)]
     unknown = scene.grid.unknown
     if unknown is not None and unknown.any():
         seen = Grid(unknown, resolution=scene.grid.resolution)
-        reach = reach_of(course, robot.radius + one.observations * one.period * robot.v_max)
-        ahead = np.maximum(room(course, wall_distance(course.xy, seen, reach), reach) - robot.radius, 0.0)
+        reach = reach_of(samples, robot.radius + one.observations * one.period * robot.v_max)
+        ahead = np.maximum(room(samples, wall_distance(samples.xy, seen, reach), reach) - robot.radius, 0.0)
         found.append(
             Cap(
                 "undecided",

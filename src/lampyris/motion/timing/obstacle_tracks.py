@@ -1,4 +1,4 @@
-"""Tracks: where recorded obstacles will be, and a way among them as arrays."""
+"""Tracks: where recorded obstacles will be, and a path among them as arrays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
-from lampyris.kernels.motion.collision_time import first_meeting
+from lampyris.kernels.motion.collision_time import first_contact_time
 from lampyris.model.obstacles import Track
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.typing import Floats
@@ -25,7 +25,7 @@ def tracks_from_recorded(
 ) -> tuple[Track, ...]:
     """The recorded obstacles among ``traffic`` in continuous time, in order.
 
-    In each tick a body of the tick model moves straight and evenly from cell to cell. One of radius 0 is a
+    In each tick an obstacle of the tick model moves straight and evenly from cell to cell. One of radius 0 is a
     disc of half a cell: it fills its cell from side to side.
 
     Raises
@@ -91,7 +91,7 @@ def discs_of(tracks: Sequence[Track], radius: float, t0: float, resolution: floa
 
 
 class CappedPath(NamedTuple):
-    """A course for driving among discs.
+    """A sampled path for driving among discs.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class CappedPath(NamedTuple):
 
 
 class TimedNodes(NamedTuple):
-    """Nodes of a motion along a way: constant acceleration ``a[i]`` from node i to the next; float64 (k,)."""
+    """Nodes of a motion along a path: constant acceleration ``a[i]`` from node i to the next; float64 (k,)."""
 
     t: Floats
     s: Floats
@@ -116,12 +116,12 @@ class TimedNodes(NamedTuple):
     a: Floats
 
 
-def meeting(way: CappedPath, motion: TimedNodes, discs: Discs) -> tuple[float, int]:
+def first_contact(path: CappedPath, motion: TimedNodes, discs: Discs) -> tuple[float, int]:
     """When a motion first meets a disc, seconds from the start, and which; infinity and -1: never."""
     if len(discs) == 0:
         return math.inf, -1
-    t, who = first_meeting(
-        way.s, way.x, way.y, *motion, discs.begin, discs.t, discs.x, discs.y, discs.reach, discs.top
+    t, who = first_contact_time(
+        path.s, path.x, path.y, *motion, discs.begin, discs.t, discs.x, discs.y, discs.reach, discs.top
     )
     return (t if who >= 0 else math.inf), who
 

@@ -1,4 +1,4 @@
-"""The fastest way through moving obstacles whose tracks are known: slow down, wait, or pass first.
+"""The fastest path through moving obstacles whose tracks are known: slow down, wait, or pass first.
 
 Method, proofs and measurements: docs/speed/moving_obstacles.md.
 """
@@ -20,7 +20,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.profile import Feasible, feasible_profile, start_speed
-from lampyris.motion.timing.obstacle_tracks import CappedPath, Discs, TimedNodes, discs_of, meeting
+from lampyris.motion.timing.obstacle_tracks import CappedPath, Discs, TimedNodes, discs_of, first_contact
 from lampyris.motion.timing.reachability import Blocked, Walk, walk
 from lampyris.motion.timing.spacetime_lattice import Lattice, best_lattice
 from lampyris.typing import Floats, Points
@@ -30,7 +30,7 @@ _CLOSE = 1e-9
 
 
 def through_tracks(
-    course: SampledPath,
+    samples: SampledPath,
     v_cap: Floats,
     robot: Robot,
     tracks: Sequence[Track],
@@ -43,11 +43,11 @@ def through_tracks(
     horizon: float | None = None,
     law: str = "physical",
 ) -> Profile:
-    """The fastest profile along a course on which the robot meets nobody until it is at the goal.
+    """The fastest profile along a sampled path on which the robot meets nobody until it is at the goal.
 
     Parameters
     ----------
-    course : the way, n nodes.
+    samples : the path, n nodes.
     v_cap : float64 (n,), m/s: what the map and the robot allow; 0 at the ends only.
     robot : its limits.
     tracks : where the obstacles are over time; each is not there before its first time, and stays at its last
@@ -56,36 +56,36 @@ def through_tracks(
     margin : metres to be left between the robot and any obstacle.
     t0 : the tracks' time at which the robot is at the first node.
     v0 : its speed there, m/s.
-    step : seconds of a step of the lattice; None: chosen from the robot and the way.
+    step : seconds of a step of the lattice; None: chosen from the robot and the path.
     horizon : seconds after which the robot must have arrived; None: as long as the tracks last, and twice the
         fastest time after that.
 
     Returns
     -------
     A profile whose t begins at 0. If the fastest profile without obstacles meets nobody, that, node by node.
-    Otherwise nodes where the acceleration changes, and after the last obstacle those of the course. Causes:
+    Otherwise nodes where the acceleration changes, and after the last obstacle those of the sampled path. Causes:
     ``wait`` (two nodes at one place) and ``moving obstacle`` with the number of the track that the robot
     would meet if it drove on as fast as it can; ``limit``, ``acceleration``, ``braking``, ``turn`` as always.
 
     Raises
     ------
-    SettingError : ``PROFILE_BLOCKED``: no way through before the horizon, and which track is in the way;
+    SettingError : ``PROFILE_BLOCKED``: no path through before the horizon, and which track is in the way;
         ``PROFILE_INFEASIBLE``, ``START_SPEED``, ``STEP``, ``HORIZON``, ``TRACK``.
-    LimitError : ``PATH_TIME``: the lattice would be larger than 256 MB, or cannot drive the way.
+    LimitError : ``PATH_TIME``: the lattice would be larger than 256 MB, or cannot drive the path.
     """
     v0 = start_speed(v0)
     _check_numbers(margin=margin, t0=t0, horizon=1.0 if horizon is None else horizon)
-    plain = _feasible(course.s, v_cap, robot, v0, course.stop)
+    plain = _feasible(samples.s, v_cap, robot, v0, samples.stop)
     fastest = Profile(
-        law, course.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.cause_index,
-        (("limit", np.asarray(v_cap, dtype=np.float64)),), course.xy,
+        law, samples.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.cause_index,
+        (("limit", np.asarray(v_cap, dtype=np.float64)),), samples.xy,
     )  # fmt: skip
-    if len(course) < 2:
+    if len(samples) < 2:
         return fastest
     size = robot.radius if radius is None else float(radius)
-    discs = discs_of(tracks, size + margin + _slack(course), t0, course.resolution)
-    search = _Search(course, np.asarray(v_cap, dtype=np.float64), robot, discs, v0)
-    _, who = meeting(search.way, search.fastest, discs)
+    discs = discs_of(tracks, size + margin + _slack(samples), t0, samples.resolution)
+    search = _Search(samples, np.asarray(v_cap, dtype=np.float64), robot, discs, v0)
+    _, who = first_contact(search.path, search.fastest, discs)
     if who < 0:
         return fastest
     try:
@@ -107,10 +107,10 @@ def _blocked(blocked: Blocked, fastest_meets: int) -> SettingError:
     who = fastest_meets if blocked.who < 0 else blocked.who
     return SettingError(
         "PROFILE_BLOCKED",
-        f"no way past obstacle {who}: the robot gets no farther than {blocked.s:.6g} m in {blocked.t:.6g} s",
+        f"no path past obstacle {who}: the robot gets no farther than {blocked.s:.6g} m in {blocked.t:.6g} s",
         where=f"tracks[{who}]",
-        allowed="tracks that leave the way free for long enough, somewhere to wait, a start without contact",
-        todo="plan another way, start at another time, or look farther ahead (horizon)",
+        allowed="tracks that leave the path free for long enough, somewhere to wait, a start without contact",
+        todo="plan another path, start at another time, or look farther ahead (horizon)",
     )
 
 
@@ -118,21 +118,21 @@ def _feasible(s: Floats, cap: Floats, robot: Robot, v0: float, stop: NDArray[np.
     return feasible_profile(s, [("limit", cap)], a_max=robot.a_max, d_max=robot.d_max, v0=v0, stop=stop)
 
 
-def _slack(course: SampledPath) -> float:
-    """Metres by which the way leaves the straight lines between its nodes at most."""
-    ds = course.s[1:] - course.s[:-1]
-    return 0.125 * float((np.minimum(course.curvature[1:], course.curvature[:-1]) * ds * ds).max())
+def _slack(samples: SampledPath) -> float:
+    """Metres by which the path leaves the straight lines between its nodes at most."""
+    ds = samples.s[1:] - samples.s[:-1]
+    return 0.125 * float((np.minimum(samples.curvature[1:], samples.curvature[:-1]) * ds * ds).max())
 
 
-def way_of(course: SampledPath, v_cap: Floats, v0: float, robot: Robot) -> CappedPath:
-    """The course in metres. An edge from rest to rest gets a node where the robot is fastest on it."""
-    stop = course.stop.copy()
+def capped_path(samples: SampledPath, v_cap: Floats, v0: float, robot: Robot) -> CappedPath:
+    """The sampled path in metres. An edge from rest to rest gets a node where the robot is fastest on it."""
+    stop = samples.stop.copy()
     stop[[0, -1]] = False
-    still = course.stop.copy()
+    still = samples.stop.copy()
     still[0], still[-1] = v0 == 0.0, True
     both = np.flatnonzero(still[:-1] & still[1:])
-    points = course.xy * course.resolution
-    s, x, y, cap = course.s, points[:, 0], points[:, 1], v_cap
+    points = samples.xy * samples.resolution
+    s, x, y, cap = samples.s, points[:, 0], points[:, 1], v_cap
     if len(both):
         share = robot.d_max / (robot.a_max + robot.d_max)
         low, high = np.minimum(cap[both], cap[both + 1]), np.maximum(cap[both], cap[both + 1])
@@ -158,29 +158,29 @@ class _Part:
 class _Search:
     """One question to :func:`through_tracks`."""
 
-    def __init__(self, course: SampledPath, v_cap: Floats, robot: Robot, discs: Discs, v0: float) -> None:
-        self.course, self.robot, self.discs, self.v0 = course, robot, discs, v0
-        self.way = way_of(course, v_cap, v0, robot)
-        self.still = _feasible(self.way.s, self.way.cap, robot, v0, self.way.stop)
-        self.fastest = TimedNodes(self.still.t, self.way.s, self.still.v, self.still.a)
+    def __init__(self, samples: SampledPath, v_cap: Floats, robot: Robot, discs: Discs, v0: float) -> None:
+        self.samples, self.robot, self.discs, self.v0 = samples, robot, discs, v0
+        self.path = capped_path(samples, v_cap, v0, robot)
+        self.still = _feasible(self.path.s, self.path.cap, robot, v0, self.path.stop)
+        self.fastest = TimedNodes(self.still.t, self.path.s, self.still.v, self.still.a)
         self.x = self.still.v * self.still.v
 
     def run(self, step: float | None, horizon: float | None) -> TimedNodes:
         """The motion, as nodes: a first part, the walk on the lattice, without what comes after it."""
-        way, begin, v, t = self.way, 0.0, self.v0, 0.0
+        path, begin, v, t = self.path, 0.0, self.v0, 0.0
         head: list[tuple[float, float, float, float]] = []
-        stops = np.append(way.s[way.stop], way.s[-1])
+        stops = np.append(path.s[path.stop], path.s[-1])
         while True:
             fastest = float(self.still.t[-1]) - t
             ahead = stops[stops > begin]
             if len(ahead) == 0:
                 raise Blocked(-1, begin, t)
-            made = best_lattice(way.s, self.x, ahead, self.robot, v, fastest, step, begin)
+            made = best_lattice(path.s, self.x, ahead, self.robot, v, fastest, step, begin)
             if made is not None:
                 break
             # The robot cannot but brake to the first stop: as fast as may be.
-            k = int(np.searchsorted(way.s, ahead[0]))
-            rows = np.stack(self.fastest)[:, int(np.searchsorted(way.s, begin)) : k]
+            k = int(np.searchsorted(path.s, ahead[0]))
+            rows = np.stack(self.fastest)[:, int(np.searchsorted(path.s, begin)) : k]
             head += [(a, b, c, d) for a, b, c, d in rows.T.tolist()]
             begin, v, t = float(ahead[0]), 0.0, float(self.still.t[k])
         lattice, start = made
@@ -190,22 +190,22 @@ class _Search:
         if head:
             last = (t, float(lattice.legs[0]), lattice.speed * float(lattice.unit[0]), 0.0)
             first = TimedNodes(*np.array([*head, last]).T.copy())
-            at, who = meeting(way, first, self.discs)
+            at, who = first_contact(path, first, self.discs)
             if who >= 0:
                 raise Blocked(who, float(lattice.legs[0]), at)
-        done = walk(way, lattice, self.discs, t, horizon)
+        done = walk(path, lattice, self.discs, t, horizon)
         return _joined(head, lattice, done, t)
 
     def tail(self, t: float, s: float, v: float) -> tuple[_Part, bool] | None:
-        """The rest of the way as fast as may be, from a state, and whether it meets nobody; None: no way."""
-        way = self.way
-        later = np.flatnonzero(way.s > s + _CLOSE)
+        """The rest of the path as fast as may be, from a state, and whether it meets nobody; None: no path."""
+        path = self.path
+        later = np.flatnonzero(path.s > s + _CLOSE)
         if len(later) == 0:
             return None
-        at, cap, stop = way.s[later], way.cap[later], way.stop[later]
+        at, cap, stop = path.s[later], path.cap[later], path.stop[later]
         if v == 0.0 and (stop[0] or len(later) == 1):
             share = self.robot.d_max / (self.robot.a_max + self.robot.d_max)
-            here, there = cap[0], float(way.cap[max(int(later[0]) - 1, 0)])
+            here, there = cap[0], float(path.cap[max(int(later[0]) - 1, 0)])
             low = min(here, there) if min(here, there) > 0.0 else max(here, there)
             at, cap, stop = (
                 np.insert(at, 0, s + share * (at[0] - s)),
@@ -218,7 +218,7 @@ class _Search:
         except SettingError:
             return None
         part = _Part(made.t + t, nodes, made.v, made.a, list(made.cause), made.cause_index.tolist())
-        return part, meeting(way, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1] < 0
+        return part, first_contact(path, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1] < 0
 
     def blame(self, t: float, s: float, v: float) -> int:
         """Whom the robot would meet if it drove on from a state as fast as it can; -1: nobody."""
@@ -226,7 +226,7 @@ class _Search:
         if found is None:
             return -1
         part = found[0]
-        return meeting(self.way, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1]
+        return first_contact(self.path, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1]
 
     def profile(self, found: TimedNodes, law: str) -> Profile:
         """The motion with the fastest end that is free, its causes, and where it is."""
@@ -240,7 +240,7 @@ class _Search:
             else:
                 low = k
         kept = _merged(TimedNodes(*(a[: high + 1] for a in found)))
-        # The last state from which driving on as fast as can be would have met somebody: whom.
+        # The last state from which driving on as fast as can be would have met an obstacle: which.
         before = max(high - 1, 0)
         culprit = self.blame(float(found.t[before]), float(found.s[before]), float(found.v[before]))
         cause, cause_index = self._causes(kept, culprit)
@@ -256,7 +256,7 @@ class _Search:
                 for w, k in zip(end.cause[1:], end.cause_index[1:], strict=True)
             ]
         _name_braking(cause, cause_index)
-        ceiling = np.sqrt(elementary.interp(s, self.way.s, self.x))
+        ceiling = np.sqrt(elementary.interp(s, self.path.s, self.x))
         return Profile(
             law, s, v, a, t, tuple(cause), "m/s", np.array(cause_index), (("limit", ceiling),), self._xy(s)
         )
@@ -264,13 +264,13 @@ class _Search:
     def _causes(self, kept: TimedNodes, culprit: int) -> tuple[list[str], list[int]]:
         """What binds each node of the walk; braking is named later. ``culprit`` binds the last one."""
         t, s, v, a = kept
-        top = np.sqrt(elementary.interp(s, self.way.s, self.x))
+        top = np.sqrt(elementary.interp(s, self.path.s, self.x))
         cause, cause_index = ["start"], [-1]
         tight = 1e-6 * self.robot.v_max
         for k in range(1, len(t)):
             word, who = "limit", -1
             last = k == len(t) - 1
-            if last and s[k] >= self.way.s[-1]:
+            if last and s[k] >= self.path.s[-1]:
                 word = "goal"
             elif v[k] == 0.0 and top[k] == 0.0 and not (s[k] == s[k - 1] or (not last and s[k + 1] == s[k])):
                 word = "turn"
@@ -281,7 +281,7 @@ class _Search:
             elif not last and a[k] < 0.0:
                 word = "braking"
             elif v[k] >= top[k] - tight:
-                node = min(int(np.searchsorted(self.way.s, s[k])), len(self.way.s) - 1)
+                node = min(int(np.searchsorted(self.path.s, s[k])), len(self.path.s) - 1)
                 word = "acceleration" if self.still.cause[node] == "acceleration" else "limit"
             else:
                 who = culprit if last else self.blame(float(t[k]), float(s[k]), float(v[k]))
@@ -291,9 +291,11 @@ class _Search:
         return cause, cause_index
 
     def _xy(self, s: Floats) -> Points:
-        if self.course.curve is not None:
-            return self.course.curve.at(s)[0]
-        return np.stack([elementary.interp(s, self.course.s, self.course.xy[:, k]) for k in (0, 1)], axis=-1)
+        if self.samples.curve is not None:
+            return self.samples.curve.at(s)[0]
+        return np.stack(
+            [elementary.interp(s, self.samples.s, self.samples.xy[:, k]) for k in (0, 1)], axis=-1
+        )
 
 
 def _joined(

@@ -1,4 +1,4 @@
-"""A profile through tracks with the nodes of its course put in: what holds it where, and between."""
+"""A profile through tracks with the nodes of its sampled path put in: what holds it where, and between."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats
 
 _CLOSE = 1e-6
-"""Share of an edge of the course, or of a stretch: a node so near to another is not put in."""
+"""Share of an edge of the sampled path, or of a stretch: a node so near to another is not put in."""
 _MET = ("wait", "moving obstacle")
 
 
-def with_nodes(found: Profile, still: Profile, course: SampledPath, a_max: float) -> Profile:
-    """The same motion with a node at each node of the course, too.
+def with_nodes(found: Profile, still: Profile, samples: SampledPath, a_max: float) -> Profile:
+    """The same motion with a node at each node of the sampled path, too.
 
     :func:`lampyris.motion.timing.path_time.through_tracks` tells where the acceleration changes. Between two such
     nodes it is constant, so speeds and times of others are exact. What binds them: braking for the next node
@@ -24,20 +24,20 @@ def with_nodes(found: Profile, still: Profile, course: SampledPath, a_max: float
 
     Parameters
     ----------
-    found : the motion, along the course from its first node.
-    still : the profile without tracks; its nodes are those of the course.
-    course : the way.
+    found : the motion, along the sampled path from its first node.
+    still : the profile without tracks; its nodes are those of the sampled path.
+    samples : the path.
     a_max : m/s2: of the robot.
     """
-    share, at = _places(found, course)
+    share, at = _places(found, samples)
     if not len(at):
         return found
-    edge = np.searchsorted(found.s, course.s[at], side="right") - 1
-    a, d = found.a[edge], course.s[at] - found.s[edge]
+    edge = np.searchsorted(found.s, samples.s[at], side="right") - 1
+    a, d = found.a[edge], samples.s[at] - found.s[edge]
     v = np.sqrt(np.maximum(np.square(found.v[edge]) + 2.0 * a * d, 0.0))
     t = found.t[edge] + 2.0 * d / (found.v[edge] + v)
     cause, cause_index = _causes(found, still, at, edge, v, a_max)
-    xy = None if found.xy is None else course.xy[at]
+    xy = None if found.xy is None else samples.xy[at]
     # A stable order: those put in come after the node that their stretch begins with.
     order = np.argsort(np.concatenate((np.arange(len(found.s)), edge + share)), kind="stable")
     words, number = (*found.cause, *cause), np.concatenate((found.cause_index, cause_index))
@@ -46,27 +46,27 @@ def with_nodes(found: Profile, still: Profile, course: SampledPath, a_max: float
         return np.concatenate((one, two))[order]
 
     names = [words[k] for k in order.tolist()]
-    told = number[order]
-    # All braking is numbered anew.
-    told = np.where([w == "braking" for w in names], _ahead(names), told)
+    causes = number[order]
+    # All braking is numbered again.
+    causes = np.where([w == "braking" for w in names], _ahead(names), causes)
     caps = tuple((c, joined(u, still.v[at])) for c, u in found.caps)
     return Profile(
         found.law,
-        joined(found.s, course.s[at]),
+        joined(found.s, samples.s[at]),
         joined(found.v, v),
         joined(found.a, a),
         joined(found.t, t),
         tuple(names),
         found.units,
-        told,
+        causes,
         caps,
         None if xy is None or found.xy is None else np.concatenate((found.xy, xy))[order],
     )
 
 
-def _places(found: Profile, course: SampledPath) -> tuple[Floats, NDArray[np.int64]]:
-    """Which nodes of the course are put in, and how far along the stretch each is, as a share below 1."""
-    s = course.s
+def _places(found: Profile, samples: SampledPath) -> tuple[Floats, NDArray[np.int64]]:
+    """Which nodes of the sampled path are put in, and how far along the stretch each is, as a share below 1."""
+    s = samples.s
     if len(s) < 3 or len(found.s) < 2:
         return np.zeros(0), np.zeros(0, dtype=np.int64)
     k = np.clip(np.searchsorted(found.s, s, side="right") - 1, 0, len(found.s) - 2)

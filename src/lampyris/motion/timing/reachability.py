@@ -1,4 +1,4 @@
-"""Walks on the lattice: what obstacles take of it, all that can be reached, and one way there."""
+"""Walks on the lattice: what obstacles take of it, all that can be reached, and one path there."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lampyris.motion.timing.spacetime_lattice import MAX_WORDS, Lattice
 from lampyris.typing import Floats
 
 _BLOCK = 16
-"""Edges of a way that are told far together."""
+"""Edges of a path that are ruled out by distance together."""
 
 _SHARE = 0.15
 """Parts of a step are so short that robot and obstacle come nearer by at most this share of their reach."""
@@ -58,7 +58,7 @@ class Spans(NamedTuple):
     who: NDArray[np.int64]
 
 
-def walk(way: CappedPath, lattice: Lattice, discs: Discs, t: float, horizon: float | None) -> Walk:
+def walk(path: CappedPath, lattice: Lattice, discs: Discs, t: float, horizon: float | None) -> Walk:
     """The walk with fewest steps that meets nobody, from time ``t`` on.
 
     Raises
@@ -90,9 +90,9 @@ def walk(way: CappedPath, lattice: Lattice, discs: Discs, t: float, horizon: flo
                 f"{end} steps of {lattice.dt:g} s with {levels} speeds on {lattice.places[-1]} places",
                 where="tracks",
                 allowed=f"{MAX_WORDS} words of 64 states",
-                todo="drive a shorter part of the way, give a shorter horizon or a longer step",
+                todo="drive a shorter part of the path, give a shorter horizon or a longer step",
             )
-        spans = _longer(spans, spans_of(way, lattice, discs, t, begin, end, parts))
+        spans = _longer(spans, spans_of(path, lattice, discs, t, begin, end, parts))
         reach = np.concatenate((reach, np.zeros((end - begin) * row, dtype=np.uint64)))
         low = np.concatenate((low, np.full((end - begin) * levels, words)))
         high = np.concatenate((high, np.full((end - begin) * levels, -1)))
@@ -131,7 +131,7 @@ def parts_of(lattice: Lattice, discs: Discs) -> int:
 
 
 def spans_of(
-    way: CappedPath, lattice: Lattice, discs: Discs, t: float, begin: int, end: int, parts: int
+    path: CappedPath, lattice: Lattice, discs: Discs, t: float, begin: int, end: int, parts: int
 ) -> Spans:
     """What discs take of the lattice in the steps from ``begin`` to before ``end``; step 0 is at time ``t``.
 
@@ -162,7 +162,7 @@ def spans_of(
     if not number:
         none = np.zeros(0)
         return Spans(np.zeros(count + 1, dtype=np.int64), none, none, np.zeros(0, dtype=np.int64))
-    low, high, piece = _taken(way, [np.concatenate(row) for row in rows])
+    low, high, piece = _taken(path, [np.concatenate(row) for row in rows])
     of = np.concatenate(number)[piece]
     order = np.argsort(of, kind="stable")
     index = np.searchsorted(of[order], np.arange(count + 1))
@@ -176,19 +176,19 @@ def spans_of(
     return Spans(index, units[0][order], units[1][order], np.concatenate(whose)[piece][order])
 
 
-def _taken(way: CappedPath, rows: list[Floats]) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Stretches of the way that the pieces take, and the piece of each."""
-    edges = len(way.s) - 1
+def _taken(path: CappedPath, rows: list[Floats]) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Stretches of the path that the pieces take, and the piece of each."""
+    edges = len(path.s) - 1
     firsts = np.arange(0, edges, _BLOCK)
     lasts = np.minimum(firsts + _BLOCK, edges)
-    cx, cy = 0.5 * (way.x[firsts] + way.x[lasts]), 0.5 * (way.y[firsts] + way.y[lasts])
+    cx, cy = 0.5 * (path.x[firsts] + path.x[lasts]), 0.5 * (path.y[firsts] + path.y[lasts])
     # No point of a block is farther from the middle of its chord than its length has in it.
-    around = way.s[lasts] - way.s[firsts]
+    around = path.s[lasts] - path.s[firsts]
     # Far more room than is needed: the longest array is how a kernel knows its work.
     room = min(len(rows[0]) * (len(firsts) + _BLOCK) + 64, 10**6)
     while True:
         low, high, piece = np.zeros(room), np.zeros(room), np.zeros(room, dtype=np.int64)
-        count = taken(way.s, way.x, way.y, cx, cy, around, _BLOCK, *rows, low, high, piece)
+        count = taken(path.s, path.x, path.y, cx, cy, around, _BLOCK, *rows, low, high, piece)
         if count <= room:
             return low[:count], high[:count], piece[:count]
         room = count

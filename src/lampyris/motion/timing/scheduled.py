@@ -12,7 +12,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.motion.geometry.sampled_path import SampledPath, corners_of_path, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, corners_of_path, sample_path
 from lampyris.motion.laws.physical import PhysicalLaw, physical_profile
 from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
@@ -28,8 +28,8 @@ def scheduled_profile(
     """The fastest profile along a plan's path among the scene's recorded obstacles, moving tick by tick.
 
     A plan's schedule says at which tick to be on which cell; a robot of limited acceleration is later. This
-    asks anew when to drive along the path, so its waits may be elsewhere than the schedule's, and where the
-    robot is too slow for a gap there may be no way at all. It starts at the schedule's first tick, or at tick
+    asks again when to drive along the path, so its waits may be elsewhere than the schedule's, and where the
+    robot is too slow for a gap there may be no path at all. It starts at the schedule's first tick, or at tick
     0. Obstacles whose tracks are not recorded are not looked at.
 
     Parameters
@@ -51,12 +51,12 @@ def scheduled_profile(
     if plan.path is None:
         raise SettingError("NO_PATH", plan.sentence, where="plan", allowed="a plan with a path")
     tracks = tracks_from_recorded(scene.traffic, tick_seconds, scene.grid.resolution)
-    course = divided(plan.path, scene.grid.resolution, scene.robot)
-    still = physical_profile(course, scene, PhysicalLaw() if law is None else law)
+    samples = divided(plan.path, scene.grid.resolution, scene.robot)
+    still = physical_profile(samples, scene, PhysicalLaw() if law is None else law)
     v_cap = np.min([v for _, v in still.caps], axis=0)
     begin = 0 if plan.schedule is None else int(plan.schedule[0])
-    made = through_tracks(course, v_cap, scene.robot, tracks, t0=begin * tick_seconds, law=still.law)
-    made = with_nodes(made, still, course, scene.robot.a_max)
+    made = through_tracks(samples, v_cap, scene.robot, tracks, t0=begin * tick_seconds, law=still.law)
+    made = with_nodes(made, still, samples, scene.robot.a_max)
     number = np.array([k for k, one in enumerate(scene.traffic) if isinstance(one, Recorded)], dtype=np.int64)
     whose = np.isin(made.cause, ("wait", "moving obstacle")) & (made.cause_index >= 0)
     cause_index = made.cause_index.copy()
@@ -67,13 +67,13 @@ def scheduled_profile(
 
 
 def divided(path: Path, resolution: float, robot: Robot) -> SampledPath:
-    """A path of cells as a course whose every step is divided evenly; its corners have their curvature.
+    """A path of cells as a sampled path whose every step is divided evenly; its corners have their curvature.
 
     Raises
     ------
     SettingError : ``TURN_RADIUS``: a corner in which the robot would have to stop and turn on the spot.
     """
-    whole, corners = course_of_path(path, resolution), corners_of_path(path, resolution, robot)
+    whole, corners = sample_path(path, resolution), corners_of_path(path, resolution, robot)
     if corners.stop.any():
         k = int(corners.stop.argmax())
         x, y = path.cells[corners.node[k]].tolist()

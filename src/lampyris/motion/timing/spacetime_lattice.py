@@ -1,6 +1,6 @@
-"""The lattice of times, places and speeds on which ways through moving obstacles are searched.
+"""The lattice of times, places and speeds on which paths through moving obstacles are searched.
 
-The units fit the robot and the way: braking from speed to speed is its d_max exactly, the way's length is a
+The units fit the robot and the path: braking from speed to speed is its d_max exactly, the path's length is a
 whole number of units, and so is every stretch between two stops. Equations: docs/speed/moving_obstacles.md.
 """
 
@@ -30,7 +30,7 @@ LEVELS = (16, 24, 32, 48, 64)
 """Numbers of speeds that are tried in turn, until the lattice is good enough."""
 
 _COARSE = (12, 8, 6)
-"""Numbers of speeds for ways so long that not even the first of the others fits."""
+"""Numbers of speeds for paths so long that not even the first of the others fits."""
 
 _SCALES = (1, 2, 4)
 """Times as many units gained and lost in a step: tried in turn where the ceiling is too gently inclined."""
@@ -50,7 +50,7 @@ class Rates(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lattice:
-    """A lattice over what is left of a way after the motion's first part.
+    """A lattice over what is left of a path after the motion's first part.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Lattice:
         return (int(self.places[-1]) - self.speed) // 2
 
     def s_of(self, place: NDArray[np.int64]) -> Floats:
-        """Metres along the way of places; the borders of the legs exactly."""
+        """Metres along the path of places; the borders of the legs exactly."""
         out: Floats = elementary.interp(place, self.places, self.legs)
         return out
 
@@ -128,7 +128,7 @@ def start_of(v0: float, length: float, unit: float, d_max: float, fall: int) -> 
     """The first leg's units, at most ``unit`` m/s, so that all fits; None: there is no freedom to be had.
 
     The robot brakes with d_max to the next whole number j of units, which no ceiling forbids. From there the
-    way left, ``L - (v0^2 - j^2 u^2) / (2 d)``, is to be M units of ``fall u^2 / (2 d)``: hence
+    path left, ``L - (v0^2 - j^2 u^2) / (2 d)``, is to be M units of ``fall u^2 / (2 d)``: hence
     ``u^2 = (2 d L - v0^2) / (M fall - j^2)``. M is odd or even as j is. From rest the units of speed need
     not fit the braking.
     """
@@ -148,11 +148,11 @@ def start_of(v0: float, length: float, unit: float, d_max: float, fall: int) -> 
 def lattice_of(
     s: Floats, x: Floats, stops: Floats, d_max: float, rate: Rates, start: Start, levels: int, most: int
 ) -> Lattice | None:
-    """The lattice of a way from ``start`` on; None where the goal cannot be reached on it or it is too large.
+    """The lattice of a path from ``start`` on; None where the goal cannot be reached on it or it is too large.
 
     Parameters
     ----------
-    s, x : float64 (n,): nodes of the way and the static ceiling's v^2 there, linear between them.
+    s, x : float64 (n,): nodes of the path and the static ceiling's v^2 there, linear between them.
     stops : metres: the stops ahead of ``start`` and the goal.
     rate : see :class:`Rates`.
     levels : how many speeds there may be.
@@ -273,9 +273,9 @@ def _undrivable(s: Floats, x: Floats, top: float) -> LimitError:
     least = math.sqrt(float(x[1:-1].min(initial=math.inf)))
     return LimitError(
         "PATH_TIME",
-        f"no lattice of at most {LEVELS[-1]} speeds and {MAX_WORDS} words drives this way of "
+        f"no lattice of at most {LEVELS[-1]} speeds and {MAX_WORDS} words drives this path of "
         f"{float(s[-1]):g} m at speeds from {least:g} to {top:g} m/s",
         where="tracks",
-        allowed="ways that a lattice of speeds can drive",
-        todo="drive a shorter part of the way, or give a step",
+        allowed="paths that a lattice of speeds can drive",
+        todo="drive a shorter part of the path, or give a step",
     )

@@ -21,14 +21,14 @@ class AdGso(AdGsoSettings):
     One iteration opens whole Chebyshev rings around the robot X until at least ``nt`` cells are accepted, or
     ring ``mvr`` is reached. Accepted are free cells of lower luciferin that are joined to X through accepted
     cells by legal steps. The next node is chosen among them, and reached along X's parents if they pass it,
-    else by the cheapest way inside the accepted cells. With moves that reach two cells (``sixteen-connected``) rings 1
+    else by the cheapest path inside the accepted cells. With moves that reach two cells (``sixteen-connected``) rings 1
     and 2 are always opened, whatever ``nt`` and ``mvr`` say, so that the parent is among the candidates.
 
     Parameters
     ----------
     choice : ``greedy``, the lowest luciferin (ties: least cost-to-go, y, x), as in the dissertation;
         ``roulette``, drawn with probability (luc(Y) - luc(X)) / sum, as in standard GSO; ``exact``, the least
-        way + cost-to-go (ties: lowest luciferin, then y, x), which is optimal in a static map.
+        path + cost-to-go (ties: lowest luciferin, then y, x), which is optimal in a static map.
     nt : accepted cells that are enough; a threshold, not a cap. 1 to 10,000.
     mvr : rings at most, the dissertation's MVR (also ML). 1 to 50.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
@@ -38,11 +38,11 @@ class AdGso(AdGsoSettings):
     iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
         each jump.)
     obstacle_density_weight, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
-        cells far (1 to 50), costs ``obstacle_density_weight`` times plain ground more. 0 to 4; 0 minds length alone.
+        cells far (1 to 50), costs ``obstacle_density_weight`` times plain ground more. 0 to 4; 0 considers length alone.
     traffic_density_weight : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
-    min_clearance : cells to keep from walls where there is such a way, 0 to 50; fewer where there is none.
-    max_extra : by what share the way may become longer for all these; None: any. They are weakened until the
-        best way under them is not.
+    min_clearance : cells to keep from walls where there is such a path, 0 to 50; fewer where there is none.
+    max_extra : by what share the path may become longer for all these; None: any. They are weakened until the
+        best path under them is not.
 
     Raises
     ------

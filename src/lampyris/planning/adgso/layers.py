@@ -1,7 +1,7 @@
-"""AD-GSO with more on its mind than length: the dissertation's suggestions for future work.
+"""AD-GSO with more criteria than length: the dissertation's suggestions for future work.
 
 The planner itself is left as it is. It is given another map: terrain to which the density of walls and the
-heat of traffic are added, and walls that are a margin thicker; its path is then told in terms of the map as
+heat of traffic are added, and walls that are a margin thicker; its path is then expressed in terms of the map as
 it really is.
 """
 
@@ -36,9 +36,9 @@ WEAKEST = 1.0 / 16.0
 class LayeredSession(SessionBase):
     """A session of AD-GSO over attributes.
 
-    How much they count for is settled at the first plan, on the map without moving obstacles: if the way is
+    How much they count for is settled at the first plan, on the map without moving obstacles: if the path is
     longer than the bound allows, all of them are halved, and so on. The margin is taken back cell by cell
-    until there is a way; both are settled anew when the map changes. ``Plan.attributes`` holds what is
+    until there is a path; both are settled again when the map changes. ``Plan.attributes`` holds what is
     in effect, ``Plan.notes`` what was weakened, and why.
 
     Parameters
@@ -100,13 +100,13 @@ class LayeredSession(SessionBase):
             if spent >= budget.expansions:
                 return Plan(Status.LIMIT, self._bare.name, expansions=spent)  # settled, for the next call
             budget = Budget(budget.expansions - spent)
-        plan = self._inner.plan(self._told(change), budget)
+        plan = self._inner.plan(self._for_planner(change), budget)
         if spent:
             plan = replace(plan, expansions=plan.expansions + spent)
         return self._in_real_terms(plan)
 
     def _is_shut(self, cell: Cell) -> bool:
-        """Whether the margin has taken a cell that is free: a robot has been put there by somebody."""
+        """Whether the margin has taken a cell that is free: the caller has put the robot there."""
         x, y = cell
         given = self._given
         return given is not None and bool(given.grid.blocked[y, x] and not self._scene.grid.blocked[y, x])
@@ -114,7 +114,7 @@ class LayeredSession(SessionBase):
     # ---- how much the attributes count for --------------------
 
     def _settle(self) -> int:
-        """Find the margin and the strength that leave a way, and one not too long; what that expanded."""
+        """Find the margin and the strength that leave a path, and one not too long; what that expanded."""
         settings = self._settings
         self._strength, self._margin = 1.0, settings.min_clearance
         self._closed = False
@@ -126,7 +126,7 @@ class LayeredSession(SessionBase):
             self._open()
             assert self._given is not None
             if best < 0:
-                return spent  # no way at all, and the planner will say so
+                return spent  # no path at all, and the planner will say so
             given = self._given
             led = solve(free_space(given), moves_for(given), goal, terrain=given.grid.terrain)
             spent += int(led.expansions)
@@ -140,8 +140,8 @@ class LayeredSession(SessionBase):
                 dx, dy = led.moves.offsets[int(led.step[y, x])]
                 x, y = x + dx, y + dy
                 cells.append((x, y))
-            way = step_costs(np.array(cells, dtype=np.int32), moves, self._scene.grid.terrain)
-            if settings.max_extra is None or int(way.sum()) <= best * (1.0 + settings.max_extra):
+            path_costs = step_costs(np.array(cells, dtype=np.int32), moves, self._scene.grid.terrain)
+            if settings.max_extra is None or int(path_costs.sum()) <= best * (1.0 + settings.max_extra):
                 return spent
             if self._strength > 0:
                 self._strength = self._strength / 2 if self._strength > WEAKEST else 0.0
@@ -228,8 +228,8 @@ class LayeredSession(SessionBase):
         heat[heat < 1e-3] = 0.0
         self._heat = heat
 
-    def _told(self, change: Change) -> Change:
-        """The change as the planner is told it: of the map it was given, only what the heat has altered."""
+    def _for_planner(self, change: Change) -> Change:
+        """The change as passed to the planner: of the map it was given, only what the heat has altered."""
         given = self._given
         assert given is not None
         graded: tuple[tuple[Cell, int], ...] = ()

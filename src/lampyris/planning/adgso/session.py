@@ -1,4 +1,4 @@
-"""AD-GSO's memory of one scene: the field it walks on, the gates it found, the bodies it had to wall in."""
+"""AD-GSO's memory of one scene: the field it walks on, the gates it found, the obstacles it had to wall in."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class AdGsoSession(SessionBase):
     Cells in ``Change.obstacles`` are cells the robot's centre may not enter; for a robot with a radius the
     caller widens them. ``Plan.expansions`` counts the cells that fields cost in this call, solved or repaired,
     plus window cells looked at; a field wanted only to report the optimum is not counted. ``Plan.commit`` is
-    the length of the first sub-path: the rest is a preview, to be asked for anew.
+    the length of the first sub-path: the rest is a preview, to be requested again.
 
     Hemmed in: where obstacles leave nothing to accept, the answer is ``hemmed-in``, and the caller lets a
     step pass. Asked again at the same cell, and still hemmed in, the session walls in every obstacle it
@@ -91,7 +91,7 @@ class AdGsoSession(SessionBase):
 
     @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """A way from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
+        """A path from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
 
         Raises
         ------
@@ -107,35 +107,37 @@ class AdGsoSession(SessionBase):
         if not self._is_free(goal):
             return self._answer(Status.GOAL_OCCUPIED)
         inside = self._scene.grid.contains
-        bodies = frozenset(c for c in change.obstacles if c != here and inside(c))
+        occupied = frozenset(c for c in change.obstacles if c != here and inside(c))
         look = NO_LIMIT if budget is None or budget.expansions is None else budget.expansions
-        self._walled &= bodies
-        trip = self._travel(bodies, look)
+        self._walled &= occupied
+        trip = self._travel(occupied, look)
         if trip.code == CUT_OFF and self._walled:
-            # What still stands there closes every way: wall nothing in and look at the map alone once more.
+            # What still stands there closes every path: wall nothing in and look at the map alone once more.
             self._walled = _NONE
-            trip = self._travel(bodies, look)
+            trip = self._travel(occupied, look)
         if trip.code == w.HEMMED and self._hemmed == here:
-            return self._repair(bodies, look)
+            return self._repair(occupied, look)
         self._hemmed = here if trip.code == w.HEMMED else None
         return self._conclude(trip)
 
-    def _repair(self, bodies: frozenset[Cell], look: int) -> Plan:
+    def _repair(self, occupied: frozenset[Cell], look: int) -> Plan:
         """Hemmed in for the second time: wall in what is seen, and walk on the field that results."""
         goal = self._scene.goal
-        self._walled = bodies - {goal}  # one that stands on the goal has to be waited for, near the goal
-        trip = self._travel(bodies, look)
+        self._walled = occupied - {goal}  # one that stands on the goal has to be waited for, near the goal
+        trip = self._travel(occupied, look)
         if trip.code == CUT_OFF:
             self._walled = _NONE
-            detail = f"Hemmed in: the {len(bodies)} cells under moving obstacles close every way to the goal."
+            detail = (
+                f"Hemmed in: the {len(occupied)} cells under moving obstacles close every path to the goal."
+            )
             return self._answer(Status.HEMMED_IN, trip, detail)
         if trip.code == w.HEMMED:
-            covered = "Hemmed in: a moving obstacle stands on the goal." if goal in bodies else ""
+            covered = "Hemmed in: a moving obstacle stands on the goal." if goal in occupied else ""
             return self._answer(Status.HEMMED_IN, trip, covered)
         self._hemmed = None
         return self._conclude(trip)
 
-    def _travel(self, bodies: frozenset[Cell], look: int) -> WalkState:
+    def _travel(self, occupied: frozenset[Cell], look: int) -> WalkState:
         """Walk from the robot's cell as far as it goes, finding gates on the way if the policy says so.
 
         A gate that the preview finds is sealed for this plan only. It stays sealed in the session once the
@@ -155,7 +157,7 @@ class AdGsoSession(SessionBase):
                 trip.code = w.SPENT
                 break
             shut = walls(ground)
-            self._mark(shut, bodies, w.BODY)
+            self._mark(shut, occupied, w.OBSTACLE)
             if discover:
                 self._mark(shut, self._gates - {here}, w.GATE)
             most = settings.iter_max or NO_LIMIT
@@ -223,11 +225,11 @@ class AdGsoSession(SessionBase):
         if not gates or self._ground(_NONE, counted=False).cost[self._walker.flat(self._robot)] < 0:
             return f"No path: walls separate {self._robot} from {self._scene.goal}."
         if self._settings.gates == "close":
-            return f"No path with the {len(gates)} gates closed: every way leads through one of them."
+            return f"No path with the {len(gates)} gates closed: every path leads through one of them."
         named = ", ".join(str(c) for c in sorted(gates)[:NAMED])
         if len(gates) > NAMED:
             named += f" and {len(gates) - NAMED:,} more"
-        return f"No path: every way leads through a gate, and each one met was sealed: {named}."
+        return f"No path: every path leads through a gate, and each one met was sealed: {named}."
 
     def _answer(self, status: Status, trip: WalkState | None = None, detail: str = "") -> Plan:
         """The plan of that status, with what the trip can tell."""

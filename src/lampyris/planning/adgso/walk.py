@@ -90,7 +90,7 @@ class Walker:
     def take(self, moves: Moves) -> None:
         """Reckon with the costs of these moves from now on; weighed ones are for grounds with terrain."""
         cells = self._side * self._side
-        # No step is three times as dear as another (field.waves sees to it), and terrain weighs five-fold at
+        # No step is three times as costly as another (field.waves sees to it), and terrain weighs five-fold at
         # most: so many steps may a chain of parents have that leaves the window.
         longest = 3 * cells * (1 if moves.scale == 1 else HEAVIEST)
         self._price = np.array(moves.costs, dtype=np.int64) // moves.scale
@@ -135,7 +135,7 @@ class Walker:
         Parameters
         ----------
         ground : the field to walk on.
-        shut : its :func:`walls` with bodies and gates marked.
+        shut : its :func:`walls` with obstacles and gates marked.
         jumps, look : jumps and window cells at most, counted over the whole trip.
         """
         tally = trip.tally

@@ -1,4 +1,4 @@
-"""Attributes: what a cell costs besides distance, for planners that are asked to mind more than length.
+"""Attributes: what a cell costs besides distance, for planners that are asked to consider more than length.
 
 The dissertation suggests them as future work: obstacle density, terrain, traffic. Each is a number from 0 to
 252 a cell, as terrain is (:class:`lampyris.model.grid.Grid`), and they are added up: so any field and any

@@ -30,9 +30,9 @@ def footprint(radius: float, resolution: float) -> tuple[Cell, ...]:
 
 
 def reach_of(own: tuple[Cell, ...], other: tuple[Cell, ...]) -> tuple[Cell, ...]:
-    """Where a body of footprint ``own`` meets one of footprint ``other``: offsets between their own cells.
+    """Where an obstacle of footprint ``own`` meets one of footprint ``other``: offsets between their own cells.
 
-    The Minkowski difference. A body whose own cell is at p + r, for an r of these, and another at p share a
+    The Minkowski difference. An obstacle whose own cell is at p + r, for an r of these, and another at p share a
     cell; so a robot with a size among obstacles is a point among larger ones.
     """
     found = {(oy - y, ox - x) for ox, oy in other for x, y in own}

@@ -26,7 +26,7 @@ _NARROW, _WIDE = 2**30, 2**62
 MOST = 2**31
 """Cells have numbers of 32 bits, the border's too."""
 PART = 1 << 18
-"""Cells of a map that NumPy works on between two looks at whether to go on."""
+"""Cells of a map that NumPy works on between two cancellation checks."""
 SPARING = 2**23
 """Frames of so many cells or more are worked in as little memory as can be: lists lie in what the results
 will fill. That it takes longer shows on smaller maps only, and there 4 to 8 bytes a cell are nothing."""
@@ -35,7 +35,7 @@ _SCRATCH_BYTES = 64 << 20
 
 
 def framed(inside: NDArray[Any], pad: int, border: Any, kind: Any = None) -> NDArray[Any]:
-    """A map in a border of one value, flat; part by part, with a look before each at whether to go on.
+    """A map in a border of one value, flat; part by part, with a cancellation check before each.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class BorderedMap:
             if WEIGHS_MOST * most * self.size >= _WIDE // 2:
                 raise LimitError("LIMIT", f"{free.size} cells with steps of {most}", allowed="less in all")
             # The bound of plain ground is far above what real maps come to. 32 bits are tried wherever they
-            # hold a way of a thousand steps at the least, and the kernel says so if they are too few.
+            # hold a path of a thousand steps at the least, and the kernel says so if they are too few.
             narrow = not wide and 1000 * WEIGHS_MOST * most < _NARROW
         else:
             # A path visits a cell once, so no cost exceeds the longest step at every cell.

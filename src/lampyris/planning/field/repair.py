@@ -1,7 +1,7 @@
 """Repair: a field kept up to date while its map changes, at the cost of what changed.
 
 A repaired field equals one solved from scratch on the changed map to the last bit: cost, parent and luciferin
-(see :mod:`lampyris.kernels.field.repair`). Where too much changes, solving anew is quicker, and is what happens.
+(see :mod:`lampyris.kernels.field.repair`). Where too much changes, solving from scratch is quicker, and is done instead.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from lampyris.planning.field.solve import checked, fill
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 GIVE_UP = 24
-"""A repair that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
+"""A repair that has seen one cell in so many is given up for solving from scratch: a cell costs some twenty to thirty
 times as much to repair as to solve (``make bench``)."""
 HOPELESS = 4
 """It is not even begun where the changed cells and their neighbours are more than that share of it."""
@@ -132,7 +132,7 @@ class FieldRepairer(Exclusive):
 
     @one_call
     def copy(self) -> FieldRepairer:
-        """Another keeper of the same field, which goes its own way from here."""
+        """An independent copy of the repairer and its field."""
         other = FieldRepairer.__new__(FieldRepairer)
         other.__dict__.update(super()._own_state())
         luciferin, cost, step = self._maps
@@ -209,9 +209,9 @@ class FieldRepairer(Exclusive):
         return self._field
 
     def _solve(self) -> int:
-        """Solve anew, into the same memory if it will do; how many cells were settled."""
+        """Solve from scratch, into the same memory if it will do; how many cells were settled."""
         frame = self._frame
-        # Read-only, as solve() hands them on: a kernel compiles anew for arrays that may be written.
+        # Read-only, as solve() hands them on: a kernel recompiles for arrays that may be written.
         free = frozen(np.array(frame.inside(self._free.view(np.bool_)), order="C"))
         terrain = frozen(np.array(frame.inside(self._weight), order="C")) if self._has_terrain else None
         self._frame, self._maps, count = fill(

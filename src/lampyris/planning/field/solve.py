@@ -69,7 +69,7 @@ def solve(
         be weighed (:func:`lampyris.planning.field.layers.moves_for` sees to it).
     goal : x, y.
     terrain : uint8, (height, width), 0 to 252, or None: what cells cost to enter, see
-        :class:`lampyris.model.grid.Grid`. A way pays for each cell it enters, the goal too, the start not.
+        :class:`lampyris.model.grid.Grid`. A path pays for each cell it enters, the goal too, the start not.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0. Luciferin is a float64 recursion along
         parents, of ``exact / moves.unit`` (for octile moves q + p sqrt 2 to within rounding: p / q differs
         from sqrt 2 by less).
@@ -159,7 +159,7 @@ def fill(
 
 
 def _maps(frame: BorderedMap) -> Maps:
-    # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
+    # One block, not three: freed and asked for again it comes back without the pages being faulted in again.
     n = frame.size
     _, (luciferin, cost, step) = carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
     return luciferin, cost, step

@@ -66,10 +66,10 @@ class AnyAngleSearch:
             self._board.lay(terrain, self._weight)
         return True
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """A short way between two free cells while some cells (of the map) are closed."""
+        """A short path between two free cells while some cells (of the map) are closed."""
         if self._runs == 2**31 - 1:
             self._seen.fill(0)
             self._runs = 0
@@ -105,5 +105,5 @@ def _turns(points: NDArray[np.int32]) -> NDArray[np.int32]:
         return points
     d = points[1:].astype(np.int64) - points[:-1]
     before, after = d[:-1], d[1:]
-    bends = before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]
-    return points[np.concatenate(([True], bends, [True]))]
+    corners = before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]
+    return points[np.concatenate(([True], corners, [True]))]

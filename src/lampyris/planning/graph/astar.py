@@ -1,4 +1,4 @@
-"""A*: the shortest path, searched anew at every call."""
+"""A*: the shortest path, searched from scratch at every call."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AStar:
 
     name: ClassVar[str] = "astar"
     traits: ClassVar[Traits] = Traits(optimal=True)
-    summary: ClassVar[str] = "A*: the shortest path, found anew at every call."
+    summary: ClassVar[str] = "A*: the shortest path, searched from scratch at every call."
     source: ClassVar[str] = (
         "Hart, Nilsson, Raphael 1968; exact integer costs, and queues by raise of f for a heap, are ours."
     )

@@ -51,10 +51,10 @@ class TwoSearches:
             self._board.lay(free, self._board.free)
         return terrain is None
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed."""
+        """Cheapest path between two free cells while some cells (of the map) are closed."""
         if self._base < -(2**63) + 2 * SPAN:
             self._f.fill(0)
             self._base = 0
@@ -105,10 +105,10 @@ class TwoTerrainSearches:
             self._board.lay(terrain, self._weight)
         return terrain is not None
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed."""
+        """Cheapest path between two free cells while some cells (of the map) are closed."""
         if self._runs == 2**31 - 1:
             for seen in self._seen:
                 seen.fill(0)

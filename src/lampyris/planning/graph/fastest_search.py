@@ -24,7 +24,7 @@ CROWDED = 1.22
 CROWDED_CUTTING = 0.3
 """The same where corners may be cut, and then A* is quicker, too."""
 NARROW = 0.55
-"""Share of free cells below which a crowded map is taken for one of narrow corridors, corners cut."""
+"""Share of free cells below which a cluttered map is taken for one of narrow corridors, corners cut."""
 
 
 def suited(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> PathSearch:
@@ -60,7 +60,7 @@ def _ones() -> NDArray[np.uint8]:
 
 
 class FieldSearch:
-    """Ways read off the field of the goal, solved as far as the start, at every call.
+    """Paths read off the field of the goal, solved as far as the start, at every call.
 
     Parameters
     ----------
@@ -84,12 +84,12 @@ class FieldSearch:
         self._cells = int(np.count_nonzero(free))
         return True
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed."""
+        """Cheapest path between two free cells while some cells (of the map) are closed."""
         if budget is not None and budget < self._cells:
-            return self._other.way(start, goal, budget, closed)
+            return self._other.find_path(start, goal, budget, closed)
         open_now = self._free
         shut = np.array(list(closed), dtype=np.int64).reshape(-1, 2)
         if len(shut):

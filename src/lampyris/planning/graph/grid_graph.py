@@ -61,7 +61,7 @@ def rules_of(moves: Moves, informed: bool) -> Rules:
     slope = metric_of(moves) if informed else (0, 0, 0, 0)
     raises = raises_of(moves, slope)
     if raises[0] < 0:
-        # Somebody's own step costs, for which the metric is no bound: search without it.
+        # User-defined step costs, for which the metric is no bound: search without it.
         slope = (0, 0, 0, 0)
         raises = raises_of(moves, slope)
     # The widest shift that still tells all raises apart keeps the table small even for Pell numbers.
@@ -131,7 +131,7 @@ def following_of(moves: Moves) -> list[list[int]]:
 
 
 def metric_of(moves: Moves) -> tuple[int, int, int, int]:
-    """Cost of the way between two cells of an open plane, as the greater of two linear forms in a >= b.
+    """Cost of the path between two cells of an open plane, as the greater of two linear forms in a >= b.
 
     a and b are the distances along the axes. The metric is a norm that no step is cheaper than, hence a
     consistent heuristic, and an exact one where there are no walls.
@@ -171,9 +171,9 @@ class SearchResult:
     ----------
     ending : FOUND, EXHAUSTED or LIMIT of :mod:`lampyris.kernels.graph.search`.
     expansions : cells expanded.
-    cells : int32 (n, 2), start first, or None if no way was found.
-    waypoints : int32 (k, 2), the turning points of an any-angle way, both ends included, or None.
-    pack_s : seconds spent on preparing the map since the answer before, where that is told apart.
+    cells : int32 (n, 2), start first, or None if no path was found.
+    waypoints : int32 (k, 2), the turning points of an any-angle path, both ends included, or None.
+    pack_s : seconds spent on preparing the map since the answer before, where that is measured.
     """
 
     ending: int
@@ -190,11 +190,11 @@ def check_limits(free: BoolGrid, moves: Moves) -> None:
     ------
     LimitError : more cells, or costlier steps, than that.
     """
-    dearest = max(moves.costs) // moves.scale
-    if free.size > MAX_CELLS or dearest > PELL_P:
+    costliest = max(moves.costs) // moves.scale
+    if free.size > MAX_CELLS or costliest > PELL_P:
         raise LimitError(
             "LIMIT",
-            f"{free.size} cells with steps of {dearest}",
+            f"{free.size} cells with steps of {costliest}",
             allowed=f"at most {MAX_CELLS} cells and steps of {PELL_P}",
         )
 
@@ -289,7 +289,7 @@ class GridSearch:
     ----------
     free : bool (height, width); where the robot may be.
     moves : the step set.
-    informed : whether :meth:`way` is led by the metric of the open plane.
+    informed : whether :meth:`find_path` is led by the metric of the open plane.
 
     Raises
     ------
@@ -325,15 +325,15 @@ class GridSearch:
             self.set_free(free)
         return terrain is None
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed."""
+        """Cheapest path between two free cells while some cells (of the map) are closed."""
         with self._board.closing(closed):
             return self._run(self._led, self._board.flat(start), self._board.flat(goal), budget)
 
     def order(self, start: Cell, goal: Cell) -> Cells:
-        """The cells that :meth:`way` expands, in its order; made anew in the plain form."""
+        """The cells that :meth:`find_path` expands, in its order; recomputed in plain Python."""
         board, n = self._board, self._board.size
         links = (np.empty_like(self._after), np.empty_like(self._after))
         step, result = Reads(n), np.zeros(4, dtype=np.int64)

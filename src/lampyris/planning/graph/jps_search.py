@@ -86,7 +86,7 @@ class PackedMap:
         self._view(state["sheets"])
 
     def _mark(self, sheets: list[_Words], lines: _Ints) -> None:
-        """Find the stops of some lines anew."""
+        """Find the stops of some lines again."""
         walls, onward, backward = sheets
         onward[lines] = backward[lines] = walls[lines]
         for beside in (walls[lines - 1], walls[lines + 1]):
@@ -99,7 +99,7 @@ class PackedMap:
                 backward[lines] |= behind & ~beside
 
     def edit(self, x: _Ints, y: _Ints, *, blocked: bool) -> None:
-        """Make cells of the map blocked or free; three lines of stops are found anew for each."""
+        """Make cells of the map blocked or free; three lines of stops are found again for each."""
         for sheets, line, place in ((self.sheets[0], y + 1, x + 1), (self.sheets[1], x + 1, y + 1)):
             bit = np.left_shift(np.uint64(1), (place & 63).astype(np.uint64))
             if blocked:
@@ -166,7 +166,7 @@ class JumpSearch:
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
         """Take a new ground of the same shape; False, and nothing done, if it has terrain.
 
-        Cells that differ are repaired; many are packed anew.
+        Cells that differ are repaired; many are packed again.
         """
         if terrain is not None:
             return False
@@ -183,10 +183,10 @@ class JumpSearch:
         self._pack_s += loading.wall() - began
         return True
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed.
+        """Cheapest path between two free cells while some cells (of the map) are closed.
 
         ``expansions`` are jump points, ``pack_s`` what packing and repairing took since the answer before.
         """

@@ -13,8 +13,8 @@ from lampyris.typing import Cell
 class Finder(Protocol):
     """A search over the map as it is without moving obstacles."""
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None) -> SearchResult:
-        """Cheapest way between two free cells."""
+    def find_path(self, start: Cell, goal: Cell, budget: int | None = None) -> SearchResult:
+        """Cheapest path between two free cells."""
         ...
 
     def region(self, cell: Cell, budget: int | None = None) -> SearchResult:
@@ -32,12 +32,12 @@ def why_not(
     budget: int | None,
     here: int | None,
 ) -> Plan:
-    """The plan of a search that found no way.
+    """The plan of a search that found no path.
 
     Parameters
     ----------
     name : the planner.
-    finder : asked for a way without obstacles, and for the size of the goal's region.
+    finder : asked for a path without obstacles, and for the size of the goal's region.
     start, goal : free cells.
     spent : expansions so far; what is found out here comes on top.
     budget : of all of it; None: no limit.
@@ -52,12 +52,12 @@ def why_not(
         return Plan(status, name, iterations=1, expansions=spent, detail=detail)
 
     if here is None:
-        static = finder.way(start, goal, left())
+        static = finder.find_path(start, goal, left())
         spent += static.expansions
         if static.ending == LIMIT:
             return failed(Status.LIMIT)
         if static.ending == FOUND:
-            return failed(Status.HEMMED_IN, "No path for now: walls leave a way, moving obstacles close it.")
+            return failed(Status.HEMMED_IN, "No path for now: walls leave a path, moving obstacles close it.")
         here = static.expansions
     there = finder.region(goal, left())
     spent += there.expansions

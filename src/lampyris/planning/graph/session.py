@@ -30,10 +30,10 @@ class PathSearch(Protocol):
         """Take a new ground of the same shape; False, and nothing done, if this search is not made for it."""
         ...
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """A way between two free cells while some cells (of the map) are closed."""
+        """A path between two free cells while some cells (of the map) are closed."""
         ...
 
 
@@ -42,14 +42,14 @@ Maker = Callable[[BoolGrid, ByteGrid | None, Moves], PathSearch]
 
 
 class GraphSession(SessionBase):
-    """A session that searches anew at every call and remembers the map and where the robot was.
+    """A session that runs a new search at every call and remembers the map and where the robot was.
 
     Parameters
     ----------
     scene : what to plan in.
     name : the planner's name.
     make : makes the search.
-    optimal : whether a way of that search is a cheapest one.
+    optimal : whether a path of that search is a cheapest one.
     """
 
     def __init__(self, scene: Scene, name: str, make: Maker, *, optimal: bool = True) -> None:
@@ -88,7 +88,7 @@ class GraphSession(SessionBase):
 
     @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """The way from where the robot is to the goal.
+        """The path from where the robot is to the goal.
 
         Obstacles count as blocked for this call, save on the robot's own cell and on the goal: it is
         covered now and will be free again. What is counted as expanded includes, on failure, the search
@@ -127,7 +127,7 @@ class GraphSession(SessionBase):
             return Plan(Status.GOAL_OCCUPIED, self._name)
         contains = self._scene.grid.contains
         closed = sorted(c for c in change.obstacles if c not in (start, goal) and contains(c))
-        answer = search.way(start, goal, budget, closed)
+        answer = search.find_path(start, goal, budget, closed)
         if answer.pack_s is not None:
             timing["pack_s"] = answer.pack_s
         if answer.cells is not None:

@@ -41,7 +41,7 @@ class TerrainSearch:
     free : bool (height, width); where the robot may be.
     terrain : uint8 (height, width); what cells cost to enter.
     moves : the step set, weighed.
-    informed : whether :meth:`way` is led by the metric of the open plane of plain ground.
+    informed : whether :meth:`find_path` is led by the metric of the open plane of plain ground.
 
     Raises
     ------
@@ -80,15 +80,15 @@ class TerrainSearch:
             self.set_ground(free, terrain)
         return terrain is not None
 
-    def way(
+    def find_path(
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
-        """Cheapest way between two free cells while some cells (of the map) are closed."""
+        """Cheapest path between two free cells while some cells (of the map) are closed."""
         with self._board.closing(closed):
             return self._run(self._led, self._board.flat(start), self._board.flat(goal), budget)
 
     def order(self, start: Cell, goal: Cell) -> Cells:
-        """The cells that :meth:`way` expands, in its order; made anew in the plain form."""
+        """The cells that :meth:`find_path` expands, in its order; recomputed in plain Python."""
         board, n = self._board, self._board.size
         heap = tuple(np.empty_like(part) for part in self._heap)
         step, result = Reads(n), np.zeros(4, dtype=np.int64)

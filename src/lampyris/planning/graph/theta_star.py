@@ -1,4 +1,4 @@
-"""Theta* and lazy Theta*: a short way by straight lines of any angle."""
+"""Theta* and lazy Theta*: a short path by straight lines of any angle."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ThetaStar:
 
     name: ClassVar[str] = "theta-star"
     traits: ClassVar[Traits] = Traits(optimal=False)
-    summary: ClassVar[str] = "Theta*: a short way by straight lines of any angle."
+    summary: ClassVar[str] = "Theta*: a short path by straight lines of any angle."
     source: ClassVar[str] = (
         "Nash, Daniel, Koenig, Felner 2007; lines of sight for discs and over terrain and the walk along the "
         "lines are ours."

@@ -1,4 +1,4 @@
-"""D*: the first planner to repair its costs instead of searching anew."""
+"""D*: the first planner to repair its costs instead of searching from scratch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class DStar:
 
     After a change, cells are processed until the least on the open list costs as much as the robot's own.
     Stentz, "Optimal and efficient path planning for partially-known environments", ICRA 1994. Ours: costs are
-    integers, a step that is not possible costs infinitely much, and the way is read off by the local parent
+    integers, a step that is not possible costs infinitely much, and the path is read off by the local parent
     rule, not along back pointers, whose ties depend on the past.
     """
 
@@ -28,7 +28,7 @@ class DStar:
     summary: ClassVar[str] = "D*: costs from the goal, raised and lowered where the map changed."
     source: ClassVar[str] = (
         "Stentz 1994, all three branches of PROCESS-STATE, the second a fresh test; exact integer costs and "
-        "the local rule for the way are ours."
+        "the local rule for the path are ours."
     )
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> IncrementalSession:

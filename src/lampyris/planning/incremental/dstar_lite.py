@@ -18,16 +18,16 @@ from lampyris.planning.incremental.session import IncrementalSession
 class DStarLite:
     """D* Lite, optimised version.
 
-    Koenig and Likhachev, "D* Lite", AAAI 2002. Ours: after an edit, the cells around it look ahead anew
+    Koenig and Likhachev, "D* Lite", AAAI 2002. Ours: after an edit, the cells around it look ahead again
     instead of comparing each edge's old and new cost; and should the bias (k_m) ever grow towards the end of
-    64 bits, the queue is filed anew without one.
+    64 bits, the queue is filed again without one.
     """
 
     name: ClassVar[str] = "dstar-lite"
     traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "D* Lite: LPA* from the goal, with a bias for a robot that moves."
     source: ClassVar[str] = (
-        "Koenig and Likhachev 2002, optimised version; exact integer costs and the local rule for the way "
+        "Koenig and Likhachev 2002, optimised version; exact integer costs and the local rule for the path "
         "are ours."
     )
 

@@ -27,7 +27,7 @@ class FocussedDStar:
     summary: ClassVar[str] = "Focussed D*: D* led towards the robot by a heuristic."
     source: ClassVar[str] = (
         "Stentz 1995; the bookkeeping of the bias, renewed when a cell comes to the top, is ours, as are "
-        "exact integer costs and the local rule for the way."
+        "exact integer costs and the local rule for the path."
     )
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> IncrementalSession:

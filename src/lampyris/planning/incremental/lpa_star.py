@@ -21,7 +21,7 @@ class LpaStar:
     Koenig, Likhachev, Furcy, "Lifelong Planning A*", Artificial Intelligence 155, 2004. The paper searches
     from a start that stays where it is. Here it is the goal that stays, so the search begins there and its
     costs outlive the robot's moves; but the heuristic is measured from the robot, so when the robot has
-    moved, every key in the queue is made anew (not counted as expansions). That is what D* Lite's k_m avoids,
+    moved, every key in the queue is made again (not counted as expansions). That is what D* Lite's k_m avoids,
     and the only difference in kind between the two here.
     """
 
@@ -29,8 +29,8 @@ class LpaStar:
     traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "LPA*: A* that keeps two estimates a cell and repairs where they differ."
     source: ClassVar[str] = (
-        "Koenig, Likhachev, Furcy 2004; rooted at the goal, its queue filed anew when the robot moves, exact "
-        "integer costs and the local rule for the way are ours."
+        "Koenig, Likhachev, Furcy 2004; rooted at the goal, its queue filed again when the robot moves, exact "
+        "integer costs and the local rule for the path are ours."
     )
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> IncrementalSession:

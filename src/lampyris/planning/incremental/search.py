@@ -1,7 +1,7 @@
 """Searches that keep what they know while the map and the robot change: the arrays behind the four planners.
 
 Each is asked the same four things: the robot is elsewhere, some cells changed, go on searching, and what does
-the way look like. Costs in all of them are costs to the goal, which stays where it is.
+the path look like. Costs in all of them are costs to the goal, which stays where it is.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lampyris.planning.graph.grid_graph import check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _MOST_BIAS = 2**59
-"""From here on all keys are made anew without a bias, so that they never outgrow 64 bits."""
+"""From here on all keys are made again without a bias, so that they never outgrow 64 bits."""
 
 LIMIT = incremental.LIMIT
 Bytes = NDArray[np.uint8]
@@ -73,7 +73,7 @@ class SearchMap:
         mask = 0 if terrain is None else -1
         self.setup[:4] = unit, mask, frame.width, frame.index(goal)
         self.setup[SLOPE:] = rules_of(moves, informed).slope
-        self._way = np.zeros(frame.size, dtype=np.int32)
+        self._path = np.zeros(frame.size, dtype=np.int32)
         self.place(robot)
 
     def place(self, robot: Cell) -> int:
@@ -97,10 +97,10 @@ class SearchMap:
         """Where cells lie in the frame."""
         return (y + self.frame.pad) * np.int32(self.frame.width) + (x + self.frame.pad)
 
-    def way(self, cost: NDArray[np.int64]) -> Cells:
-        """The way from the robot to the goal down these costs; the robot can reach it."""
-        length = incremental.descend(self.free, self.weight, cost, *self.steps, self.setup, self._way)
-        flat = self._way[:length]
+    def extract_path(self, cost: NDArray[np.int64]) -> Cells:
+        """The path from the robot to the goal down these costs; the robot can reach it."""
+        length = incremental.descend(self.free, self.weight, cost, *self.steps, self.setup, self._path)
+        flat = self._path[:length]
         return np.stack((flat % self.frame.width, flat // self.frame.width), axis=1) - self.frame.pad
 
 
@@ -131,7 +131,7 @@ class _Queue:
             self.renew(ground)
 
     def renew(self, ground: SearchMap) -> None:
-        """Make every key, and the order of the heap, anew."""
+        """Make every key, and the order of the heap, again."""
         incremental.refile(*self.arrays, ground.setup)
 
 
@@ -157,7 +157,7 @@ class IncrementalSearch(Protocol):
 
     @property
     def cost(self) -> NDArray[np.int64]:
-        """Costs to the goal, right along every cheapest way of the robot."""
+        """Costs to the goal, right along every cheapest path of the robot."""
         ...
 
 
@@ -209,7 +209,7 @@ class Estimates:
     Parameters
     ----------
     ground : the map.
-    biased : D* Lite's bias (k_m) and optimised search; or LPA*, which files its queue anew when the robot
+    biased : D* Lite's bias (k_m) and optimised search; or LPA*, which files its queue again when the robot
         moves.
     """
 

@@ -1,4 +1,4 @@
-"""The session of an incremental search: the planner contract around one search that is never started anew."""
+"""The session of an incremental search: the planner contract around one search that is never started again."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class IncrementalSession(SessionBase):
 
     @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """The cheapest way from where the robot is to the goal; see
+        """The cheapest path from where the robot is to the goal; see
         :meth:`lampyris.planning.base.Session.plan`.
 
         What is counted as expanded is what this call expanded, which is little where little changed; on
@@ -125,7 +125,7 @@ class IncrementalSession(SessionBase):
         ending, spent = self._search.run(budget)
         if ending == LIMIT:
             return Plan(Status.LIMIT, self._name, iterations=1, expansions=spent)
-        cells = self._search.ground.way(self._search.cost)
+        cells = self._search.ground.extract_path(self._search.cost)
         if not len(cells):
             # Which cells hang together is the same whatever they weigh.
             finder = GridSearch(self._map.free, self._moves.plain(), informed=False)

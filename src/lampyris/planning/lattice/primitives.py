@@ -71,7 +71,7 @@ class Primitive:
 
     @property
     def turn(self) -> float:
-        """Angle turned, radians, whichever way."""
+        """Angle turned, radians, whichever direction."""
         return math.fsum(abs(turn) for _, turn in self.pieces)
 
     @property
@@ -96,9 +96,9 @@ class Primitive:
             chord = share * length
             if turn != 0:
                 chord *= elementary.sin(half) / half
-            way = yaw + self.lateral + half
-            x = found[-1][-1, 0] + chord * elementary.cos(way)
-            y = found[-1][-1, 1] + chord * elementary.sin(way)
+            direction = yaw + self.lateral + half
+            x = found[-1][-1, 0] + chord * elementary.cos(direction)
+            y = found[-1][-1, 1] + chord * elementary.sin(direction)
             found.append(np.column_stack((x, y, yaw + 2 * half)))
             yaw += turn
         return np.concatenate(found)

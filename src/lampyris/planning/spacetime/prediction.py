@@ -11,7 +11,7 @@ guessed, by one of
 * ``still``: it stays where it is;
 
 for ``horizon`` ticks from the last one that is known. Beyond that nothing is said of it, save of one that is
-told to be standing: whatever else it may do, it may also stay.
+known to be standing: whatever else it may do, it may also stay.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from lampyris.planning.field.footprint import reach_of
 from lampyris.typing import BoolGrid, Cell
 
 _PART = 1 << 17
-"""Places of bodies that are worked out between two looks at whether to go on."""
+"""Places of obstacles that are worked out between two cancellation checks."""
 _Ints = NDArray[np.int64]
 _EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
 
@@ -41,12 +41,12 @@ class Forbidden:
 
     Parameters
     ----------
-    at : int64, (a, 2); cell (y * width + x) and tick at which somebody is there.
+    at : int64, (a, 2); cell (y * width + x) and tick at which an obstacle is there.
     steps : int64, (b, 4); cell, tick, dx, dy of steps that end at that tick and would swap with or cross
-        somebody.
-    forever : int64, (c, 2); cell and first tick from which somebody stays there for ever.
-    still : the last tick at which anything is forbidden that is not for ever.
-    endless : whether somebody moves for ever, so that what is beyond ``still`` was left out.
+        an obstacle.
+    forever : int64, (c, 2); cell and first tick from which an obstacle stays there forever.
+    still : the last tick at which anything is forbidden that is not forever.
+    endless : whether an obstacle moves forever, so that what is beyond ``still`` was left out.
     """
 
     at: _Ints
@@ -84,7 +84,7 @@ class Forecaster:
 
     def forbidden(
         self,
-        bodies: Sequence[ObstacleTrack],
+        obstacles: Sequence[ObstacleTrack],
         tick: int,
         horizon: int,
         unrolled: int,
@@ -94,16 +94,16 @@ class Forecaster:
 
         Parameters
         ----------
-        bodies : the obstacles.
+        obstacles : the obstacles.
         tick : when the robot stands where it is; its first step ends at ``tick + 1``.
         horizon : for how many ticks unknown futures are guessed; 0: only what is known counts.
         unrolled : for how many ticks tracks that repeat themselves are written out.
-        standing : bodies that have been standing, by number, and for how many ticks more they may. Counts for
+        standing : obstacles that have been standing, by number, and for how many ticks more they may. Counts for
             those with an unknown future, and not with a horizon of 0.
         """
         notes = _Notes()
         alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[ObstacleTrack]] = {}
-        for seen in bodies:
+        for seen in obstacles:
             # Those of one size that are known for the same ticks are computed together.
             key = (seen.footprint, seen.since, len(seen.track), seen.period)
             alike.setdefault(key, []).append(seen)
@@ -112,9 +112,9 @@ class Forecaster:
             self._known(tracks, since, period, cells, tick, unrolled, notes)
             if period is None and horizon > 0:
                 self._guessed(tracks, since, cells, tick, horizon, notes)
-        for seen in bodies:
-            if horizon > 0 and seen.period is None and standing and seen.body in standing:
-                self._stays(seen, standing[seen.body], notes)
+        for seen in obstacles:
+            if horizon > 0 and seen.period is None and standing and seen.obstacle in standing:
+                self._stays(seen, standing[seen.obstacle], notes)
         at, steps, forever = (
             _rows(notes.at, 2),
             _rows(notes.steps, 4),
@@ -140,7 +140,7 @@ class Forecaster:
         unrolled: int,
         notes: _Notes,
     ) -> None:
-        """From the robot's tick, for the step that begins there, to the end of the tracks, (bodies, m, 2)."""
+        """From the robot's tick, for the step that begins there, to the end of the tracks, (obstacles, m, 2)."""
         length = tracks.shape[1]
         last = since + length - 1
         until = max(last, tick + unrolled) if period is not None and period > 1 else last
@@ -158,7 +158,7 @@ class Forecaster:
     def _drive(
         self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, *, stands: bool
     ) -> None:
-        """Bodies that are on ``places`` (bodies, m, 2) at ``ticks``; ``stands``: and stay at the last."""
+        """Obstacles that are on ``places`` (obstacles, m, 2) at ``ticks``; ``stands``: and stay at the last."""
         each = max(1, _PART // (places.shape[1] * len(cells)))
         for k in range(0, len(places), each):
             checkpoint()
@@ -174,15 +174,15 @@ class Forecaster:
         if stands:
             self._note_cells(now[:, -1].reshape(-1, 2), when[:, -1].reshape(-1), notes.forever)
         hops = np.diff(places, axis=1)
-        body, leg = np.nonzero(hops.any(axis=2))
-        if not len(body):
+        obstacle, leg = np.nonzero(hops.any(axis=2))
+        if not len(obstacle):
             return
-        hop = hops[body, leg]
+        hop = hops[obstacle, leg]
         kind = (hop[:, 0] + 1) * 3 + hop[:, 1] + 1
         for which in np.unique(kind).tolist():
             bans = _bans(self._own, cells, which // 3 - 1, which % 3 - 1)
             moved = kind == which
-            out = places[body[moved], leg[moved]][:, None, :] + bans[None, :, :2]
+            out = places[obstacle[moved], leg[moved]][:, None, :] + bans[None, :, :2]
             steps = np.broadcast_to(bans[None, :, 2:], out.shape)
             rows = np.concatenate((out, steps), axis=2).reshape(-1, 4)
             inside = self._inside(rows)
@@ -220,7 +220,7 @@ class Forecaster:
                 self._note_spread(around[self._standing(around)], met, last + k, notes)
 
     def _stays(self, seen: ObstacleTrack, ticks: int, notes: _Notes) -> None:
-        """A body that may stay where it is for so many ticks."""
+        """An obstacle that may stay where it is for so many ticks."""
         around = np.array(seen.track[-1], dtype=np.int64) + _offsets(self._own, seen.footprint)
         last = seen.since + len(seen.track) - 1
         when = np.repeat(np.arange(last + 1, last + ticks + 1, dtype=np.int64), len(around))
@@ -246,7 +246,7 @@ class Forecaster:
     # ---- writing down --------------------
 
     def _note_spread(self, cells: _Ints, met: _Ints, tick: int, notes: _Notes) -> None:
-        """A body that may be on any of these cells at a tick."""
+        """An obstacle that may be on any of these cells at a tick."""
         around = (cells[:, None, :] + met[None, :, :]).reshape(-1, 2)
         self._note_cells(around, np.full(len(around), tick), notes.at)
 
@@ -278,23 +278,23 @@ def _offsets(own: tuple[Cell, ...], other: tuple[Cell, ...]) -> _Ints:
 
 @lru_cache(maxsize=512)
 def _bans(own: tuple[Cell, ...], other: tuple[Cell, ...], dx: int, dy: int) -> _Ints:
-    """Steps a point robot must not make while a body steps by (dx, dy); int64, (m, 4).
+    """Steps a point robot must not make while an obstacle steps by (dx, dy); int64, (m, 4).
 
-    Each row: where the robot stands, relative to the body's cell *before* its step, and the robot's step. A
-    swap: the robot enters a cell where it would have met the body before, from one where it meets it now. A
+    Each row: where the robot stands, relative to the obstacle's cell *before* its step, and the robot's step. A
+    swap: the robot enters a cell where it would have met the obstacle before, from one where it meets it now. A
     crossing: the two diagonals of a 2x2 block. (:mod:`lampyris.sim.world.world` says the same of footprints.)
-    Steps that end on the body itself are forbidden already and left out.
+    Steps that end on the obstacle itself are forbidden already and left out.
     """
     met = set(reach_of(own, other))
     found = set()
     for x, y in met:  # bits: what is found is sorted below
-        here = (x + dx, y + dy)  # met after the body's step
+        here = (x + dx, y + dy)  # met after the obstacle's step
         for ex, ey in _EIGHT:
             to = (here[0] + ex, here[1] + ey)
             if to in met and (to[0] - dx, to[1] - dy) not in met:
                 found.add((*here, ex, ey))
         if dx and dy:
-            # A cell of the body goes from (x, y) to (x + dx, y + dy).
+            # A cell of the obstacle goes from (x, y) to (x + dx, y + dy).
             found.add((x + dx, y, -dx, dy))
             found.add((x, y + dy, dx, -dy))
     return frozen(np.array(sorted(found), dtype=np.int64).reshape(-1, 4))

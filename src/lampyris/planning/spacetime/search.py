@@ -42,7 +42,7 @@ class TimedSearchResult:
     ----------
     ending : FOUND, EXHAUSTED or LIMIT of :mod:`lampyris.kernels.spacetime.timed_search`.
     expansions : states expanded.
-    cut : whether a way was given up because it went beyond the ticks that were laid out.
+    cut : whether a path was given up because it went beyond the ticks that were laid out.
     cells : int32, (n, 2), start first, no cell twice in a row; None if nothing was found.
     ticks : int64, (n,); when the robot enters each.
     """
@@ -148,7 +148,7 @@ class TimedSearch:
         return int((cell[1] + 1) * self._stride + cell[0] + 1)
 
     def steps_left(self, cell: Cell) -> int:
-        """Least number of steps from a cell to the goal on the bare map; -1 if there is no way."""
+        """Least number of steps from a cell to the goal on the bare map; -1 if there is no path."""
         return int(self._steps[self.flat(cell)])
 
     def timetable(self, given: Forbidden) -> Timetable:
@@ -279,7 +279,7 @@ class TimedSearch:
         x, y = cells.astype(np.int64).T
         flat = (y + 1) * self._stride + x + 1
         touched = table.slot[flat] >= 0
-        # Most of a long way lies where nobody ever comes.
+        # Most of a long path lies where nobody ever comes.
         for k in np.flatnonzero(touched[:-1] | touched[1:]).tolist():
             u, v = int(flat[k]), int(flat[k + 1])
             t, then = int(ticks[k]), int(ticks[k + 1])
@@ -305,7 +305,7 @@ def _distinct(values: _Ints) -> _Ints:
 
 def _intervals(at: _Ints, forever: _Ints, touched: _Ints) -> tuple[_Ints, _Ints, _Ints]:
     """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick."""
-    ends = np.full(len(touched), NEVER, dtype=np.int64)  # the first tick from which somebody never leaves
+    ends = np.full(len(touched), NEVER, dtype=np.int64)  # the first tick from which an obstacle never leaves
     np.minimum.at(ends, np.searchsorted(touched, forever[:, 0]), forever[:, 1])
     early = int(at[:, 1].min(initial=0))
     span = int(at[:, 1].max(initial=0)) - early + 1

@@ -1,4 +1,4 @@
-"""The session of a planner that sees traffic: forecast, search, and whether a new way is worth the change."""
+"""The session of a planner that sees traffic: forecast, search, and whether a new path is worth the change."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TRACKS = ("known", "hidden")
 MAX_HORIZON = 1000
 PERSISTENCE = 2
 """An obstacle that has been standing for n ticks may stay for so many times n more. Without that a robot
-waits for ever before one that never moves: it always seems quicker to sit out the horizon than to drive
+waits forever before one that never moves: it always seems quicker to sit out the horizon than to drive
 around. (As long again would do, and would wait twice as long before a long way round.)"""
 MOST_UNROLLED = 1 << 17
 """Ticks for which tracks that repeat themselves are written out at most."""
@@ -46,10 +46,10 @@ class Timed:
     forecast : what an obstacle does whose future is not known: ``velocity``, it goes on as in its last step;
         ``reach``, it may be wherever it could have walked to; ``still``, it stays.
     horizon : for how many ticks that is believed, 0 to 1000. Beyond it nothing is said of such an obstacle,
-        save that one which has been standing may stay for twice as long again. If no way can be found, half
-        as many are believed, and so on down to none; with none, standing ones are not minded either.
+        save that one which has been standing may stay for twice as long again. If no path can be found, half
+        as many are believed, and so on down to none; with none, standing ones are ignored, too.
     growth : cells a tick by which the disc around a ``velocity`` forecast grows, 0 to 10.
-    margin : ticks that a new way must save before the robot leaves one that is still good, 0 to 1000. With 0
+    margin : ticks that a new path must save before the robot leaves one that is still good, 0 to 1000. With 0
         it turns for any gain, and among obstacles that wander it turns often.
     tracks : ``known``: recorded obstacles' tracks are planned with to their ends; ``hidden``: they are
         guessed like the others.
@@ -72,7 +72,7 @@ class Timed:
 
 
 class TimedSession(SessionBase):
-    """A session that knows the tick, remembers the way it is on, and keeps to it where that is as good.
+    """A session that knows the tick, remembers the path it is on, and keeps to it where that is as good.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class TimedSession(SessionBase):
         self._settings = settings
         self._by_ticks = by_ticks
         self._robot = scene.start
-        self._way: TimedSearchResult | None = None
+        self._current: TimedSearchResult | None = None
         self._stood: dict[int, tuple[Cell, int]] = {}
         self._under_walls: dict[Cell, int] = {}
         self._lay(scene)
@@ -126,7 +126,7 @@ class TimedSession(SessionBase):
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
-            self._way = None
+            self._current = None
         if scene is not self._scene or not self._laid:
             self._lay(scene)
         made = self._answer(change, None if budget is None else budget.expansions)
@@ -144,30 +144,30 @@ class TimedSession(SessionBase):
             self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
         if self._search.steps_left(start) < 0:
             return Plan(Status.NO_PATH, self._name, iterations=1)
-        bodies, closed = self._told(change)
-        self._watch(bodies)
+        tracks, closed = self._known_obstacles(change)
+        self._watch(tracks)
         spent = 0
-        believed = self._settings.horizon if any(s.period is None for s in bodies) else 0
+        believed = self._settings.horizon if any(s.period is None for s in tracks) else 0
         while True:
             left = None if budget is None else budget - spent
             if left is not None and left < 1:
                 return self._failed(Status.LIMIT, spent)
-            table, route = self._route(bodies, closed, change.tick, believed, left)
+            table, route = self._route(tracks, closed, change.tick, believed, left)
             spent += route.expansions
             if route.cells is not None:
                 break
             if route.ending == LIMIT:
                 return self._failed(Status.LIMIT, spent)
             if believed == 0:
-                why = "No way at any time: walls leave one, moving obstacles close it."
+                why = "No path at any time: walls leave one, moving obstacles close it."
                 return self._failed(Status.HEMMED_IN, spent, why)
             believed //= 2
         route = self._chosen(table, route, change.tick)
         assert route.cells is not None
-        self._way = route
+        self._current = route
         # Where all is known there is nothing to ask again for; a call that is given no obstacles may yet meet some.
-        known = all(s.period is not None for s in bodies)
-        settled = known and (change.obstacle_tracks is None or bool(bodies))
+        known = all(s.period is not None for s in tracks)
+        settled = known and (change.obstacle_tracks is None or bool(tracks))
         return Plan(
             Status.FOUND,
             self._name,
@@ -178,8 +178,8 @@ class TimedSession(SessionBase):
             schedule=route.ticks,
         )
 
-    def _told(self, change: Change) -> tuple[list[ObstacleTrack], list[Cell]]:
-        """The obstacles of this call, and cells that count as taken for ever."""
+    def _known_obstacles(self, change: Change) -> tuple[list[ObstacleTrack], list[Cell]]:
+        """The obstacles of this call, and cells that count as taken forever."""
         if change.obstacle_tracks is None:
             if change.obstacles:
                 contains, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
@@ -209,46 +209,46 @@ class TimedSession(SessionBase):
             seen = [_hidden(s, now) for s in seen]
         return seen, []
 
-    def _watch(self, bodies: list[ObstacleTrack]) -> None:
+    def _watch(self, tracks: list[ObstacleTrack]) -> None:
         """Note where each obstacle of unknown future is, and since when."""
         stood = {}
-        for seen in bodies:
+        for seen in tracks:
             if seen.period is None:
                 here, since = seen.track[-1], seen.since + len(seen.track) - 1
                 for cell in seen.track[-2::-1]:
                     if cell != here:
                         break
                     since -= 1
-                known, first = self._stood.get(seen.body, (here, since))
-                stood[seen.body] = here, min(first, since) if known == here else since
+                known, first = self._stood.get(seen.obstacle, (here, since))
+                stood[seen.obstacle] = here, min(first, since) if known == here else since
         self._stood = stood
 
-    def _standing(self, bodies: list[ObstacleTrack]) -> dict[int, int]:
+    def _standing(self, tracks: list[ObstacleTrack]) -> dict[int, int]:
         """The obstacles that have been standing, and for how many ticks more they may."""
         for_ = {}
-        for seen in bodies:
+        for seen in tracks:
             if seen.period is None:
-                stood = seen.since + len(seen.track) - 1 - self._stood[seen.body][1]
+                stood = seen.since + len(seen.track) - 1 - self._stood[seen.obstacle][1]
                 if stood > 0:
-                    for_[seen.body] = min(PERSISTENCE * stood, MAX_HORIZON)
+                    for_[seen.obstacle] = min(PERSISTENCE * stood, MAX_HORIZON)
         return for_
 
     def _route(
-        self, bodies: list[ObstacleTrack], closed: list[Cell], tick: int, believed: int, budget: int | None
+        self, tracks: list[ObstacleTrack], closed: list[Cell], tick: int, believed: int, budget: int | None
     ) -> tuple[Timetable, TimedSearchResult]:
         """The earliest arrival; tracks without end are written out for as long as it takes."""
         search = self._search
         assert search is not None
         unrolled = 64 + 4 * search.steps_left(self._robot)
-        periods = math.lcm(*(s.period for s in bodies if s.period)) if bodies else 1
+        periods = math.lcm(*(s.period for s in tracks if s.period)) if tracks else 1
         most = min(
-            int(np.count_nonzero(self._free)) * periods + max((len(s.track) for s in bodies), default=0),
+            int(np.count_nonzero(self._free)) * periods + max((len(s.track) for s in tracks), default=0),
             MOST_UNROLLED,
         )
         spent = 0
         while True:
             unroll = min(unrolled, most)
-            forbidden = self._forecaster.forbidden(bodies, tick, believed, unroll, self._standing(bodies))
+            forbidden = self._forecaster.forbidden(tracks, tick, believed, unroll, self._standing(tracks))
             if closed:
                 forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
             table = search.timetable(forbidden)
@@ -260,13 +260,13 @@ class TimedSession(SessionBase):
             unrolled *= 4
 
     def _chosen(self, table: Timetable, found: TimedSearchResult, tick: int) -> TimedSearchResult:
-        """The new way, or the one the robot is on if that is still good and the new one saves too little."""
-        old = self._way
+        """The new path, or the one the robot is on if that is still good and the new one saves too little."""
+        old = self._current
         search = self._search
         if old is None or old.cells is None or old.ticks is None or search is None:
             return found
         assert found.ticks is not None
-        # The robot is on the last cell of the old way that it has entered by now.
+        # The robot is on the last cell of the old path that it has entered by now.
         at = int(np.searchsorted(old.ticks, tick, side="right")) - 1
         if at < 0 or (int(old.cells[at, 0]), int(old.cells[at, 1])) != self._robot:
             return found
@@ -278,7 +278,7 @@ class TimedSession(SessionBase):
         return replace(found, cells=cells, ticks=ticks)
 
     def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
-        self._way = None
+        self._current = None
         return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
 
 
@@ -302,6 +302,6 @@ def _single(moves: Moves) -> Moves:
 
 
 def _closing(forbidden: Forbidden, cells: list[Cell], tick: int, width: int) -> Forbidden:
-    """The same with these cells taken for ever."""
+    """The same with these cells taken forever."""
     rows = np.array([(y * width + x, tick) for x, y in cells], dtype=np.int64).reshape(-1, 2)
     return replace(forbidden, forever=np.concatenate((forbidden.forever, rows)))

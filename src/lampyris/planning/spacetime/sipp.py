@@ -18,7 +18,7 @@ class Sipp(Timed):
 
     No vertex, swap or diagonal-crossing conflict with any track that is known; for those that are not, with
     the forecast. The arrival is the earliest there is for known tracks, within the tick model of
-    :mod:`lampyris.sim.grid.loop`: every step takes one tick. Of ways that arrive at the same tick it takes a short
+    :mod:`lampyris.sim.grid.loop`: every step takes one tick. Of paths that arrive at the same tick it takes a short
     one, not always the shortest. With ``sixteen-connected`` moves it drives the eight single steps.
 
     Phillips, Likhachev, "SIPP: Safe interval path planning for dynamic environments", ICRA 2011.

@@ -1,4 +1,4 @@
-"""How a particle of numbers becomes a walk over a ground, and a way a particle."""
+"""How a particle of numbers becomes a walk over a ground, and a path a particle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lampyris.planning.swarm.walks import LineWalks, trace
 from lampyris.typing import Cells
 
 LONGEST = 64
-"""Steps of the longest leg that is tried when a way is written as waypoints."""
+"""Steps of the longest leg that is tried when a path is written as waypoints."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,13 +94,13 @@ def evenly(start: Ints, goal: Ints, k: int) -> Ints:
     return (start * (k + 1) + (goal - start) * share) // (k + 1)
 
 
-def waypoints_of(ground: SearchSpace, way: Cells, k: int) -> Ints:
-    """At least k waypoints whose straight grid lines cost exactly what a cheapest way costs; int64 (k', 2).
+def waypoints_of(ground: SearchSpace, path: Cells, k: int) -> Ints:
+    """At least k waypoints whose straight grid lines cost exactly what a cheapest path costs; int64 (k', 2).
 
-    From each waypoint the next is the farthest cell of the way, at most an even share of its length ahead,
+    From each waypoint the next is the farthest cell of the path, at most an even share of its length ahead,
     that a legal line of the same cost leads to; a neighbour always is. Left-over ones stand on the goal.
     """
-    cells = way.astype(np.int64)
+    cells = path.astype(np.int64)
     steps = len(cells) - 1
     reach = min(LONGEST, -(-steps // (k + 1)))
     single = trace(ground, np.stack((cells[:-1], cells[1:]), axis=1))

@@ -1,6 +1,6 @@
-"""What a way is worth: one list of fitness terms, shared by every swarm planner.
+"""What a path is worth: one list of fitness terms, shared by every swarm planner.
 
-A term is a small function of whole numbers: from a batch of n ways to one whole number each. The fitness, to
+A term is a small function of whole numbers: from a batch of n paths to one whole number each. The fitness, to
 be made least, is the sum of weight times term, in cells of plain ground, added in the order of the list.
 """
 
@@ -14,38 +14,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.swarm.search_space import THOUSAND, Ints, SearchSpace
-from lampyris.planning.swarm.walks import WalkBatch, Ways
+from lampyris.planning.swarm.walks import Paths, WalkBatch
 
 
-def length(ground: SearchSpace, ways: Ways) -> Ints:
+def length(ground: SearchSpace, paths: Paths) -> Ints:
     """Exact cost of the steps on plain ground."""
-    return ways.total(ground.plain(ways.step))
+    return paths.total(ground.plain(paths.step))
 
 
-def terrain(ground: SearchSpace, ways: Ways) -> Ints:
+def terrain(ground: SearchSpace, paths: Paths) -> Ints:
     """Exact cost that the terrain of the cells entered adds to it."""
-    return ways.total(ground.toll(ways.at, ways.step))
+    return paths.total(ground.toll(paths.at, paths.step))
 
 
-def blocked(ground: SearchSpace, ways: Ways) -> Ints:
-    """Steps that may not be made, and those by which a way falls short of the goal."""
-    return ways.total((~ways.legal).astype(np.int64)) + ways.missing
+def blocked(ground: SearchSpace, paths: Paths) -> Ints:
+    """Steps that may not be made, and those by which a path falls short of the goal."""
+    return paths.total((~paths.legal).astype(np.int64)) + paths.missing
 
 
-def clearance(ground: SearchSpace, ways: Ways) -> Ints:
+def clearance(ground: SearchSpace, paths: Paths) -> Ints:
     """How near walls are to the cells entered, thousandths a cell (:attr:`SearchSpace.nearness`)."""
-    return ways.total(ground.nearness[ways.at + ground.jump[ways.step]])
+    return paths.total(ground.nearness[paths.at + ground.jump[paths.step]])
 
 
-def turns(ground: SearchSpace, ways: Ways) -> Ints:
-    """All changes of direction on the way, in sixteenths of a turn."""
-    change = np.zeros_like(ways.step)
-    change[1:] = ground.turn[ways.step[:-1], ways.step[1:]]
-    change[ways.first[:-1]] = 0
-    return ways.total(change)
+def turns(ground: SearchSpace, paths: Paths) -> Ints:
+    """All changes of direction on the path, in sixteenths of a turn."""
+    change = np.zeros_like(paths.step)
+    change[1:] = ground.turn[paths.step[:-1], paths.step[1:]]
+    change[paths.first[:-1]] = 0
+    return paths.total(change)
 
 
-Term = Callable[[SearchSpace, Ways], Ints]
+Term = Callable[[SearchSpace, Paths], Ints]
 
 TERMS = MappingProxyType(
     {"length": length, "terrain": terrain, "blocked": blocked, "clearance": clearance, "turns": turns}
@@ -73,7 +73,7 @@ class Weights:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """A batch of ways, judged.
+    """A batch of paths, judged.
 
     Parameters
     ----------
@@ -95,9 +95,9 @@ def score(ground: SearchSpace, batch: WalkBatch, weights: Weights) -> Score:
     sums = {name: np.zeros(len(batch), dtype=np.int64) for name in names}
     for piece in batch.pieces():
         for name in names:
-            sums[name][piece.walks] += TERMS[name](ground, piece.ways)
+            sums[name][piece.walks] += TERMS[name](ground, piece.paths)
         if "turns" in sums and piece.before >= 0:
-            sums["turns"][piece.walk] += ground.turn[piece.before, piece.ways.step[0]]
+            sums["turns"][piece.walk] += ground.turn[piece.before, piece.paths.step[0]]
     plain, extra, shut = sums["length"], sums["terrain"], sums["blocked"] + batch.missing
     fitness = plain / unit + weights.terrain * (extra / unit) + weights.blocked * shut
     if weights.clearance > 0:

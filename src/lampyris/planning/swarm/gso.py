@@ -16,10 +16,10 @@ from lampyris.planning.swarm.waypoints import WaypointPlanner
 
 @dataclass(frozen=True, slots=True)
 class Gso(WaypointPlanner):
-    """Glowworm swarm optimisation whose glowworms are whole ways, written as waypoints.
+    """Glowworm swarm optimisation whose glowworms are whole paths, written as waypoints.
 
     The swarm is that of Krishnanand and Ghose (see :mod:`lampyris.planning.swarm.optimisers.glowworm`) in the unit box; luciferin
-    takes in minus the fitness. That a glowworm is a way is ours: theirs is a point.
+    takes in minus the fitness. That a glowworm is a path is ours: theirs is a point.
 
     Parameters
     ----------

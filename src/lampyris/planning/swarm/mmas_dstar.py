@@ -15,7 +15,7 @@ from lampyris.planning.swarm.optimisers.loop import Swarm
 from lampyris.planning.swarm.pheromone import Pheromone, trails_of
 from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
-from lampyris.planning.swarm.walks import PART, Ways, parts
+from lampyris.planning.swarm.walks import PART, Paths, parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +28,11 @@ class MmasDstar(SwarmPlanner):
     Published (Stuetzle and Hoos, "MAX-MIN ant system", FGCS 16(8), 2000): after each round all pheromone
     ``tau`` shrinks by ``rho``, the best ant alone adds ``1/C``, C its fitness, and tau is kept between
     ``tau_min = tau_max / spread`` and ``tau_max = 1 / (rho C_best)``; it begins at tau_max and goes back
-    there after ``patience`` rounds without a better way. That D*'s costs lead the ants is Hasan's (Res. J.
+    there after ``patience`` rounds without a better path. That D*'s costs lead the ants is Hasan's (Res. J.
     Appl. Sci. 11(10), 2016), whose formulas could not be found.
 
     Ours: ``eta = 1 / (1 + rise)``, where the rise of a step, in cells, is its cost plus the cost-to-go at its
-    end minus that at its beginning: 0 on a cheapest way. With ``guide = "cost"`` it is 1 / (1 + cost-to-go at
+    end minus that at its beginning: 0 on a cheapest path. With ``guide = "cost"`` it is 1 / (1 + cost-to-go at
     its end), which hardly tells far cells apart. Every other round the best ant of all adds, not that of the
     round. The number of ants is ``swarm``.
 
@@ -41,7 +41,7 @@ class MmasDstar(SwarmPlanner):
     rho : evaporation, > 0 to 1.
     beta : weight of the heuristic, 0 to 20.
     spread : tau_max / tau_min, 1 to 1e6.
-    patience : rounds without a better way after which pheromone is reset, 1 to 100,000.
+    patience : rounds without a better path after which pheromone is reset, 1 to 100,000.
     guide : ``rise`` or ``cost``.
     """
 
@@ -60,11 +60,11 @@ class MmasDstar(SwarmPlanner):
 
     def begin(self, task: Task, rng: np.random.Generator) -> tuple[Swarm[Any], Decode]:
         """See :meth:`SwarmPlanner.begin`."""
-        return _Ants(self, task, rng), lambda ways: ways
+        return _Ants(self, task, rng), lambda paths: paths
 
 
 class _Ants:
-    """One run of the ant system: asked, it says whole ways."""
+    """One run of the ant system: asked, it says whole paths."""
 
     def __init__(self, settings: MmasDstar, task: Task, rng: np.random.Generator) -> None:
         ground = task.ground
@@ -82,46 +82,46 @@ class _Ants:
         self._longest = 3 * int(task.best_possible / min(ground.moves.costs)) + 20
         self._best: tuple[float, Ints] | None = None
         self._seed = None if task.seed is None else self._written(ground, ground.flat(task.seed))
-        self._asked: Ways
+        self._asked: Paths
         self._stale = self._round = 0
 
     @staticmethod
     def _written(ground: SearchSpace, flat: Ints) -> tuple[Ints, Ints]:
-        """A way, given as flat cells, as the cells left and the steps taken."""
+        """A path, given as flat cells, as the cells left and the steps taken."""
         order = np.argsort(ground.jump, kind="stable")
         return flat[:-1], order[np.searchsorted(ground.jump[order], np.diff(flat))]
 
-    def ask(self) -> Ways:
-        """The ways of all ants, that of ant 0 being the seed in the first round."""
+    def ask(self) -> Paths:
+        """The paths of all ants, that of ant 0 being the seed in the first round."""
         self._asked = self._walk()
         return self._asked
 
     def tell(self, values: Values) -> None:
-        """Take in minus the fitness of each way; evaporate, let the best ant add, keep within the limits."""
-        s, ways = self._settings, self._asked
+        """Take in minus the fitness of each path; evaporate, let the best ant add, keep within the limits."""
+        s, paths = self._settings, self._asked
         self._round += 1
         self._stale += 1
-        arrived = np.flatnonzero(ways.missing == 0)
+        arrived = np.flatnonzero(paths.missing == 0)
         if not arrived.size:
             return
         k = int(arrived[values[arrived].argmax()])
-        way = ways[k]
-        now = (-float(values[k]), trails_of(way, self._ground.free.size, self._steps))
-        anew = self._best is None or self._stale > s.patience
+        path = paths[k]
+        now = (-float(values[k]), trails_of(path, self._ground.free.size, self._steps))
+        restart = self._best is None or self._stale > s.patience
         if self._best is None or now[0] < self._best[0]:
             self._best, self._stale = now, 0
         most = 1.0 / (s.rho * self._best[0])
-        if anew:
+        if restart:
             self.tau = Pheromone(most)
             self._stale = 0
         cost, trails = self._best if self._round % 2 == 0 else now
         self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
 
-    def _walk(self) -> Ways:
+    def _walk(self) -> Paths:
         """Every ant's walk; the cells that they saw are forgotten."""
         ants, ground = self._settings.swarm, self._ground
         here = np.full(ants, self._start, dtype=np.int64)
-        on_way = np.arange(ants)
+        walking = np.arange(ants)
         # A row lies far from the next: the system gives these pages now, 50 MB on 512 x 512 in 0.1 s.
         rows = max(1, 16 * PART // self._ground.free.size)
         for ant in range(0, ants, rows):
@@ -130,15 +130,15 @@ class _Ants:
         log = _Log(ants)
         for turn in range(self._longest):
             checkpoint()
-            weights = self._weights(on_way, here[on_way])
-            chosen = roulette(weights, self._rng.random(on_way.size))
-            goes = weights[np.arange(on_way.size), chosen] > 0.0
-            on_way, step = on_way[goes], chosen[goes].astype(np.int64)
-            log.add(here[on_way], step, on_way, turn)
-            here[on_way] = here[on_way] + ground.jump[step]
-            self._seen[on_way, here[on_way]] = True
-            on_way = on_way[here[on_way] != self._goal]
-            if not on_way.size:
+            weights = self._weights(walking, here[walking])
+            chosen = roulette(weights, self._rng.random(walking.size))
+            goes = weights[np.arange(walking.size), chosen] > 0.0
+            walking, step = walking[goes], chosen[goes].astype(np.int64)
+            log.add(here[walking], step, walking, turn)
+            here[walking] = here[walking] + ground.jump[step]
+            self._seen[walking, here[walking]] = True
+            walking = walking[here[walking] != self._goal]
+            if not walking.size:
                 break
         return self._gathered(here, log.pieces())
 
@@ -157,7 +157,7 @@ class _Ants:
             weights = weights * eta
         return weights
 
-    def _gathered(self, last: Ints, pieces: list[Ints]) -> Ways:
+    def _gathered(self, last: Ints, pieces: list[Ints]) -> Paths:
         """The walks ant by ant, of steps that were logged turn by turn; the seed in place of ant 0's."""
         ground = self._ground
         seed = self._seed if self._round == 0 else None
@@ -185,7 +185,7 @@ class _Ants:
         legal = np.empty(at.size, dtype=np.bool_)
         for part in parts(at.size):
             legal[part] = True
-        return Ways(first, at, step, legal, missing)
+        return Paths(first, at, step, legal, missing)
 
 
 class _Log:

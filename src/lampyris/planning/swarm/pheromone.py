@@ -9,14 +9,14 @@ import numpy as np
 from lampyris._core.cancellation import checkpoint
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.search_space import Ints
-from lampyris.planning.swarm.walks import PART, Ways, parts
+from lampyris.planning.swarm.walks import PART, Paths, parts
 
 
 class Pheromone:
     """tau of every step of a map, of which few ever differ from the rest.
 
     Evaporation and limits are the same for all, so steps to which no ant has added share one value, and only
-    the others are kept: a map of four million cells takes no more memory than the ways that were found.
+    the others are kept: a map of four million cells takes no more memory than the paths that were found.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Pheromone:
         self.rest = min(max(self.rest * (1.0 - rho), least), most)
 
 
-def trails_of(way: Ways, cells: int, steps: int) -> Ints:
+def trails_of(path: Paths, cells: int, steps: int) -> Ints:
     """The steps of one walk that is on no cell twice, as cell * steps + step, ascending; int64 (n,).
 
     By counting: sorting half a million at once took 30 ms or more.
@@ -66,9 +66,9 @@ def trails_of(way: Ways, cells: int, steps: int) -> Ints:
     taken = np.empty(cells, dtype=np.int8)
     for part in parts(cells):
         taken[part] = -1
-    for part in parts(way.steps):
-        taken[way.at[part]] = way.step[part]
-    trails, end = np.empty(way.steps, dtype=np.int64), 0
+    for part in parts(path.steps):
+        taken[path.at[part]] = path.step[part]
+    trails, end = np.empty(path.steps, dtype=np.int64), 0
     for part in parts(cells):
         here = np.flatnonzero(taken[part] >= 0) + part.start
         trails[end : end + here.size] = here * steps + taken[here]

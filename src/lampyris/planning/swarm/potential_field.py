@@ -22,7 +22,7 @@ def push_of(task: Task, encoding: Encoding, attract: float, repel: float, reach:
 
     Parameters
     ----------
-    attract : share of the way to the middle of its two neighbours.
+    attract : share of the distance to the middle of its two neighbours.
     repel, reach : eta and d0 of the repulsion, cells.
     """
     away = repulsion(task.ground, repel, reach).reshape(-1, 2)

@@ -97,7 +97,7 @@ class APso(WaypointPlanner):
 
     Parameters
     ----------
-    low, high : inertia when nobody improves and when everybody does, 0 to 1.
+    low, high : inertia when no particle improves and when all do, 0 to 1.
     """
 
     clearance: float = redeclared(SwarmPlanner, "clearance", 0.3)
@@ -150,7 +150,7 @@ class PsoApf(ParticlePlanner):
 
     Parameters
     ----------
-    attract : share of the way to the middle of its neighbours that a waypoint is pulled, 0 to 1.
+    attract : share of the distance to the middle of its neighbours that a waypoint is pulled, 0 to 1.
     repel : eta, in cells cubed an iteration, 0 to 100. No push exceeds one cell.
     reach : d0 in cells, > 0.5 to 50.
     """

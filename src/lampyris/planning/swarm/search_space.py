@@ -104,10 +104,10 @@ class SearchSpace:
 
     def legal(self, at: Ints, step: Ints) -> Flags:
         """Whether each step (by number) may be made from each cell, which must be free itself; same shape."""
-        ways: Flags = self.free[at + self.jump[step]] & self.free[at]
-        ways &= self.free[at + self._via[step]]
-        ways &= self.free[at + self._across[step]]
-        return ways
+        paths: Flags = self.free[at + self.jump[step]] & self.free[at]
+        paths &= self.free[at + self._via[step]]
+        paths &= self.free[at + self._across[step]]
+        return paths
 
     def plain(self, step: Ints) -> Ints:
         """Exact cost of steps on plain ground."""
@@ -161,12 +161,12 @@ class SearchSpace:
 
     # ---- what the exact field says --------------------
 
-    def exact_way(self, start: Cell) -> Cells:
+    def shortest_path(self, start: Cell) -> Cells:
         """The cells from a cell that can reach the goal, along the field's parents; int32 (n, 2)."""
         return _along_parents(self.field, start)
 
     def exact_between(self, start: Cell, end: Cell) -> tuple[Cells, int]:
-        """A cheapest way between two cells of one region, and how many cells it took to find it."""
+        """A cheapest path between two cells of one region, and how many cells it took to find it."""
         moves, terrain = self.moves, self.scene.grid.terrain
         field = solve(self.open_cells, moves, end, terrain=terrain, stop=start)
         return _along_parents(field, start), field.expansions
@@ -206,11 +206,11 @@ def _along_parents(field: Field, start: Cell) -> Cells:
     jump = [dy * width + dx for dx, dy in field.moves.offsets]
     step = field.step.ravel()
     at, goal = start[1] * width + start[0], field.goal[1] * width + field.goal[0]
-    way = [at]
+    path = [at]
     while at != goal:
-        if len(way) % 1024 == 0:
+        if len(path) % 1024 == 0:
             checkpoint()
         at += jump[step[at]]
-        way.append(at)
-    y, x = np.divmod(np.array(way, dtype=np.int32), np.int32(width))
+        path.append(at)
+    y, x = np.divmod(np.array(path, dtype=np.int32), np.int32(width))
     return np.stack((x, y), axis=1)

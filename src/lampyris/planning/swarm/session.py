@@ -1,4 +1,4 @@
-"""The session of the swarm planners that judge whole ways: one loop, one judge, whatever moves the swarm."""
+"""The session of the swarm planners that judge whole paths: one loop, one judge, whatever moves the swarm."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lampyris.planning.swarm.fitness_terms import Weights, score
 from lampyris.planning.swarm.optimisers.loop import StoppingRule, Swarm, minimise
 from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session_memory import Memory
-from lampyris.planning.swarm.walks import WalkBatch, Ways, walk_of
+from lampyris.planning.swarm.walks import Paths, WalkBatch, walk_of
 from lampyris.typing import Cells
 
 
@@ -34,8 +34,8 @@ class Task:
     ----------
     ground : where.
     start : the robot's cell, int64 (2,).
-    seed : the exact way, int32 (n, 2), if the swarm is to start with it; else None.
-    best_possible : exact cost of a cheapest way.
+    seed : the exact path, int32 (n, 2), if the swarm is to start with it; else None.
+    best_possible : exact cost of a cheapest path.
     """
 
     ground: SearchSpace
@@ -45,7 +45,7 @@ class Task:
 
 
 Decode = Callable[[Any], WalkBatch]
-"""From what a swarm asks to the ways it means."""
+"""From what a swarm asks to the paths it means."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +56,10 @@ class SwarmPlanner:
     ----------
     swarm : glowworms, particles or ants. 1 to 2000.
     iterations : rounds at most. 1 to 100,000.
-    seeded : begin with the exact way (what D* finds) in the swarm. The answer is then never longer than it,
-        so the swarm can only choose among cheapest ways, or trade length if ``slack`` lets it.
-    slack : share by which an answer may be longer than the exact way, when seeded. 0 to 10.
-    repair : without a legal way at the end, replace the blocked legs of the best one by exact ways (ours).
+    seeded : begin with the exact path (what D* finds) in the swarm. The answer is then never longer than it,
+        so the swarm can only choose among cheapest paths, or trade length if ``slack`` lets it.
+    slack : share by which an answer may be longer than the exact path, when seeded. 0 to 10.
+    repair : without a legal path at the end, replace the blocked legs of the best one by exact paths (ours).
     terrain, blocked, clearance, turns : weights, see :class:`lampyris.planning.swarm.fitness_terms.Weights`.
 
     Raises
@@ -100,14 +100,14 @@ class SwarmPlanner:
 
 
 class FitnessEvaluator:
-    """Scores what a swarm asks, counts it, and remembers the best way that may be an answer.
+    """Scores what a swarm asks, counts it, and remembers the best path that may be an answer.
 
-    An answer is legal and, if the swarm is seeded, costs no more than the exact way and its slack.
+    An answer is legal and, if the swarm is seeded, costs no more than the exact path and its slack.
 
     Attributes
     ----------
     best, fitness : the best answer so far and its fitness; None and infinity before there is one.
-    nearest, gap : the way of best fitness, legal or not, and its fitness.
+    nearest, gap : the path of best fitness, legal or not, and its fitness.
     trace : ``fitness`` after each round.
     over : whether the last round was refused: it would have passed the budget.
     """
@@ -120,7 +120,7 @@ class FitnessEvaluator:
         if planner.seeded:
             self._most = task.best_possible + math.floor(planner.slack * task.best_possible)
             if planner.terrain >= 1:
-                # No legal way is fitter than a cheapest one that is straight and far from walls.
+                # No legal path is fitter than a cheapest one that is straight and far from walls.
                 self._bound = task.best_possible / float(task.ground.moves.unit)
         self.best: WalkBatch | None = None
         self.nearest: WalkBatch | None = None
@@ -130,19 +130,19 @@ class FitnessEvaluator:
 
     def __call__(self, asked: Any) -> NDArray[np.float64]:
         """Fitness of each row, (n,)."""
-        ways = self._decode(asked)
-        if self._memory.spent + ways.steps > self._memory.most:
+        paths = self._decode(asked)
+        if self._memory.spent + paths.steps > self._memory.most:
             self.over = True
-            return np.zeros(len(ways))
-        self._memory.spent += ways.steps
-        judged = score(self._task.ground, ways, self._weights)
+            return np.zeros(len(paths))
+        self._memory.spent += paths.steps
+        judged = score(self._task.ground, paths, self._weights)
         k = int(judged.fitness.argmin())
         if judged.fitness[k] < self.gap:
-            self.gap, self.nearest = float(judged.fitness[k]), ways[k]
+            self.gap, self.nearest = float(judged.fitness[k]), paths[k]
         worth = np.where(judged.legal & (judged.exact <= self._most), judged.fitness, np.inf)
         k = int(worth.argmin())
         if worth[k] < self.fitness:
-            self.fitness, self.best = float(worth[k]), ways[k]
+            self.fitness, self.best = float(worth[k]), paths[k]
         self.trace.append(self.fitness)
         return judged.fitness
 
@@ -154,11 +154,11 @@ class FitnessEvaluator:
 class SwarmSession(SessionBase):
     """A session of a :class:`SwarmPlanner`; see :class:`lampyris.planning.base.Session`.
 
-    Every call searches anew. Moving obstacles count as walls for the call, save on the robot's own cell and
+    Every call runs a new search. Moving obstacles count as walls for the call, save on the robot's own cell and
     on the goal. The exact field is solved first (and kept while the map and the obstacles stay the same): it
-    tells whether there is a way at all, and where waypoints may stand.
+    tells whether there is a path at all, and where waypoints may stand.
 
-    ``Plan.expansions`` counts the cells settled by fields solved in the call, and every step of every way
+    ``Plan.expansions`` counts the cells settled by fields solved in the call, and every step of every path
     whose fitness was worked out; a round that would pass the budget is not looked at and ends the search.
     """
 
@@ -176,7 +176,7 @@ class SwarmSession(SessionBase):
 
     @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """A way from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
+        """A path from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class SwarmSession(SessionBase):
 
     def _search(self) -> Plan:
         memory, planner = self._memory, self._planner
-        ground = memory.ground(memory.bodies)
+        ground = memory.ground(memory.occupied)
         if memory.over:
             return memory.failed(Status.LIMIT)
         x, y = memory.robot
@@ -198,7 +198,7 @@ class SwarmSession(SessionBase):
             return memory.cut_off()
         if exact == 0:
             return memory.found(np.array([memory.robot], dtype=np.int32), iterations=0)
-        seed = ground.exact_way(memory.robot) if planner.seeded else None
+        seed = ground.shortest_path(memory.robot) if planner.seeded else None
         task = Task(ground, np.array(memory.robot, dtype=np.int64), seed, exact)
         swarm, decode = planner.begin(task, self._rng)
         judge = FitnessEvaluator(planner, task, memory, decode)
@@ -216,16 +216,18 @@ class SwarmSession(SessionBase):
             cells, legs = self._repaired(ground, judge.nearest.whole())
             if memory.over:
                 return memory.failed(Status.LIMIT, iterations=rounds)
-            told = f"A path was found by replacing {legs} blocked stretches of the swarm's best way."
-            return memory.found(cells, iterations=rounds, detail=told)
-        told = f"No legal way was among those a swarm of {self._planner.swarm} tried in {rounds} iterations."
-        return memory.failed(Status.ITERATION_LIMIT, iterations=rounds, detail=f"{told} There is one.")
+            sentence = f"A path was found by replacing {legs} blocked stretches of the swarm's best path."
+            return memory.found(cells, iterations=rounds, detail=sentence)
+        sentence = (
+            f"No legal path was among those a swarm of {self._planner.swarm} tried in {rounds} iterations."
+        )
+        return memory.failed(Status.ITERATION_LIMIT, iterations=rounds, detail=f"{sentence} There is one.")
 
-    def _repaired(self, ground: SearchSpace, way: Ways) -> tuple[Cells, int]:
-        """The way with every blocked stretch, and what it lacks to the goal, replaced by an exact way."""
-        cells = walk_of(ground, way)
+    def _repaired(self, ground: SearchSpace, path: Paths) -> tuple[Cells, int]:
+        """The path with every blocked stretch, and what it lacks to the goal, replaced by an exact path."""
+        cells = walk_of(ground, path)
         reached = ground.to_go[ground.flat(cells)] >= 0
-        bad = ~way.legal | ~reached[:-1] | ~reached[1:]
+        bad = ~path.legal | ~reached[:-1] | ~reached[1:]
         edges = np.flatnonzero(np.diff(np.concatenate(([False], bad, [False])).astype(np.int8)))
         parts, at = [], 0
         for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -236,5 +238,5 @@ class SwarmSession(SessionBase):
             at = b
         parts.append(cells[at:-1])
         x, y = cells[-1].tolist()
-        parts.append(ground.exact_way((x, y)))
+        parts.append(ground.shortest_path((x, y)))
         return np.concatenate(parts), len(edges) // 2

@@ -33,7 +33,7 @@ class Memory:
     Attributes
     ----------
     scene, robot : as they are now.
-    bodies : cells under moving obstacles in this call, save the robot's own and the goal: what covers the
+    occupied : cells under moving obstacles in this call, save the robot's own and the goal: what covers the
         goal now will have gone.
     spent : expansions of this call: cells settled in fields that were solved, steps and neighbours looked at.
     most : the budget of this call; infinity if there is none.
@@ -44,7 +44,7 @@ class Memory:
         self.name = name
         self.robot: Cell = scene.start
         self._under_walls: dict[Cell, int] = {}
-        self.bodies = NONE
+        self.occupied = NONE
         self.spent = 0
         self.most = math.inf
         self._see()
@@ -76,7 +76,7 @@ class Memory:
             self.scene = scene
             self._see()
         ends, contains = (self.robot, scene.goal), scene.grid.contains
-        self.bodies = frozenset(c for c in change.obstacles if c not in ends and contains(c))
+        self.occupied = frozenset(c for c in change.obstacles if c not in ends and contains(c))
         self.spent = 0
         self.most = math.inf if budget is None or budget.expansions is None else budget.expansions
         for cell, status in zip(ends, (Status.START_OCCUPIED, Status.GOAL_OCCUPIED), strict=True):
@@ -102,13 +102,13 @@ class Memory:
         return known
 
     def cut_off(self) -> Plan:
-        """Why the exact field has no way: moving obstacles, or walls."""
+        """Why the exact field has no path: moving obstacles, or walls."""
         status, detail = Status.NO_PATH, ""
-        if self.bodies:
+        if self.occupied:
             static = self.ground()
             if static.field.exact[self.robot[1], self.robot[0]] >= 0:
                 status = Status.HEMMED_IN
-                detail = "No path for now: walls leave a way, moving obstacles close it."
+                detail = "No path for now: walls leave a path, moving obstacles close it."
         return self.failed(Status.LIMIT) if self.over else self.failed(status, detail=detail)
 
     def failed(self, status: Status, *, iterations: int = 0, detail: str = "") -> Plan:

@@ -33,13 +33,13 @@ WORSE = 1000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fan:
-    """The candidates of one iteration, as offsets in compass order, and the ways to them.
+    """The candidates of one iteration, as offsets in compass order, and the paths to them.
 
     Parameters
     ----------
     offsets : int64 (m, 2).
-    target : int64 (ways,); which candidate a way leads to.
-    steps : int64 (ways, 2); the moves it takes; the second is -1 if there is one only.
+    target : int64 (paths,); which candidate a path leads to.
+    steps : int64 (paths, 2); the moves it takes; the second is -1 if there is one only.
     box : the square in which particles live.
     """
 
@@ -52,22 +52,22 @@ class Fan:
 @lru_cache(maxsize=32)
 def fan_of(moves: Moves, reach: int) -> Fan:
     """Single steps (``reach`` 1), or the cells of the second ring with the pairs of steps that lead there."""
-    ways: dict[Cell, list[tuple[int, int]]] = {}
+    paths: dict[Cell, list[tuple[int, int]]] = {}
     for k, (dx, dy) in enumerate(moves.offsets):
         if reach == 1 or max(abs(dx), abs(dy)) == reach:
-            ways.setdefault((dx, dy), []).append((k, -1))
+            paths.setdefault((dx, dy), []).append((k, -1))
         if reach == 1:
             continue
         for j, (ex, ey) in enumerate(moves.offsets):
             end = (dx + ex, dy + ey)
             if max(map(abs, end)) == reach and max(map(abs, (dx, dy, ex, ey))) == 1:
-                ways.setdefault(end, []).append((k, j))
-    ring = sorted(ways, key=_compass)
+                paths.setdefault(end, []).append((k, j))
+    ring = sorted(paths, key=_compass)
     far = max(max(map(abs, offset)) for offset in ring) + 0.5
     return Fan(
         np.array(ring, dtype=np.int64),
-        np.array([i for i, offset in enumerate(ring) for _ in ways[offset]], dtype=np.int64),
-        np.array([pair for offset in ring for pair in ways[offset]], dtype=np.int64),
+        np.array([i for i, offset in enumerate(ring) for _ in paths[offset]], dtype=np.int64),
+        np.array([pair for offset in ring for pair in paths[offset]], dtype=np.int64),
         Box(np.full(2, -far), np.full(2, far)),
     )
 
@@ -103,7 +103,7 @@ class StepPlanner:
     to all that are. The first particles begin on the candidates, one on each, in compass order, so with as
     many particles as candidates none is overlooked; with fewer it is a search, and where it finds nothing
     that is nearer to the goal, D*'s own step is taken. All of this is ours: of the published methods no more
-    is known than that D* computes the costs, an lbest swarm moves the robot, and a gate makes it plan anew.
+    is known than that D* computes the costs, an lbest swarm moves the robot, and a gate makes it replan.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class StepPlanner:
     rounds : iterations of that swarm. 1 to 1000.
     obstacles : weight of blocked neighbours, in cells, 0 to 100.
     gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``:
-        one that is met is closed (D* raises its cost) and the costs are repaired. Where every way leads through
+        one that is met is closed (D* raises its cost) and the costs are repaired. Where every path leads through
         gates they are passed, and the plan says so.
     """
 
@@ -121,7 +121,7 @@ class StepPlanner:
     gates: str = word("replan", ("ignore", "close", "replan"))
 
     name: ClassVar[str]
-    # The costs are solved anew where cells were closed, so nothing is reused after a Change.
+    # The costs are solved from scratch where cells were closed, so nothing is reused after a Change.
     traits: ClassVar[Traits] = Traits(optimal=False, stochastic=True)
     summary: ClassVar[str]
     source: ClassVar[str]
@@ -165,7 +165,7 @@ class StepSession(SessionBase):
 
     @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """A way from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
+        """A path from where the robot is to the goal; see :meth:`lampyris.planning.base.Session.plan`.
 
         Raises
         ------
@@ -213,10 +213,10 @@ class StepSession(SessionBase):
         """The ground with these gates closed, or with none where they cut the robot off."""
         memory = self._memory
         x, y = trip.cells[-1]
-        ground = memory.ground((memory.bodies | sealed) - {memory.robot, (x, y), memory.scene.goal})
+        ground = memory.ground((memory.occupied | sealed) - {memory.robot, (x, y), memory.scene.goal})
         if sealed and ground.field.exact[y, x] < 0:
             trip.forced = True
-            ground = memory.ground(memory.bodies)
+            ground = memory.ground(memory.occupied)
         return ground
 
     def _move(self, ground: SearchSpace, here: Cell) -> list[Cell]:
@@ -229,20 +229,20 @@ class StepSession(SessionBase):
             # Otherwise a cell of the second ring, from where the goal is a straight step, would be preferred
             # to the diagonal step that ends it.
             return [own]
-        worth, way = self._candidates(ground, fan, at)
+        worth, path = self._candidates(ground, fan, at)
         low = float(ground.to_go[at]) / ground.moves.unit
         chosen = self._swarm(fan, worth)
         if worth[chosen] >= low + WORSE:
             return [own]
         cells = [here]
-        for k in fan.steps[way[chosen]].tolist():
+        for k in fan.steps[path[chosen]].tolist():
             if k >= 0:
                 dx, dy = ground.moves.offsets[k]
                 cells.append((cells[-1][0] + dx, cells[-1][1] + dy))
         return cells[1:]
 
     def _candidates(self, ground: SearchSpace, fan: Fan, at: int) -> tuple[NDArray[np.float64], Ints]:
-        """What each candidate is worth, in cells, the less the better; and the cheapest legal way to it."""
+        """What each candidate is worth, in cells, the less the better; and the cheapest legal path to it."""
         one, two = fan.steps[:, 0], np.maximum(fan.steps[:, 1], 0)
         second = fan.steps[:, 1] >= 0
         start = np.full(one.size, at, dtype=np.int64)
@@ -256,13 +256,13 @@ class StepSession(SessionBase):
         end = middle + np.where(second, ground.jump[two], 0)
         nearer = legal & (ground.to_go[end] >= 0) & (ground.to_go[end] < ground.to_go[at])
         order = np.lexsort((np.arange(one.size), cost, ~nearer, fan.target))
-        way = order[np.searchsorted(fan.target[order], np.arange(len(fan.offsets)))]
+        path = order[np.searchsorted(fan.target[order], np.arange(len(fan.offsets)))]
         unit = float(ground.moves.unit)
         around = np.array([dy * ground.stride + dx for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy])
-        beside = np.clip(end[way][:, np.newaxis] + around, 0, ground.free.size - 1)
+        beside = np.clip(end[path][:, np.newaxis] + around, 0, ground.free.size - 1)
         shut = ground.shut[beside].sum(axis=1)
-        worth = ground.to_go[end[way]] / unit + self._planner.obstacles * (shut / 8.0)
-        return np.where(nearer[way], worth, float(ground.to_go[at]) / unit + WORSE), way
+        worth = ground.to_go[end[path]] / unit + self._planner.obstacles * (shut / 8.0)
+        return np.where(nearer[path], worth, float(ground.to_go[at]) / unit + WORSE), path
 
     def _swarm(self, fan: Fan, worth: NDArray[np.float64]) -> int:
         """The candidate that the particles found best."""
@@ -285,7 +285,7 @@ class StepSession(SessionBase):
     def _arrived(self, trip: StepWalk) -> Plan:
         detail = ""
         if trip.forced:
-            detail = "A path was found. Every way leads through a gate, so gates were passed."
+            detail = "A path was found. Every path leads through a gate, so gates were passed."
         made = self._memory.found(
             np.array(trip.cells, dtype=np.int32),
             iterations=trip.iterations,

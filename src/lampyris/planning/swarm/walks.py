@@ -14,18 +14,18 @@ from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.typing import Cells
 
 PART = 1 << 16
-"""Steps that are worked on between two looks at whether to go on: a few milliseconds' work."""
+"""Steps that are worked on between two cancellation checks: a few milliseconds' work."""
 
 
 def parts(n: int) -> Iterator[slice]:
-    """n elements, :data:`PART` at a time, with a look before each at whether to go on."""
+    """n elements, :data:`PART` at a time, with a cancellation check before each."""
     for a in range(0, n, PART):
         checkpoint()
         yield slice(a, min(a + PART, n))
 
 
 class WalkBatch(Protocol):
-    """n walks, one after the other, each of at least one step; at hand, or made when they are asked for."""
+    """n walks, one after the other, each of at least one step; available, or made when they are asked for."""
 
     @property
     def steps(self) -> int:
@@ -41,9 +41,9 @@ class WalkBatch(Protocol):
         """One of them."""
 
     def pieces(self) -> Iterator[Piece]:
-        """All steps in order, :data:`PART` or so at a time, with a look before each at whether to go on."""
+        """All steps in order, :data:`PART` or so at a time, with a cancellation check before each."""
 
-    def whole(self) -> Ways:
+    def whole(self) -> Paths:
         """All of them at once."""
 
 
@@ -54,22 +54,22 @@ class Piece:
     Parameters
     ----------
     walk : number of the first.
-    ways : the steps; whether a walk falls short is not said.
+    paths : the steps; whether a walk falls short is not said.
     before : the step that was made before the first of them, in the same walk; -1: none.
     """
 
     walk: int
-    ways: Ways
+    paths: Paths
     before: int
 
     @property
     def walks(self) -> slice:
         """Which walks."""
-        return slice(self.walk, self.walk + len(self.ways))
+        return slice(self.walk, self.walk + len(self.paths))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ways:
+class Paths:
     """n walks, step by step; a :class:`WalkBatch`.
 
     Parameters
@@ -90,10 +90,10 @@ class Ways:
     def __len__(self) -> int:
         return int(self.first.size) - 1
 
-    def __getitem__(self, k: int) -> Ways:
+    def __getitem__(self, k: int) -> Paths:
         a, b = int(self.first[k]), int(self.first[k + 1])
         ends = np.array([0, b - a], dtype=np.int64)
-        return Ways(ends, self.at[a:b], self.step[a:b], self.legal[a:b], self.missing[k : k + 1])
+        return Paths(ends, self.at[a:b], self.step[a:b], self.legal[a:b], self.missing[k : k + 1])
 
     def total(self, each: NDArray[np.int64]) -> Ints:
         """Sum of a whole number of each step over each walk, int64 (n,)."""
@@ -110,10 +110,10 @@ class Ways:
             checkpoint()
             b = min(a + PART, self.steps)
             walk, first = _walks_between(self.first, a, b)
-            ways = Ways(first, self.at[a:b], self.step[a:b], self.legal[a:b], np.zeros_like(first[1:]))
-            yield Piece(walk, ways, int(self.step[a - 1]) if a > self.first[walk] else -1)
+            paths = Paths(first, self.at[a:b], self.step[a:b], self.legal[a:b], np.zeros_like(first[1:]))
+            yield Piece(walk, paths, int(self.step[a - 1]) if a > self.first[walk] else -1)
 
-    def whole(self) -> Ways:
+    def whole(self) -> Paths:
         """See :class:`WalkBatch`."""
         return self
 
@@ -125,12 +125,12 @@ def _walks_between(bounds: Ints, a: int, b: int) -> tuple[int, Ints]:
     return walk, np.clip(bounds[walk : end + 1], a, b) - a
 
 
-def walk_of(ground: SearchSpace, way: Ways) -> Cells:
+def walk_of(ground: SearchSpace, path: Paths) -> Cells:
     """The cells of a batch of one walk, both ends included; int32 (n, 2)."""
-    cells = np.empty((way.steps + 1, 2), dtype=np.int32)
-    for part in parts(way.steps):
-        cells[part] = ground.cells(way.at[part])
-    cells[-1:] = ground.cells(way.at[-1:] + ground.jump[way.step[-1:]])
+    cells = np.empty((path.steps + 1, 2), dtype=np.int32)
+    for part in parts(path.steps):
+        cells[part] = ground.cells(path.at[part])
+    cells[-1:] = ground.cells(path.at[-1:] + ground.jump[path.step[-1:]])
     return cells
 
 
@@ -149,7 +149,7 @@ class LineWalks:
     A leg takes steps of two neighbouring directions: straight and diagonal, or with knight's steps the two
     kinds that its slope lies between, or with ``four-connected`` the two straights. They are spread as evenly as
     Bresenham's line spreads them (IBM Systems Journal 4(1), 1965), so step i is known without those before.
-    Without walls no way between the two cells is cheaper.
+    Without walls no path between the two cells is cheaper.
     """
 
     def __init__(self, ground: SearchSpace, nodes: Ints) -> None:
@@ -191,7 +191,7 @@ class LineWalks:
         # A leg weighs as much as a step, and is never cut: it is no longer than the map.
         if self.steps + last <= PART:
             checkpoint()
-            yield Piece(0, self._ways(0, last, self._bounds), -1)
+            yield Piece(0, self._paths(0, last, self._bounds), -1)
             return
         cuts = np.searchsorted(begin + np.arange(begin.size), np.arange(PART, self.steps + last, PART))
         a, before = 0, -1
@@ -200,11 +200,11 @@ class LineWalks:
                 continue
             checkpoint()
             walk, first = _walks_between(self._bounds, int(begin[a]), int(begin[b]))
-            ways = self._ways(a, b, first)
-            yield Piece(walk, ways, before if begin[a] > self._bounds[walk] else -1)
-            before, a = int(ways.step[-1]), b
+            paths = self._paths(a, b, first)
+            yield Piece(walk, paths, before if begin[a] > self._bounds[walk] else -1)
+            before, a = int(paths.step[-1]), b
 
-    def _ways(self, a: int, b: int, first: Ints) -> Ways:
+    def _paths(self, a: int, b: int, first: Ints) -> Paths:
         """The steps of legs a to b."""
         ground, here = self._ground, self._here[a:b]
         kinds, counts = self._kinds[a:b], self._counts[a:b]
@@ -218,20 +218,20 @@ class LineWalks:
         jumps = ground.jump[kinds]
         at = ground.flat(here)[leg] + (i - passed) * jumps[leg, 0] + passed * jumps[leg, 1]
         step = np.where(turned, kinds[leg, 1], kinds[leg, 0])
-        return Ways(first, at, step, ground.legal(at, step), np.zeros_like(first[1:]))
+        return Paths(first, at, step, ground.legal(at, step), np.zeros_like(first[1:]))
 
-    def whole(self) -> Ways:
+    def whole(self) -> Paths:
         """See :class:`WalkBatch`."""
-        made = [piece.ways for piece in self.pieces()]
+        made = [piece.paths for piece in self.pieces()]
         if len(made) == 1:
             return made[0]
         at, step, legal = (
-            np.concatenate([getattr(ways, name) for ways in made]) for name in ("at", "step", "legal")
+            np.concatenate([getattr(paths, name) for paths in made]) for name in ("at", "step", "legal")
         )
-        return Ways(self._bounds, at, step, legal, self.missing)
+        return Paths(self._bounds, at, step, legal, self.missing)
 
 
-def trace(ground: SearchSpace, nodes: Ints) -> Ways:
+def trace(ground: SearchSpace, nodes: Ints) -> Paths:
     """:class:`LineWalks`, made at once: for few."""
     return LineWalks(ground, nodes).whole()
 

@@ -27,7 +27,7 @@ class WaypointPlanner(SwarmPlanner):
 
     A particle is ``waypoints`` places on the map; each is moved to the nearest cell from which the goal can
     be reached, and straight grid lines join them. A seeded swarm may take more: as many as it needs to write
-    the exact way down at its exact cost, which is the first particle; in other swarms that is the straight
+    the exact path down at its exact cost, which is the first particle; in other swarms that is the straight
     line, evenly divided. Half of the swarm begins near the first, the rest anywhere.
 
     Parameters

@@ -45,7 +45,7 @@ def check_curve(curve: Curve, grid: Grid, robot: Robot, points: Points) -> Viola
     the polyline does anywhere).
     """
     xy = np.asarray(points, dtype=np.float64)
-    told = [(float(x), float(y)) for x, y in xy]
+    polyline = [(float(x), float(y)) for x, y in xy]
     pieces = [
         ((float(x), float(y)), (float(hx), float(hy)), float(length), float(k))
         for (x, y), (hx, hy), length, k in zip(
@@ -54,20 +54,23 @@ def check_curve(curve: Curve, grid: Grid, robot: Robot, points: Points) -> Viola
         )
     ]  # fmt: skip
     near = _JOIN * max(1, grid.width, grid.height)
-    if curve.resolution != grid.resolution or curve.end != told[-1]:
-        return Violation("ends", "end", f"it ends at {curve.end!r}, the polyline at {told[-1]!r}")
+    if curve.resolution != grid.resolution or curve.end != polyline[-1]:
+        return Violation("ends", "end", f"it ends at {curve.end!r}, the polyline at {polyline[-1]!r}")
     first, last = (pieces[0][0], _at(pieces[-1], pieces[-1][2])[0]) if pieces else (curve.end, curve.end)
-    if math.dist(first, told[0]) > near or math.dist(last, told[-1]) > near:
+    if math.dist(first, polyline[0]) > near or math.dist(last, polyline[-1]) > near:
         return Violation(
-            "ends", "curve", f"from {first} to {last}, the polyline from {told[0]} to {told[-1]}"
+            "ends", "curve", f"from {first} to {last}, the polyline from {polyline[0]} to {polyline[-1]}"
         )
     broken = _form_violation(curve, pieces, robot, near)
     if broken is not None:
         return broken
-    length, walked = (math.fsum(p[2] for p in pieces), math.fsum(math.dist(a, b) for a, b in pairwise(told)))
+    length, walked = (
+        math.fsum(p[2] for p in pieces),
+        math.fsum(math.dist(a, b) for a, b in pairwise(polyline)),
+    )
     if length > walked * (1 + _JOIN) + near:
         return Violation("longer", "curve", f"{length!r} cells, the polyline {walked!r}")
-    return _place_violation(pieces, grid, robot.radius / grid.resolution, told)
+    return _place_violation(pieces, grid, robot.radius / grid.resolution, polyline)
 
 
 def _form_violation(curve: Curve, pieces: list[_Piece], robot: Robot, near: float) -> Violation | None:
@@ -97,10 +100,12 @@ def _form_violation(curve: Curve, pieces: list[_Piece], robot: Robot, near: floa
     return None
 
 
-def _place_violation(pieces: list[_Piece], grid: Grid, radius: float, told: list[_Point]) -> Violation | None:
+def _place_violation(
+    pieces: list[_Piece], grid: Grid, radius: float, polyline: list[_Point]
+) -> Violation | None:
     """Rules ``outside`` and ``clearance``."""
     need = radius
-    for a, b in pairwise(told):
+    for a, b in pairwise(polyline):
         need = min(need, max(_gap(grid, a, b, need), 0.0))
     for number, piece in enumerate(pieces):
         where = f"piece {number}"

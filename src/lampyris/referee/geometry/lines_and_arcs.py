@@ -141,7 +141,7 @@ def joins(curve: Curve, name: str, turn_radius: float) -> Violation | None:
     return None
 
 
-def wall_on_the_way(
+def wall_along(
     curve: Curve, s0: float, s1: float, grid: Grid, radius: float
 ) -> tuple[float, float, tuple[int, int]] | None:
     """The first part between s0 and s1 too near to a wall: distance (metres), where (s), the wall.
@@ -166,7 +166,7 @@ def nearest_wall(curve: Curve, s0: float, s1: float, grid: Grid, reach: float) -
 def _pieces_and_walls(
     curve: Curve, s0: float, s1: float, grid: Grid, reach: float
 ) -> list[tuple[float, float, tuple[int, int]]]:
-    """Of each short part of the way: distance to the nearest wall (cells), where it begins, which."""
+    """Of each short part of the path: distance to the nearest wall (cells), where it begins, which."""
     pieces = pieces_of((curve,), curve.resolution)
     res = curve.resolution
     out = []

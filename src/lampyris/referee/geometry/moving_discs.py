@@ -79,7 +79,7 @@ def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pie
     The distance at the end of a stretch is the next one's s (they are checked to agree), except where the leg
     changes.
     """
-    columns = _stretches(t, s, v, a, leg, pieces)
+    columns = _segments(t, s, v, a, leg, pieces)
     t0, t1, at, speed, rate, low, high = columns[:7]
     middle = at + 0.5 * (t1 - t0) * (speed + 0.25 * rate * (t1 - t0))
     piece = np.zeros(len(t0), dtype=np.int64)
@@ -91,7 +91,7 @@ def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pie
     return RobotMotion(t0, t1, at, speed, rate, piece, pieces)
 
 
-def _stretches(
+def _segments(
     t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pieces
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Ints, Ints]:
     """Stretches cut at borders: begin, end, s, v, a, and the first and one past the last piece of the leg."""
@@ -104,9 +104,9 @@ def _stretches(
         i, j = np.searchsorted(inner, s[:n], side="right"), np.searchsorted(inner, end, side="left")
         for m in np.flatnonzero((leg[:n] == k) & (j > i)).tolist():
             border = inner[i[m] : j[m]]
-            way = border - s[m]
-            pace = v[m] + np.sqrt(np.maximum(v[m] ** 2 + 2 * a[m] * way, 0.0))
-            later = 2 * way / np.where(pace > 0, pace, np.inf)
+            span = border - s[m]
+            pace = v[m] + np.sqrt(np.maximum(v[m] ** 2 + 2 * a[m] * span, 0.0))
+            later = 2 * span / np.where(pace > 0, pace, np.inf)
             speed = np.maximum(v[m] + a[m] * later, 0.0)
             one = np.ones(len(border))
             cut = np.stack((t[m] + later, border, speed, a[m] * one, k * one), axis=1)
@@ -124,7 +124,7 @@ class Pairs(NamedTuple):
     begin: Floats
     end: Floats
     part: Ints
-    body: Ints
+    obstacle: Ints
     at: Points
     """Of the obstacle at ``begin``, metres; (n, 2)."""
     velocity: Points
@@ -198,7 +198,7 @@ def _look(motion: RobotMotion, p: Pairs, begin: Floats, end: Floats) -> _Seen:
 
 
 def first_contact(motion: RobotMotion, pairs: Pairs) -> tuple[float, int, float] | None:
-    """The first contact while the robot moves: time (within a part), body, distance of the centres (metres).
+    """The first contact while the robot moves: time (within a part), obstacle, distance of the centres (metres).
 
     Contact is an overlap of more than :data:`lampyris.referee.geometry.shapes.TOUCH`.
     """
@@ -217,7 +217,7 @@ def first_contact(motion: RobotMotion, pairs: Pairs) -> tuple[float, int, float]
             k = int(np.flatnonzero(hit)[np.argmin(begin[hit])])
             t = 0.5 * float(begin[k] + end[k])
             if best is None or t < best[0]:
-                best = (t, int(p.body[k]), float(seen.distance[k]))
+                best = (t, int(p.obstacle[k]), float(seen.distance[k]))
         # What is in contact is halved on towards its beginning; what begins after the first known is done.
         open_ = np.flatnonzero(seen.low < limit)
         if best is not None:
@@ -248,7 +248,7 @@ def nearest(motion: RobotMotion, pairs: Pairs, give: float = 1e-6) -> tuple[floa
         seen = _look(motion, p, begin, end)
         k = int(np.argmin(seen.distance - p.reach))
         if seen.distance[k] - p.reach[k] < best:
-            best, who = float(seen.distance[k] - p.reach[k]), int(p.body[k])
+            best, who = float(seen.distance[k] - p.reach[k]), int(p.obstacle[k])
             when = 0.5 * float(begin[k] + end[k])
         open_ = np.flatnonzero(seen.low - p.reach < best - give)
         p, begin, end = p.some(open_), begin[open_], end[open_]
@@ -258,17 +258,17 @@ def nearest(motion: RobotMotion, pairs: Pairs, give: float = 1e-6) -> tuple[floa
 
 
 class Episode(NamedTuple):
-    """A contact while the robot stood: which body, from when to when."""
+    """A contact while the robot stood: which obstacle, from when to when."""
 
-    body: int
+    obstacle: int
     begin: float
     end: float
 
 
 def standing_contacts(motion: RobotMotion, pairs: Pairs, apart: float = 1e-9) -> list[Episode]:
-    """Contacts while the robot stands, in order of body and time.
+    """Contacts while the robot stands, in order of obstacle and time.
 
-    Those of one body that are no more than ``apart`` seconds apart are one.
+    Those of one obstacle that are no more than ``apart`` seconds apart are one.
     """
     p = pairs.some(np.flatnonzero(~moving(motion, pairs)))
     if len(p.begin) == 0:
@@ -288,9 +288,9 @@ def standing_contacts(motion: RobotMotion, pairs: Pairs, apart: float = 1e-9) ->
     leave = np.where(still, length, np.clip((-b + root) / safe, 0.0, length))
     met = np.flatnonzero((still | crosses) & (leave > enter) & (limit > 0))
     out: list[Episode] = []
-    for k in met[np.lexsort((p.begin[met], p.body[met]))].tolist():
-        one = Episode(int(p.body[k]), float(p.begin[k] + enter[k]), float(p.begin[k] + leave[k]))
-        if out and out[-1].body == one.body and one.begin <= out[-1].end + apart:
+    for k in met[np.lexsort((p.begin[met], p.obstacle[met]))].tolist():
+        one = Episode(int(p.obstacle[k]), float(p.begin[k] + enter[k]), float(p.begin[k] + leave[k]))
+        if out and out[-1].obstacle == one.obstacle and one.begin <= out[-1].end + apart:
             one = one._replace(begin=out.pop().begin)
         out.append(one)
     return out

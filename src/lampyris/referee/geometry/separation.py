@@ -25,8 +25,8 @@ _AT_ONCE = 1_000_000
 """Pairs of pieces that are looked at in one go."""
 
 
-def bodies_violation(
-    tracks: Sequence[Track], bodies: Sequence[Obstacle], resolution: float, duration: float
+def obstacles_violation(
+    tracks: Sequence[Track], obstacles: Sequence[Obstacle], resolution: float, duration: float
 ) -> Violation | None:
     """Whether two obstacles, one of them of a kind that avoids the others, ever overlap.
 
@@ -35,28 +35,26 @@ def bodies_violation(
     resolution : metres a cell.
     duration : seconds.
     """
-    found = least_gap(tracks, bodies, resolution, duration)
+    found = least_gap(tracks, obstacles, resolution, duration)
     if found is None or found[0] >= 0.0:
         return None
     _, t, i, j, distance = found
     reach = tracks[i].radius + tracks[j].radius
-    what = (
-        f"{distance:.9g} m between the centres of bodies {i} and {j} at {t:.9g} s; the radii make {reach:g}"
-    )
+    what = f"{distance:.9g} m between the centres of obstacles {i} and {j} at {t:.9g} s; the radii make {reach:g}"
     return Violation("bodies apart", f"body {i}", what)
 
 
 def least_gap(
-    tracks: Sequence[Track], bodies: Sequence[Obstacle], resolution: float, duration: float
+    tracks: Sequence[Track], obstacles: Sequence[Obstacle], resolution: float, duration: float
 ) -> tuple[float, float, int, int, float] | None:
     """The least gap between the rims of two obstacles that must keep apart, where their boxes ever meet.
 
     Returns
     -------
-    gap (metres; what counts as touching is forgiven), when (seconds), both bodies, and the distance of their
+    gap (metres; what counts as touching is forgiven), when (seconds), both obstacles, and the distance of their
     centres; None: no two boxes meet.
     """
-    word = [body.kind for body in bodies]
+    word = [obstacle.kind for obstacle in obstacles]
     judged = np.array([w not in UNAVOIDING for w in word], dtype=np.bool_)
     avoids = np.array([w not in UNAVOIDING and w not in FIXED for w in word], dtype=np.bool_)
     if judged.sum() < 2 or not avoids.any() or duration <= 0.0:
@@ -64,8 +62,8 @@ def least_gap(
     # As many windows as the busiest track has pieces: a box is then seldom longer than one step.
     windows = max(len(track.t) for track in tracks)
     rows = [_pieces(k, tracks[k], resolution, duration, windows) for k in np.flatnonzero(judged).tolist()]
-    window, body, t0, t1, ax, ay, bx, by = np.concatenate(rows).T
-    who = body.astype(np.int64)
+    window, obstacle, t0, t1, ax, ay, bx, by = np.concatenate(rows).T
+    who = obstacle.astype(np.int64)
     radius = np.array([track.radius for track in tracks])[who]
     # Windows lie side by side on one axis, so that one sort orders all of them.
     width = float(max(ax.max(), bx.max()) - min(ax.min(), bx.min()) + 4.0 * radius.max() + 1.0)
@@ -98,7 +96,7 @@ def least_gap(
 
 
 def _pieces(number: int, track: Track, resolution: float, duration: float, windows: int) -> Floats:
-    """The straight pieces of a track, cut at the borders of windows, metres; (n, 8): window, body, from when
+    """The straight pieces of a track, cut at the borders of windows, metres; (n, 8): window, obstacle, from when
     to when, from where to where.
     """
     cuts = np.unique(np.concatenate((track.t, np.linspace(0.0, duration, windows + 1))))

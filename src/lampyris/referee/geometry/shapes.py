@@ -1,4 +1,4 @@
-"""Discs against squares: what a round body on a grid touches.
+"""Discs against squares: what a round obstacle on a grid touches.
 
 A blocked cell is a closed unit square around its centre. A disc *overlaps* it when some point of the square
 is strictly nearer to the disc's centre than the radius; touching is allowed. Distances are compared with a
@@ -56,7 +56,7 @@ def disc_cells(radius: float, resolution: float) -> Ints:
 
 @lru_cache(maxsize=1024)
 def swept_cells(dx: int, dy: int, radius: float, resolution: float) -> Ints:
-    """Offsets of the cells that a disc covers on its straight way from cell (0, 0) to (dx, dy); (n, 2).
+    """Offsets of the cells that a disc covers on its straight path from cell (0, 0) to (dx, dy); (n, 2).
 
     ``radius`` in metres, > 0. A square is covered when it comes nearer to the segment between the two
     centres than the radius.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a63d2", "#7d8590")
 """Okabe and Ito's without yellow, that cannot be seen on white, and black, that is the ink; a violet and a
-grey for more. After eight comes the next kind of line and mark, so that 24 can be told apart."""
+grey for more. After eight comes the next kind of line and mark, so that 24 can be distinguished."""
 DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)))
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "<")
 POINTS = 120

@@ -48,8 +48,8 @@ def draw_drive(drive: Drive, out: style.OutFile) -> None:
     from matplotlib.patches import Patch
 
     suffix = style.suffix_of(out, (".png", ".svg"))
-    told = worth_telling(drive_shares(drive))
-    rows, beside = -(-len(told) // 6), bool(drive.tracks)
+    listed = worth_telling(drive_shares(drive))
+    rows, beside = -(-len(listed) // 6), bool(drive.tracks)
     high = 3.3 + 1.5 * beside + 0.2 * rows
     figure = Figure(figsize=(9.0, high), dpi=DPI, facecolor="white")
     foot, upper = (0.72 + 0.2 * rows) / high, 1 - 0.48 / high
@@ -65,7 +65,7 @@ def draw_drive(drive: Drive, out: style.OutFile) -> None:
     last.set_xlabel("time (s)", fontsize=9, color=style.INK)
     title = f"{drive.planner}, {drive.law} law: {drive.outcome.value} after {drive.duration:.4g} s"
     figure.text(0.02, 1 - 0.1 / high, title, fontsize=11, fontweight="bold", color=style.INK, va="top")
-    handles = [Patch(facecolor=colours[c.cause], alpha=0.8, label=f"{c.cause} {c.time:.0%}") for c in told]
+    handles = [Patch(facecolor=colours[c.cause], alpha=0.8, label=f"{c.cause} {c.time:.0%}") for c in listed]
     figure.legend(
         handles=handles, loc="lower left", bbox_to_anchor=(0.02, 0.06 / high), ncols=6, frameon=False,
         fontsize=8.5, handlelength=1.2, columnspacing=1.2, borderaxespad=0, labelcolor=style.INK,

@@ -1,4 +1,4 @@
-"""The speed chart: how fast along the path, and what held the robot back."""
+"""The speed chart: how fast along the path, and what limited the robot."""
 
 from __future__ import annotations
 

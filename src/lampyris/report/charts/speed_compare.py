@@ -1,4 +1,4 @@
-"""Speed laws side by side: how fast each drives the same way, and what holds one of them back."""
+"""Speed laws side by side: how fast each drives the same path, and what limits one of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NEAR = 1.15
 
 
 def draw_comparison(profiles: Sequence[tuple[str, Profile]], chosen: int, out: style.OutFile) -> None:
-    """Draw several profiles of one way over its length, as PNG or SVG by the file's suffix.
+    """Draw several profiles of one path over its length, as PNG or SVG by the file's suffix.
 
     The chosen one is thick, its caps are faint lines, and a band below says what holds it where. The same
     profiles give the same bytes.

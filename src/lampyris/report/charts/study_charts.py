@@ -71,8 +71,8 @@ def bars(
 def _with_mean(one: tuple[str, Sequence[float]]) -> str:
     there = [v for v in one[1] if math.isfinite(v)]
     mean = math.fsum(there) / len(there) if there else math.nan
-    told = f"{mean:.0f}" if abs(mean) >= 1000 else f"{mean:.4g}"
-    return f"{clean(one[0], 20)}, mean {told}" if there else clean(one[0], 20)
+    mean_text = f"{mean:.0f}" if abs(mean) >= 1000 else f"{mean:.4g}"
+    return f"{clean(one[0], 20)}, mean {mean_text}" if there else clean(one[0], 20)
 
 
 def _swatch(axes: Axes, k: int, colour: str, words: str) -> None:
@@ -90,7 +90,7 @@ def dots(
     *,
     share: bool = False,
 ) -> str:
-    """Values with their intervals, a row for each name and a panel for each crowd.
+    """Values with their intervals, a row for each name and a panel for each traffic case.
 
     A name has the colour that it has in all figures, in every panel. ``share``: the axis is 0 to 100 %.
     """

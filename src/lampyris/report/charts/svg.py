@@ -73,7 +73,7 @@ def _smaller(words: str, name: str, size: str) -> str:
 
 
 def _tag(words: str, name: str, used: frozenset[str]) -> str:
-    """One tag: ids told apart or left out, colours and font of the page, coordinates to a hundredth."""
+    """One tag: ids made unique or left out, colours and font of the page, coordinates to a hundredth."""
     words = re.sub(r' id="([^"]*)"', lambda m: f' id="{name}-{m[1]}"' if m[1] in used else "", words)
     words = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", words)
     words = words.replace("'DejaVu Sans'", _FONT)

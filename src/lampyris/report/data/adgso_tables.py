@@ -1,4 +1,4 @@
-"""AD-GSO's record as tables, after Tables 4.3 to 4.6: what was accepted, what chosen, and the way to it."""
+"""AD-GSO's record as tables, after Tables 4.3 to 4.6: what was accepted, what chosen, and the path to it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _table(number: int, jump: Jump) -> JumpTable:
         )
         for k, c in enumerate(candidates)
     )
-    how = "along the parents" if jump.by_parents else "the cheapest way inside the accepted cells"
+    how = "along the parents" if jump.by_parents else "the cheapest path inside the accepted cells"
     title = (
         f"Iteration {number}: at {_cell(jump.at)}, luciferin {jump.luciferin:.3f}; "
         f"{len(rows)} accepted in {jump.rings} ring{'' if jump.rings == 1 else 's'}"

@@ -84,7 +84,7 @@ def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Gri
     """
     if profile.xy is None or len(heading) != len(profile.v):
         what = f"{len(heading)} headings for {len(profile.v)} nodes"
-        raise UsageError("CSV", what, allowed="a profile of a course, and its headings")
+        raise UsageError("CSV", what, allowed="a profile of a sampled path, and its headings")
     columns = profile_columns(profile, grid.frame) | {"yaw": yaws(heading, grid.frame)}
     if not profile.metric:
         columns["t_s"] = columns.pop("t_transfers")

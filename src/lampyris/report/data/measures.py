@@ -2,10 +2,10 @@
 
 A measure that is not defined for a run is None, never a number in its place. What a run did not reach has no
 length and no time: ``length``, ``cost``, ``gap``, ``cost_to_go``, ``ticks``, ``time_s``, turns and clearance
-are those of a whole way, and None where there is none. What was counted on the way (collisions, hits, near
+are those of a whole path, and None where there is none. What was counted on the way (collisions, hits, near
 misses, replans, waits, path_switches, iterations, expansions) is reported for every run.
 
-Distances between bodies are between discs. In a simulation in ticks a body, or the robot, that is smaller
+Distances between obstacles are between discs. In a simulation in ticks an obstacle, or the robot, that is smaller
 than its cell counts as the disc that fills the cell: its radius is half a cell. In a drive discs have the
 radii by which contact is judged.
 """
@@ -39,25 +39,25 @@ METRICS = (
 )  # fmt: skip
 """In the order of the columns.
 
-* ``outcome``: the word of the status or outcome. ``found``: a way was planned; ``arrived``: the robot stands
+* ``outcome``: the word of the status or outcome. ``found``: a path was planned; ``arrived``: the robot stands
   on the goal (of a plan: the same as found).
 * Of a simulation with edits the optimum, the gap, the cost-to-go and the clearance are by the map at tick 0:
   a gap can be less than 0 then.
 * ``collisions``: of the robot's own making. ``hits``: obstacles that ran into the standing robot.
 * ``near_m``: the least free distance between the robot's rim and an obstacle's over the whole run, metres, 0
   where they touch; None without obstacles. Of a simulation at its ticks, of a drive every :data:`LOOK`
-  seconds. ``near_misses``: of a simulation the ticks at which that distance to somebody is under one cell
-  (between two bodies of one cell: neighbours, diagonal ones too); of a drive how often an obstacle comes
+  seconds. ``near_misses``: of a simulation the ticks at which that distance to an obstacle is under one cell
+  (between two obstacles of one cell: neighbours, diagonal ones too); of a drive how often an obstacle comes
   under half a cell, once for each time that it comes.
-* ``length_cells``, ``length_m``: of the way driven, a diagonal the square root of 2; of an any-angle plan, of
+* ``length_cells``, ``length_m``: of the path driven, a diagonal the square root of 2; of an any-angle plan, of
   its straight lines, and so are its turns. ``length_any_angle``: the length of these lines, cells, of such
   plans only: what may be set beside the least cost, below which it can be. ``cost``: by the prices of the
   moves, cells; of an any-angle plan that of its walk by cells along the lines, never below the least, and so
   are its gap, time, ticks, clearance and cost-to-go: tables must say so. A simulation in ticks goes from cell
   to cell with every planner: an any-angle planner is driven along that walk, and all measures are of it.
-* ``optimal``: the least cost on the map as it is, cells, reported for every run; None: no way. ``gap``: cost /
+* ``optimal``: the least cost on the map as it is, cells, reported for every run; None: no path. ``gap``: cost /
   optimal - 1. A drive leaves the cells: it has no cost and no gap.
-* ``cost_to_go``: the cost to the goal summed up over the cells of the way, both ends, cells: what the
+* ``cost_to_go``: the cost to the goal summed up over the cells of the path, both ends, cells: what the
   dissertation prints as the baselines' path cost. Not of drives.
 * ``ticks``: until arrival; of a plan its steps, and its waits if it has a schedule. ``time_s``: until
   arrival; of a plan by its profile, if that is in seconds.
@@ -67,11 +67,11 @@ METRICS = (
 * ``turns``, ``turn_deg``, ``smoothness``: see :class:`lampyris.report.data.metrics.PathMetrics`. Of a drive the
   turns are arcs, and turns on the spot or at a corner; the length is that of the curves.
 * ``clearance_mean_m``, ``clearance_least_m``: from the robot's rim to the nearest wall, metres, over the
-  cells of the way; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
+  cells of the path; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
   place between cells has the clearance of the nearest cell's centre. None on a map without walls.
 * ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``path_switches``: as
   the run counts them. ``path_switches_per_100``: path_switches in each hundred ticks of the whole run; None of a run without
-  a tick. Not path_switches in each replan: AD-GSO asks anew at each jump, which no replan is, and may change its
+  a tick. Not path_switches in each replan: AD-GSO asks again at each jump, which no replan is, and may change its
   mind there, so that it had more path_switches than replans.
 * ``reference_ok``: whether ``optimal`` is the published length; None where none is published, or the moves
   are not those that it is of.
@@ -87,12 +87,12 @@ Published: TypeAlias = float | None
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """What is known of a place before anybody plans.
+    """What is known of a place before planning.
 
     Parameters
     ----------
-    optimal_exact : exact cost of the best way; None: there is none.
-    to_go : float64 (height, width): least cost to the goal, cells; infinity where there is no way.
+    optimal_exact : exact cost of the best path; None: there is none.
+    to_go : float64 (height, width): least cost to the goal, cells; infinity where there is no path.
     clearance : float64 (height, width): metres from each cell's centre to the nearest wall; infinity: none.
     """
 
@@ -109,7 +109,7 @@ def plan_metrics(
     out.update(iterations=plan.iterations, expansions=plan.expansions, replans=len(plan.gates_met))
     out["notes"] = _joined(plan.notes)
     if plan.path is not None:
-        _way(out, plan.path, scene, known)
+        _path_measures(out, plan.path, scene, known)
         if plan.waypoints is not None:
             lines = line_metrics(plan.waypoints, scene.grid)
             for name in ("length_cells", "length_m", "turns", "turn_deg", "smoothness"):
@@ -145,7 +145,7 @@ def trace_metrics(trace: Trace, known: Known, published: Published = None) -> Me
     out["near_m"] = _finite(near.min(initial=math.inf))
     _speeds(out, trace.speed)
     if trace.arrived and trace.path is not None:
-        _way(out, trace.path, scene, known)
+        _path_measures(out, trace.path, scene, known)
         out["ticks"] = trace.ticks
     return out
 
@@ -175,7 +175,7 @@ def drive_metrics(drive: Drive, known: Known, published: Published = None) -> Me
     xy = _near(out, drive)
     if drive.arrived:
         out.update(length_m=rolled, length_cells=rolled / scene.grid.resolution, time_s=drive.duration)
-        _bends(out, drive)
+        _curvature_measures(out, drive)
         _clearance(out, np.rint(xy).astype(np.int64), scene, known)
     return out
 
@@ -194,8 +194,8 @@ def near_by_tick(trace: Trace) -> Floats:
     robot = trace.robot.astype(np.int64)
     own = disc(trace.scene.robot.radius, res)
     by_radius: dict[float, list[int]] = {}
-    for k, body in enumerate(trace.obstacle_specs):
-        by_radius.setdefault(disc(body.radius, res), []).append(k)
+    for k, obstacle in enumerate(trace.obstacle_specs):
+        by_radius.setdefault(disc(obstacle.radius, res), []).append(k)
     for radius, some in by_radius.items():
         squared = np.full(n, _FAR)
         together = [k for k in some if trace.appears[k] == 0]
@@ -215,14 +215,14 @@ _FAR = 2**62
 
 
 def disc(radius: float, resolution: float) -> float:
-    """The radius that a body counts with, metres: no smaller than its cell."""
+    """The radius that an obstacle counts with, metres: no smaller than its cell."""
     return max(radius, 0.5 * resolution)
 
 
 def _blank(
     outcome: str, found: bool, arrived: bool, scene: Scene, known: Known, published: Published
 ) -> Metrics:
-    """Every measure, those that say nothing of the way filled in."""
+    """Every measure, those that say nothing of the path filled in."""
     out: Metrics = dict.fromkeys(METRICS)
     out.update(outcome=outcome, found=found, arrived=arrived)
     if known.optimal_exact is not None:
@@ -253,11 +253,11 @@ def slack(published: float) -> float:
     return max(1e-5 * abs(published), min(0.005, 0.5 * 10.0**-digits))
 
 
-def _way(out: Metrics, path: Path, scene: Scene, known: Known) -> None:
-    """What is said of a way of cells from start to goal."""
-    told = path_metrics(path, scene.grid)
+def _path_measures(out: Metrics, path: Path, scene: Scene, known: Known) -> None:
+    """What is said of a path of cells from start to goal."""
+    of_path = path_metrics(path, scene.grid)
     for name in ("length_cells", "length_m", "turns", "turn_deg", "smoothness"):
-        out[name] = told[name]
+        out[name] = of_path[name]
     out["cost"] = path.cost
     if known.optimal_exact is not None:
         excess = path.exact - known.optimal_exact
@@ -301,7 +301,7 @@ def _near(out: Metrics, drive: Drive) -> Floats:
     return xy
 
 
-def _bends(out: Metrics, drive: Drive) -> None:
+def _curvature_measures(out: Metrics, drive: Drive) -> None:
     """Turning of what was driven of each curve."""
     turns, total, before = 0, 0.0, None
     for leg in np.unique(drive.leg).tolist():

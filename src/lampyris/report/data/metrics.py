@@ -108,48 +108,48 @@ def _shape(step: NDArray[np.int64], length: float) -> _Shape:
 
 
 class CauseShare(NamedTuple):
-    """How much of a drive one cause holds: its share of the way and of the time, each 0 to 1."""
+    """How much of a drive one cause holds: its share of the path and of the time, each 0 to 1."""
 
     cause: str
-    way: float
+    distance: float
     time: float
 
 
 def cause_shares(profile: Profile) -> tuple[CauseShare, ...]:
-    """What held a robot back, the longest first.
+    """What limited a robot, the longest first.
 
     Each node stands for half of the edge before it and half of the one behind it. A profile of one node has
-    no way and takes no time: its cause holds all of both.
+    no path and takes no time: its cause holds all of both.
     """
     return shares(profile.cause, _halves(profile.s), _halves(profile.t))
 
 
 def drive_shares(drive: Drive) -> tuple[CauseShare, ...]:
-    """What held the robot back, the longest first: shares of way and time, stretch by stretch."""
+    """What limited the robot, the longest first: shares of path and time, stretch by stretch."""
     time = np.diff(drive.t, append=drive.t[-1:])
-    way = time * (drive.v + 0.5 * drive.a * time)
-    return shares(drive.cause, way, time)
+    distance = time * (drive.v + 0.5 * drive.a * time)
+    return shares(drive.cause, distance, time)
 
 
-def shares(cause: Sequence[str], way: Floats, time: Floats) -> tuple[CauseShare, ...]:
-    """The same for parts of a drive with a cause, a way and a time each."""
+def shares(cause: Sequence[str], distance: Floats, time: Floats) -> tuple[CauseShare, ...]:
+    """The same for parts of a drive with a cause, a path and a time each."""
     sums: dict[str, list[float]] = {}
-    for word, s, t in zip(cause, way.tolist(), time.tolist(), strict=True):
+    for word, s, t in zip(cause, distance.tolist(), time.tolist(), strict=True):
         both = sums.setdefault(word, [0.0, 0.0])
         both[0] += s
         both[1] += t
-    whole, last = (float(x.sum()) for x in (way, time))
+    whole, last = (float(x.sum()) for x in (distance, time))
     made = [
         CauseShare(word, s / whole if whole else 1 / len(sums), t / last if last else 1 / len(sums))
         for word, (s, t) in sums.items()
     ]
-    return tuple(sorted(made, key=lambda c: (-c.time, -c.way, c.cause)))
+    return tuple(sorted(made, key=lambda c: (-c.time, -c.distance, c.cause)))
 
 
 def worth_telling(some: Sequence[CauseShare]) -> tuple[CauseShare, ...]:
     """Without the two ends, where they take no time worth a word; all, if nothing else is left."""
-    told = tuple(c for c in some if c.cause not in ("start", "goal") or c.time >= 0.005)
-    return told or tuple(some)
+    listed = tuple(c for c in some if c.cause not in ("start", "goal") or c.time >= 0.005)
+    return listed or tuple(some)
 
 
 def _halves(x: Floats) -> Floats:

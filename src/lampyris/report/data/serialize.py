@@ -181,14 +181,14 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "curves": [curve_record(c) for c in drive.curves],
         "obstacle_specs": [
             {
-                "kind": body.kind,
+                "kind": obstacle.kind,
                 "radius": track.radius,
                 "top_speed": track.top_speed,
-                "yields": body.yields,
+                "yields": obstacle.yields,
                 "t": track.t.tolist(),
                 "xy": track.xy.tolist(),
             }
-            for body, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
+            for obstacle, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
         ],
         "moments": [
             {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
@@ -281,8 +281,8 @@ def profile_record(profile: Profile, *, caps: bool = False) -> dict[str, Any]:
 
 
 def shares_record(some: Sequence[CauseShare]) -> list[dict[str, Any]]:
-    """What held the robot back, the longest first."""
-    return [{"cause": c.cause, "way": c.way, "time": c.time} for c in some]
+    """What limited the robot, the longest first."""
+    return [{"cause": c.cause, "way": c.distance, "time": c.time} for c in some]
 
 
 def _finite(value: float) -> float | None:

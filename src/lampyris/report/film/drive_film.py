@@ -34,7 +34,7 @@ def film_drive(
     """Draw a drive as a film, WebP (lossless) or GIF by the file's suffix.
 
     It runs in real time where that takes at most 240 frames, and quicker by a whole factor otherwise, which
-    its caption tells. The way driven stays behind as a line coloured by speed; below stand the time, the
+    its caption tells. The path driven stays behind as a line coloured by speed; below stand the time, the
     speed and what binds it. The same drive gives the same bytes.
 
     Parameters
@@ -124,7 +124,7 @@ class DriveRenderer:
         return self._sheet.exact_colours()
 
     def _follow(self, moment: float) -> None:
-        """Draw the way driven since the last frame."""
+        """Draw the path driven since the last frame."""
         if moment <= self._drawn:
             return
         pieces = max(1, round((moment - self._drawn) / self._step))

@@ -1,4 +1,4 @@
-"""The stage of a film: a trail that grows and bodies that move, tick by tick, on a :class:`Sheet`."""
+"""The stage of a film: a trail that grows and obstacles that move, tick by tick, on a :class:`Sheet`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TraceRenderer:
     ----------
     trace : shown.
     scale : pixels a cell; None: chosen by the map's size.
-    stride : ticks between frames, told in the caption when more than one.
+    stride : ticks between frames, stated in the caption when more than one.
     landscape : the layer beneath; None: none.
     """
 
@@ -78,7 +78,7 @@ class TraceRenderer:
         self._captioned = -1
 
     def _turn(self, tick: int) -> None:
-        """Draw the map anew, and the path driven upon it, where walls or the layer have changed."""
+        """Redraw the map, and the path driven upon it, where walls or the layer have changed."""
         due = [edit for edit in self._edits if edit.tick <= tick]
         below = self._landscape
         if due:

@@ -32,7 +32,7 @@ LONG = 560
 """Pixels of the map's longer side, about."""
 
 LEAST = 11
-"""Pixels of a body at least, however small the cells."""
+"""Pixels of an obstacle at least, however small the cells."""
 
 MARGIN = 10
 CAPTION = 64
@@ -61,7 +61,7 @@ GOOD: Colour = (0, 120, 80)
 BAD: Colour = (200, 30, 60)
 
 Entry = tuple[str, Colour, str, str]
-"""Shape, colour, letter and name of somebody."""
+"""Shape, colour, letter and name of an obstacle."""
 
 
 class Sheet:
@@ -130,12 +130,12 @@ class Sheet:
         return sprites.sprite(shape, colour, letter, self.size), colour
 
     def disc(self, radius_m: float, colour: Colour) -> Sprite | None:
-        """The true size of a body that is wider than a cell."""
+        """The true size of an obstacle that is wider than a cell."""
         pixels = radius_m / self.grid.resolution * self.scale
         return sprites.ring(round(pixels), 2, colour, 0.18) if pixels > self.scale / 2 else None
 
     def leg(self, canvas: Rgb, a: tuple[float, float], b: tuple[float, float], share: float) -> None:
-        """A piece of the way driven, cells to cells, coloured by a share of the greatest speed."""
+        """A piece of the path driven, cells to cells, coloured by a share of the greatest speed."""
         red, green, blue = self._speeds[round(255 * min(1.0, share))].tolist()
         _line(canvas, self.at(*a), self.at(*b), (red, green, blue), max(3, round(self.scale * 0.2)))
 

@@ -22,7 +22,7 @@ MAX_FRAMES = 240
 """Frames at most, the last held one not counted."""
 
 GLIDE = 2
-"""Frames for each tick of a short run: bodies glide from cell to cell, so that one can see who goes where."""
+"""Frames for each tick of a short run: obstacles glide from cell to cell, so that one can see who goes where."""
 
 FPS = 16.0
 """Frames a second, if nobody says."""
@@ -71,9 +71,9 @@ def film(
 ) -> None:
     """Draw a simulation as a film, WebP (lossless) or GIF by the file's suffix.
 
-    Walls are dark, and those that come or go do so at their tick; the way driven stays behind as a line
+    Walls are dark, and those that come or go do so at their tick; the path driven stays behind as a line
     coloured by speed; obstacles differ by kind in shape, colour and letter; a ring flashes around the robot
-    when it waits (grey) or plans anew (violet). Below stand the tick, the speed and what binds it, and in the
+    when it waits (grey) or replans (violet). Below stand the tick, the speed and what binds it, and in the
     end the outcome. The same trace gives the same bytes.
 
     Parameters

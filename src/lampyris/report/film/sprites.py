@@ -48,7 +48,7 @@ class Sprite:
 
 
 def kind_of(kind: str) -> tuple[str, Colour, str, str]:
-    """Shape, colour, letter and name; a kind nobody knows is a grey pentagon."""
+    """Shape, colour, letter and name; an unknown kind is a grey pentagon."""
     return KINDS.get(kind, OTHER)
 
 

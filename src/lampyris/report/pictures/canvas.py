@@ -163,7 +163,7 @@ def patches(grid: Grid, values: FloatGrid | None) -> list[Any]:
     if (grid.blocked & unknown).any():
         items.append(patch(style.UNKNOWN, "unknown", hatch="////"))
     if values is not None and (~grid.blocked & ~np.isfinite(values)).any():
-        items.append(patch(style.CUT_OFF, "no way to the goal"))
+        items.append(patch(style.CUT_OFF, "no path to the goal"))
     if values is None and grid.terrain is not None:
         shades, (least, most) = style.terrain_colours(), style.terrain_range(grid.terrain)
         label = style.terrain_label(least, most)
@@ -189,7 +189,7 @@ def draw_bars(figure: Figure, frame: FigureLayout, bars: Sequence[tuple[Any, flo
 
 
 def draw_words(
-    figure: Figure, frame: FigureLayout, title: str, told: str, foot: str, items: list[Any]
+    figure: Figure, frame: FigureLayout, title: str, subtitle: str, foot: str, items: list[Any]
 ) -> None:
     """Title and subtitle above; legend, and a line at the foot, below."""
     from matplotlib.legend_handler import HandlerTuple
@@ -198,7 +198,7 @@ def draw_words(
     x = 0.2 / frame.width
     figure.text(x, top / frame.height, title, fontsize=13, fontweight="bold", color=style.INK, va="top")
     room = int((frame.width - 0.4) * 72 / 4.9)
-    words = textwrap.shorten(told, 3 * room, placeholder=" ...")
+    words = textwrap.shorten(subtitle, 3 * room, placeholder=" ...")
     figure.text(
         x, (top - 0.28) / frame.height, textwrap.fill(words, room), fontsize=9, color=style.FAINT, va="top"
     )  # fmt: skip

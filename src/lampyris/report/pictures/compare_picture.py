@@ -1,4 +1,4 @@
-"""Several ways across one map, each in its own colour and dash, and beneath them how fast each was driven."""
+"""Several paths across one map, each in its own colour and dash, and beneath them how fast each was driven."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ LOOKS: tuple[tuple[str, Dash], ...] = (
     ("#56b4e9", (0, (3.2, 2.0))),
     ("#882255", (0, (1.0, 1.6))),
 )
-"""Colour and dash of each way in turn: Okabe and Ito's colours, told apart by the dash alone as well."""
+"""Colour and dash of each path in turn: Okabe and Ito's colours, distinct by the dash alone as well."""
 
 OBSTACLE = "obstacle, from where it began"
 
 _CHART = 2.1
 """Height of the chart of speeds, inches."""
 _BESIDE = 2.3
-"""Points from one way to the next where they run together."""
+"""Points from one path to the next where they run together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnPath:
-    """One way on the picture.
+    """One path on the picture.
 
     Parameters
     ----------
     name : who found it.
-    told : its text in the legend, in a few words.
-    xy : float64 (n, 2), cells; empty: no way was found.
+    subtitle : its text in the legend, in a few words.
+    xy : float64 (n, 2), cells; empty: no path was found.
     """
 
     name: str
-    told: str
+    subtitle: str
     xy: Points
 
 
@@ -63,47 +63,47 @@ class Speeds:
     Parameters
     ----------
     name : what the line is of.
-    told : its text, in a few words.
+    subtitle : its text, in a few words.
     s, v : distance and speed, (n,).
     units : of the speed.
-    way : number of the way whose colour it has; None: it is of a law, and has the law's colour.
+    path : number of the path whose colour it has; None: it is of a law, and has the law's colour.
     """
 
     name: str
-    told: str
+    subtitle: str
     s: Floats
     v: Floats
     units: str
-    way: int | None = None
+    path: int | None = None
 
 
 def look_of(k: int) -> tuple[str, Dash]:
-    """Colour and dash of way number ``k``; after the last colour they begin again with another dash."""
+    """Colour and dash of path number ``k``; after the last colour they begin again with another dash."""
     colour, dash = LOOKS[k % len(LOOKS)]
     return (colour, dash) if k < len(LOOKS) else (colour, LOOKS[(k + k // len(LOOKS)) % len(LOOKS)][1])
 
 
-def draw_ways(
+def draw_paths(
     grid: Grid,
     start: Cell,
     goal: Cell,
-    ways: Sequence[DrawnPath],
+    paths: Sequence[DrawnPath],
     out: style.OutFile,
     *,
     title: str,
-    told: str,
+    subtitle: str,
     speeds: Sequence[Speeds] = (),
     speeds_title: str = "",
     tracks: Sequence[Points] = (),
 ) -> None:
-    """Draw ways on their map, as PNG or SVG by the file's suffix; the same arguments give the same bytes.
+    """Draw paths on their map, as PNG or SVG by the file's suffix; the same arguments give the same bytes.
 
-    Where ways run together they are drawn side by side, the first on the left as one drives.
+    Where paths run together they are drawn side by side, the first on the left as one drives.
 
     Parameters
     ----------
-    ways : at least one.
-    title, told : above the map.
+    paths : at least one.
+    title, subtitle : above the map.
     speeds : lines of the chart beneath; those whose units are not the first one's are left out, and named.
     speeds_title : above the chart.
     tracks : of moving obstacles, cells; drawn faintly, a ring where each begins.
@@ -114,20 +114,22 @@ def draw_ways(
     FileError : the system refuses to write.
     """
     suffix = style.suffix_of(out, (".png", ".svg"))
-    labels = [*(_label(way) for way in ways), "start", "goal", *([OBSTACLE] if tracks else [])]
+    labels = [*(_label(path) for path in paths), "start", "goal", *([OBSTACLE] if tracks else [])]
     figure, axes, frame = canvas.blank(
         grid, [], None, [*labels, *_ground_labels(grid)], _CHART + 0.6 if speeds else 0.0
     )
     items = _draw_tracks(axes, tracks, frame)
-    drawn = _draw_all(axes, ways, frame)
+    drawn = _draw_all(axes, paths, frame)
     ends = canvas.draw_ends(axes, start, goal, frame)
     foot = canvas.size_of(grid) + _draw_speeds(figure, frame, speeds, speeds_title)
-    canvas.draw_words(figure, frame, title, told, foot, [*drawn, *ends, *items, *canvas.patches(grid, None)])
+    canvas.draw_words(
+        figure, frame, title, subtitle, foot, [*drawn, *ends, *items, *canvas.patches(grid, None)]
+    )
     style.save(figure, out, suffix, canvas.DPI)
 
 
-def _label(way: DrawnPath) -> str:
-    return f"{way.name}: {way.told}"
+def _label(path: DrawnPath) -> str:
+    return f"{path.name}: {path.subtitle}"
 
 
 def _ground_labels(grid: Grid) -> list[str]:
@@ -136,30 +138,30 @@ def _ground_labels(grid: Grid) -> list[str]:
     return [str((item[0] if isinstance(item, tuple) else item).get_label()) for item in items]
 
 
-def _draw_all(axes: Axes, ways: Sequence[DrawnPath], frame: FigureLayout) -> list[Any]:
-    """All ways, each beside the others; their legend entries."""
+def _draw_all(axes: Axes, paths: Sequence[DrawnPath], frame: FigureLayout) -> list[Any]:
+    """All paths, each beside the others; their legend entries."""
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import Normal, Stroke
 
-    found = [k for k, way in enumerate(ways) if len(way.xy) > 1]
+    found = [k for k, path in enumerate(paths) if len(path.xy) > 1]
     # Side by side they are at most a cell wide, where that leaves anything to be seen.
     step = min(_BESIDE, max(frame.cell / max(1, len(found)), 1.1))
     width = float(np.clip(0.82 * step, 1.1, 2.4))
     items: list[Any] = []
-    for k, way in enumerate(ways):
+    for k, path in enumerate(paths):
         colour, dash = look_of(k)
         look: dict[str, Any] = {"color": colour, "linestyle": dash}
         if k not in found:
-            items.append(Line2D([], [], marker="x", linestyle="", color=colour, label=_label(way)))
+            items.append(Line2D([], [], marker="x", linestyle="", color=colour, label=_label(path)))
             continue
         aside = (found.index(k) - (len(found) - 1) / 2) * step
-        xy = beside(way.xy, aside / frame.cell)
+        xy = beside(path.xy, aside / frame.cell)
         line = axes.plot(
             xy[:, 0], xy[:, 1], linewidth=width, zorder=4 + 0.01 * k, dash_capstyle="butt",
             solid_joinstyle="round", dash_joinstyle="round", **look,
         )[0]  # fmt: skip
         line.set_path_effects([Stroke(linewidth=width + 0.9, foreground="white", alpha=0.9), Normal()])
-        items.append(Line2D([], [], linewidth=2.2, label=_label(way), **look))
+        items.append(Line2D([], [], linewidth=2.2, label=_label(path), **look))
     return items
 
 
@@ -182,7 +184,7 @@ def beside(xy: Points, aside: float) -> Points:
     before, after = np.vstack((right[:1], right)), np.vstack((right, right[-1:]))
     both = before + after
     size = np.sqrt((both * both).sum(axis=1, keepdims=True))
-    # Where the way turns back on itself there is no side that both lines share: the first one's is taken.
+    # Where the path turns back on itself there is no side that both lines share: the first one's is taken.
     middle = np.where(size > 1e-9, both / np.where(size > 1e-9, size, 1.0), before)
     cosine = (middle * before).sum(axis=1, keepdims=True)
     out: Points = xy + aside * middle / np.maximum(cosine, 2 / 3)
@@ -217,11 +219,11 @@ def _draw_speeds(figure: Figure, frame: FigureLayout, speeds: Sequence[Speeds], 
     handles = []
     for k, one in enumerate(shown):
         # A law with other settings than its own looks like no law's own line, and like no other's.
-        own = one.way is None and one.name in style.LAWS
-        colour, dash = style.law_look(one.name) if own else look_of(k if one.way is None else one.way)
-        label = f"{one.name}: {one.told}" if one.told else one.name
+        own = one.path is None and one.name in style.LAWS
+        colour, dash = style.law_look(one.name) if own else look_of(k if one.path is None else one.path)
+        label = f"{one.name}: {one.subtitle}" if one.subtitle else one.name
         handles += axes.plot(one.s, one.v, color=colour, linestyle=dash, linewidth=1.5, label=label)
-    axes.set_xlabel("distance along the way (m)" if units == "m/s" else "distance along the way (cells)")
+    axes.set_xlabel("distance along the path (m)" if units == "m/s" else "distance along the path (cells)")
     axes.set_ylabel(f"speed ({units})")
     for label_ in (axes.xaxis.label, axes.yaxis.label):
         label_.set(fontsize=9, color=style.INK)

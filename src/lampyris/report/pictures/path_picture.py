@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 COLOUR_BY = ("speed", "cause")
 
 
-def draw_course(
+def draw_sampled_path(
     grid: Grid,
     profile: Profile,
     out: style.OutFile,
@@ -42,7 +42,7 @@ def draw_course(
     profile : with the places of its nodes (``xy``).
     by : ``speed``: dark is slow; ``cause``: each in its colour, with its share of the time in the legend.
     movers : moving obstacles; drawn with their sizes and, if it is known, where they go within a second.
-    given : the way as it was given, cells (n, 2); drawn as a thin line.
+    given : the path as it was given, cells (n, 2); drawn as a thin line.
     radius : of the robot, metres; what it sweeps is drawn pale.
 
     Raises
@@ -54,11 +54,11 @@ def draw_course(
     if by not in COLOUR_BY:
         raise UsageError("COLOUR_BY", repr(by), where="by", allowed=" or ".join(COLOUR_BY))
     if profile.xy is None:
-        raise UsageError("PICTURE", "a profile without places", allowed="one of a course (xy)")
+        raise UsageError("PICTURE", "a profile without places", allowed="one of a sampled path (xy)")
     top = float(profile.v.max()) or 1.0
     bars = [(style.speed_map(), top, f"speed ({profile.units})")] if by == "speed" else []
     labels = _cause_labels(profile) if by == "cause" else {}
-    others = ["start", "goal", "wall", "moving obstacle", "way given"] if labels else []
+    others = ["start", "goal", "wall", "moving obstacle", "path given"] if labels else []
     words = [*labels.values(), *others]
     figure, axes, frame = canvas.blank(grid, bars, labels=words)
     items = _draw_given(axes, given)
@@ -68,10 +68,10 @@ def draw_course(
     items += canvas.patches(grid, None)
     title = f"{profile.law} law on {grid.name or 'a map'}"
     unit = ("m", "s") if profile.metric else ("cells", "transfers")
-    told = f"{profile.s[-1]:.4g} {unit[0]} in {profile.duration:.4g} {unit[1]}"
+    subtitle = f"{profile.s[-1]:.4g} {unit[0]} in {profile.duration:.4g} {unit[1]}"
     mean = profile.s[-1] / profile.duration if profile.metric and profile.duration else profile.mean
-    told += f"  ·  mean {mean:.3g} {profile.units}, greatest {profile.v.max():.3g}"
-    canvas.draw_words(figure, frame, title, told, canvas.size_of(grid), items)
+    subtitle += f"  ·  mean {mean:.3g} {profile.units}, greatest {profile.v.max():.3g}"
+    canvas.draw_words(figure, frame, title, subtitle, canvas.size_of(grid), items)
     style.save(figure, out, suffix, canvas.DPI)
 
 
@@ -105,7 +105,7 @@ def _draw_line(
         lines.set_array((profile.v[:-1] + profile.v[1:]) / 2)
         lines.set_clim(0, float(profile.v.max()) or 1.0)
         axes.add_collection(lines, autolim=False)
-        return [Line2D([], [], color=style.speed_map()(0.6), linewidth=3, label="way, by speed")]
+        return [Line2D([], [], color=style.speed_map()(0.6), linewidth=3, label="path, by speed")]
     colours = style.cause_colours(profile.cause)
     # Each node's colour reaches half an edge to both sides, as in the chart.
     halves = np.concatenate((xy[:1], (xy[:-1] + xy[1:]) / 2, xy[-1:]))
@@ -124,7 +124,7 @@ def _draw_given(axes: Axes, given: Points | None) -> list[Any]:
         return []
     look: dict[str, Any] = {"color": style.FAINT, "linewidth": 1.0, "linestyle": (0, (4, 2))}
     axes.plot(given[:, 0], given[:, 1], zorder=2.8, **look)
-    return [Line2D([], [], label="way given", **look)]
+    return [Line2D([], [], label="path given", **look)]
 
 
 def _draw_movers(axes: Axes, movers: ObstacleStates | None, grid: Grid) -> list[Any]:

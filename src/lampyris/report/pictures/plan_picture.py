@@ -1,4 +1,4 @@
-"""Pictures of a plan: the map, the landscape beneath, the path by speed, and what matters on the way."""
+"""Pictures of a plan: the map, the landscape beneath, the path by speed, and the gates on the path."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def draw_plan(
     """Draw a plan on its map, as PNG or SVG by the file's suffix.
 
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
-    beneath, or without one the terrain, ochre where it is dear; the path is coloured by the profile's
+    beneath, or without one the terrain, ochre where it is costly; the path is coloured by the profile's
     speeds. Start, goal, gates (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
     map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
@@ -80,7 +80,7 @@ def draw_plan(
         items = canvas.draw_ends(axes, scene.start, scene.goal, frame) + items
     items += canvas.patches(grid, values)
     title = f"{plan.planner} on {grid.name or 'a map'}"
-    canvas.draw_words(figure, frame, title, _told(plan), _foot(grid, plan, values), items)
+    canvas.draw_words(figure, frame, title, _subtitle(plan), _foot(grid, plan, values), items)
     style.save(figure, out, suffix, canvas.DPI)
 
 
@@ -187,11 +187,11 @@ def _foot(grid: Grid, plan: Plan, values: FloatGrid | None) -> str:
     if values is not None and grid.terrain is not None:
         size += "; the terrain lies under the landscape (layer none shows it)"
     if len(plan.gates_in_map) > _MANY_GATES:
-        size += f"; {len(plan.gates_in_map)} gates in the map, those off the way not drawn"
+        size += f"; {len(plan.gates_in_map)} gates in the map, those off the path not drawn"
     return size
 
 
-def _told(plan: Plan) -> str:
+def _subtitle(plan: Plan) -> str:
     """What a plan says of itself, in one line."""
     if plan.path is None:
         return plan.sentence

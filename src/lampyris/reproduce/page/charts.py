@@ -63,7 +63,7 @@ def as_ours(which: Bars, found: Results) -> str:
 def lengths(found: Results) -> str:
     """What Figure 4.6 should have shown: lengths, all three of them."""
     series = [(m, found.first[m]["cost"]) for m in METHODS]
-    return bars("ours-length", pair_names(), series, "length of the way (cells)", "ours, on env-1")
+    return bars("ours-length", pair_names(), series, "length of the path (cells)", "ours, on env-1")
 
 
 def path_speed(path: str) -> str:
@@ -71,7 +71,7 @@ def path_speed(path: str) -> str:
     table = PATHS[path]
     rows = printed_data.rows(table)
     figure = figure_of(7.6, 3.1)
-    _draw_way(figure.add_axes((0.07, 0.16, 0.3, 0.74)), table)
+    _draw_path(figure.add_axes((0.07, 0.16, 0.3, 0.74)), table)
     axes = figure.add_axes((0.47, 0.16, 0.52, 0.74))
     printed = [float(r["adaptive_velocity"]) for r in rows]
     ours = velocity.rule(table)
@@ -88,7 +88,7 @@ def path_speed(path: str) -> str:
     return inline(figure, f"path-{path}")
 
 
-def _draw_way(axes: Axes, table: str) -> None:
+def _draw_path(axes: Axes, table: str) -> None:
     cells = velocity.cells(table)
     xs, ys = [c[0] for c in cells], [c[1] for c in cells]
     axes.plot(xs, ys, "-o", color=COLOURS[0], linewidth=1.3, markersize=3)

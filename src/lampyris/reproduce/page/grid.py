@@ -21,12 +21,12 @@ from lampyris.reproduce.tables.verdict import (
 SIGNS: Mapping[str, str] = MappingProxyType(
     {EXACT: "✓", ROUNDED: "≈", GIVEN: "·", MISPRINT: "✗", NOT_REPRODUCIBLE: "?", IMPOSSIBLE: "⊘"}
 )
-"""A sign of each verdict: colour alone is not for everybody, nor for paper."""
+"""A sign of each verdict: colour alone is not for everyone, nor for paper."""
 
 _COLOURS = {IMPOSSIBLE: "--bad", MISPRINT: "--bad", NOT_REPRODUCIBLE: "--mild", ROUNDED: "--mild"}
 """Gravest first."""
 CORRECTED = (MISPRINT, IMPOSSIBLE, ROUNDED)
-"""Verdicts of which it is told what should stand there."""
+"""Verdicts for which the correct value is shown."""
 _SHOWN = 4
 """Places that a reason names before it counts the rest."""
 MANY = 40

@@ -118,7 +118,7 @@ def _differences(name: str, title: str, some: Iterable[Difference]) -> Tab:
         mean = _interval(d.mean, 0 if d.what == "expansions" else 2)
         what = f"{NAMES.get(d.what, d.what)}: {d.a} − {d.b}"
         rows.append((what, mean, f"{d.share:+.1f} %", pairs, d.mean.n, p, sign))
-    head = ("difference", "mean", "share", "less / equal / more", "queries", "p (Holm)", "told apart")
+    head = ("difference", "mean", "share", "less / equal / more", "queries", "p (Holm)", "significant")
     return Tab(name, title, head, tuple(rows), NOTE, "lrrrrrl")
 
 
@@ -126,7 +126,7 @@ NAMES = {"cost": "length", "cost_to_go": "sum of cost-to-go"}
 NOTE = (
     f"The unit is the query, its seeds averaged; intervals of {100 * compare.LEVEL:.0f} % by bootstrap over "
     f"queries (BCa, {compare.RESAMPLES:,} resamples, seed 0); Wilcoxon's signed-rank test, its p corrected "
-    "by Holm for all rows of this table; told apart: below 0.05."
+    "by Holm for all rows of this table; significant: below 0.05."
 )
 MEANS = (
     "Means over queries with intervals (bootstrap over queries, seed 0); planning time: median, this machine."
@@ -186,7 +186,7 @@ def _charts(found: Results) -> list[PageFigure]:
 def _missing(found: Results, measure: str) -> str:
     """What the mark without a bar means, where there is one."""
     gone = any(v != v for m in METHODS for v in found.first[m][measure])
-    more = " A grey × stands for a pair without runs (--quick makes two of the five) or without a way."
+    more = " A grey × stands for a pair without runs (--quick makes two of the five) or without a path."
     return more if gone else ""
 
 

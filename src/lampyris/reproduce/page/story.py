@@ -17,9 +17,9 @@ def chance(p: float) -> str:
 
 
 def change(d: Difference, unit: str) -> str:
-    """A difference in words: more, less, or none that can be told."""
+    """A difference in words: more, less, or none that can be shown."""
     if not d.sure:
-        return f"no difference in {unit} that can be told ({chance(d.holm)})"
+        return f"no difference in {unit} that can be shown ({chance(d.holm)})"
     word = "more" if d.mean.value > 0 else "fewer" if unit in COUNTED else "less"
     return f"{abs(d.share):.1f} % {word} {unit} ({chance(d.holm)})"
 
@@ -49,7 +49,7 @@ def best_nt(found: Results) -> claims.Said:
     parts.append(f"fewer iterations with {_listed(fewer)}" if fewer else "none has fewer iterations")
     parts.append(f"a lower cost with {_listed(cheaper)}" if cheaper else "none has a lower cost")
     if both:
-        parts.append(f"so {_listed(both)} decide less often, with no difference in cost that can be told")
+        parts.append(f"so {_listed(both)} decide less often, with no difference in cost that can be shown")
     return claims.Said(ours, NOT_REPRODUCIBLE, "; ".join(parts))
 
 
@@ -97,7 +97,7 @@ COMPARED = (
     ),
     MethodPair("ad-gso, gates closed", "improved", "improved with gates closed for both"),
 )  # fmt: skip
-"""Every comparison is told, each time, with its variant of AD-GSO: the two of the dissertation, where the
+"""Every comparison is reported with its variant of AD-GSO: the two of the dissertation, where the
 improved method alone closes gates beforehand, and the one that is like with like. None may be left out."""
 STATIC = ("iterations", "cost", "expansions")
 MOVING = ("ticks", "cost", "expansions")
@@ -118,10 +118,10 @@ def conclusion(found: Results, costs: Costs) -> str:
 
 
 def _numbers(found: Results) -> str:
-    return f"In numbers, AD-GSO has {_told(found.static_differences, STATIC)}."
+    return f"In numbers, AD-GSO has {_in_numbers(found.static_differences, STATIC)}."
 
 
-def _told(some: Iterable[Difference], measures: Iterable[str]) -> str:
+def _in_numbers(some: Iterable[Difference], measures: Iterable[str]) -> str:
     """Every pair with its variant, its queries and each of its differences."""
     known, whats = tuple(some), tuple(measures)
     clauses = []
@@ -137,7 +137,7 @@ def _shortest(found: Results, costs: Costs) -> str:
     few = _percent(found, "astar", "ad-gso, gates ignored", "expansions")
     share = f"{100 * gap.value:.1f} % [{100 * gap.low:.1f}, {100 * gap.high:.1f}] (n {gap.n})"
     return (
-        f"With gates ignored its ways are longer than the shortest by {share}, because the lowest "
+        f"With gates ignored its paths are longer than the shortest by {share}, because the lowest "
         f"luciferin is not the least cost; plain A* finds the shortest with {few} of its expansions, and "
         f"took {1000 * costs.astar_s:.3f} ms where AD-GSO took {1000 * costs.plan_s:.3f}, of which its field "
         f"{1000 * costs.field_s:.3f} and each jump {1000 * costs.jump_s:.4f} (medians, this machine)."
@@ -157,8 +157,8 @@ def _moving(found: Results) -> str:
     arrived = ", ".join(f"{_CALLED[name]} in {_share(found, name)}" for name in variants)
     return (
         f"Among moving obstacles it {_surely(found.moving_differences, MOVING)}; in numbers, it has "
-        f"{_told(found.moving_differences, MOVING)}. Of their runs there arrived: {arrived}. (The two "
-        "baselines are ours, from what the dissertation tells of them, and all look over their whole way at "
+        f"{_in_numbers(found.moving_differences, MOVING)}. Of their runs there arrived: {arrived}. (The two "
+        "baselines are ours, from what the dissertation tells of them, and all look over their whole path at "
         "each call.)"
     )
 
@@ -195,7 +195,7 @@ def _gains(found: Results, costs: Costs) -> str:
 
 
 def _surely(some: Iterable[Difference], measures: Iterable[str]) -> str:
-    """Gains and losses that are told apart, each with the pairs in which they are."""
+    """Gains and losses that are significant, each with the pairs in which they are."""
     known = tuple(some)
     gains: list[str] = []
     losses: list[str] = []

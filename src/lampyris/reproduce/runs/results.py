@@ -67,7 +67,7 @@ class Method:
     Parameters
     ----------
     name : its label.
-    runs : how many; ``solved`` of them found a way, or arrived.
+    runs : how many; ``solved`` of them found a path, or arrived.
     means : by measure, over the queries in which it solved something.
     plan_ms : median of the planner's time for a run in milliseconds, of this machine.
     """

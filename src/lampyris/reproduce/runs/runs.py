@@ -23,7 +23,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.field.solve import solve_field
 from lampyris.study.analysis.table import ResultTable, table_of
-from lampyris.study.design.config import law_who, planner_who
+from lampyris.study.design.config import law_config, planner_config
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Kind, Study, StudyMap, StudyTraffic, World
 from lampyris.study.execution.execution import Execution, Progress
@@ -70,14 +70,14 @@ class Tables:
 
 def studies(quick: bool = False) -> dict[str, Study]:
     """The three studies. ``quick``: fewer queries and seeds."""
-    greedy = [planner_who("ad-gso", {"nt": n}, f"nt {n}") for n in NT]
+    greedy = [planner_config("ad-gso", {"nt": n}, f"nt {n}") for n in NT]
     methods = [
-        planner_who("dstar-lpso", {}, "mixed"),
-        planner_who("dstar16-lpso", {}, "improved"),
-        planner_who("ad-gso", {"gates": "replan"}, "ad-gso"),
-        planner_who("ad-gso", {"gates": "close"}, "ad-gso, gates closed"),
-        planner_who("ad-gso", {}, "ad-gso, gates ignored"),
-        planner_who("astar", {}, ""),
+        planner_config("dstar-lpso", {}, "mixed"),
+        planner_config("dstar16-lpso", {}, "improved"),
+        planner_config("ad-gso", {"gates": "replan"}, "ad-gso"),
+        planner_config("ad-gso", {"gates": "close"}, "ad-gso, gates closed"),
+        planner_config("ad-gso", {}, "ad-gso, gates ignored"),
+        planner_config("astar", {}, ""),
     ]
     grounds = _grounds()
     drawn = tuple(w for k, g in enumerate(grounds) for w in _drawn(g, k, 5 if quick else 40))
@@ -95,15 +95,15 @@ def studies(quick: bool = False) -> dict[str, Study]:
 
 def _study(
     name: str, kind: Kind, worlds: tuple[World, ...], planners: list[Config], seeds: int, about: str,
-    crowds: tuple[StudyTraffic, ...] = (StudyTraffic(),),
+    traffic_cases: tuple[StudyTraffic, ...] = (StudyTraffic(),),
 ) -> Study:  # fmt: skip
     return Study(
         name=f"reproduce-{name}",
         kind=kind,
         worlds=worlds,
         planners=tuple(planners),
-        laws=(law_who("dissertation", {}, ""),),
-        crowds=crowds,
+        laws=(law_config("dissertation", {}, ""),),
+        traffic_cases=traffic_cases,
         seeds=tuple(range(seeds)),
         moves="dissertation",
         robot=asdict(Robot()),
@@ -123,7 +123,7 @@ def _stored(ground: StudyMap) -> list[World]:
 
 
 def _drawn(ground: StudyMap, number: int, many: int) -> list[World]:
-    """Queries drawn at random, :data:`FAR` apart and joined by a way."""
+    """Queries drawn at random, :data:`FAR` apart and joined by a path."""
     rng = np.random.default_rng([ROOT, number])
     grid = ground.grid
     free = np.argwhere(~grid.blocked)

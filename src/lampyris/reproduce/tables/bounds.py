@@ -16,7 +16,7 @@ def apart(start: Cell, goal: Cell) -> tuple[int, int]:
 
 
 def octile(start: Cell, goal: Cell) -> int:
-    """Tenths of the shortest way on an empty map: no way on any map costs less."""
+    """Tenths of the shortest path on an empty map: no path on any map costs less."""
     dx, dy = apart(start, goal)
     return DIAGONAL * min(dx, dy) + STRAIGHT * abs(dx - dy)
 
@@ -53,10 +53,10 @@ def _leads(away: int, steps: int) -> bool:
 
 
 def why_not(start: Cell, goal: Cell, cost: int) -> str:
-    """Why no way between these cells costs so much, on any map; empty if one may."""
+    """Why no path between these cells costs so much, on any map; empty if one may."""
     least = octile(start, goal)
     if cost < least:
-        return f"below {least / 10:g}, the shortest way between these cells on an empty map"
+        return f"below {least / 10:g}, the shortest path between these cells on an empty map"
     if not mixes(start, goal, cost):
         return "no straights (1) and diagonals (1.4) that lead from the one cell to the other cost it"
     return ""

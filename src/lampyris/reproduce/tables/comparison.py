@@ -1,4 +1,4 @@
-"""Tables 4.10 and 4.11: three methods. Cells are held against bounds, pairs against pairs.
+"""Tables 4.10 and 4.11: three methods. Cells are compared with bounds, pairs against pairs.
 
 What is printed as path cost is the length for AD-GSO, and for the two others the sum of cost-to-go over the
 cells where an iteration ends: (48,49) to (1,49) prints 1131, and 1 + 2 + ... + 47 = 1128.
@@ -48,8 +48,12 @@ def part_one() -> Iterator[Verdict]:
             yield say("", NOT_REPRODUCIBLE, MACHINE)
         elif f.column == "iterations":
             note = ", as method and cells of Table 4.11 have it" if method != "ad-gso" else ""
-            said = iterations(f, START, GOAL, REACH[method], note)
-            yield said if method == "ad-gso" else replace(said, why=f"{said.why}; {_swapped()}")
+            found_verdict = iterations(f, START, GOAL, REACH[method], note)
+            yield (
+                found_verdict
+                if method == "ad-gso"
+                else replace(found_verdict, why=f"{found_verdict.why}; {_swapped()}")
+            )
         elif method == "ad-gso":
             lost = "this map, with two gates, is lost; on that of Table 4.2 AD-GSO and the optimum are 12.4"
             yield length(f, START, GOAL, int(f.row["iterations"]), lost)
@@ -105,8 +109,10 @@ def _cell(f: Figure, gates: Mapping[str, str]) -> Verdict:
         return say("", GIVEN, "what was asked; the same five pairs for all three methods of an environment")
     if f.column == "gates":
         if len(set(gates.values())) > 1:
-            told = ", ".join(gates[m] for m in METHODS)
-            return say("", NOT_REPRODUCIBLE, f"{LOST}; one pair, and the three methods have {told} gates")
+            gate_words = ", ".join(gates[m] for m in METHODS)
+            return say(
+                "", NOT_REPRODUCIBLE, f"{LOST}; one pair, and the three methods have {gate_words} gates"
+            )
         return say("", NOT_REPRODUCIBLE, f"{LOST}; the same for all three methods")
     if f.column == "iterations":
         note = (

@@ -85,11 +85,11 @@ def _parent(field: Field, at: Cell) -> Cell | None:
 
 def _pointer(f: Figure, at: Cell, field: Field) -> Verdict:
     parent = _parent(field, at)
-    said = printed_data.cell(f.printed)
+    printed_parent = printed_data.cell(f.printed)
     ours = "" if parent is None else printed_data.spelled(parent)
-    if parent == said:
+    if parent == printed_parent:
         return Verdict("4.2", f.where, f.printed, ours, EXACT, "the cheapest neighbour by the order of ties")
-    if parent == said[::-1]:
+    if parent == printed_parent[::-1]:
         why = f"printed as (row, column), as nine in rows 0 and 1 are; {f.printed} does not touch the cell"
         return Verdict("4.2", f.where, f.printed, ours, MISPRINT, why)
     return Verdict("4.2", f.where, f.printed, ours, NOT_REPRODUCIBLE, "another neighbour is cheapest")
@@ -106,17 +106,17 @@ def _pointer_of_wall(f: Figure, at: Cell, field: Field) -> Verdict:
     }
     first = [c for c in costs if costs[c] == min(costs.values())]
     ours = " or ".join(printed_data.spelled(c) for c in first)
-    said = printed_data.cell(f.printed)
-    if said in first:
+    printed_parent = printed_data.cell(f.printed)
+    if printed_parent in first:
         why = "its neighbour of least cost, which is expanded first" + (" (a tie)" if first[1:] else "")
         return Verdict("4.2", f.where, f.printed, ours, EXACT, why)
-    if said[::-1] in first:
+    if printed_parent[::-1] in first:
         why = "printed as (row, column), as nine in rows 0 and 1 are"
         return Verdict("4.2", f.where, f.printed, ours, MISPRINT, why)
-    i, j = said
+    i, j = printed_parent
     if not field.free[j, i]:
         why = f"{f.printed} is itself blocked in this table, and a blocked cell is never expanded"
-        if said == (8, 1):
+        if printed_parent == (8, 1):
             why += "; it holds if (8,1) is free, as the text and Table 4.6 have it"
         return Verdict("4.2", f.where, f.printed, ours, IMPOSSIBLE, why)
     return Verdict("4.2", f.where, f.printed, ours, NOT_REPRODUCIBLE, "another neighbour costs less")

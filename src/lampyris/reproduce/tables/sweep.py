@@ -1,4 +1,4 @@
-"""Tables 4.8 and 4.9: what nt does. The maps are lost: cells are held against bounds, means against cells."""
+"""Tables 4.8 and 4.9: what nt does. The maps are lost: cells are compared with bounds, means against cells."""
 
 from __future__ import annotations
 

@@ -80,9 +80,9 @@ def rule(table: str) -> tuple[float, ...]:
 @cache
 def angles(table: str) -> tuple[str, ...]:
     """Interior angle at each node in degrees, by the corrected cells; empty at both ends."""
-    way = cells(table)
+    path = cells(table)
     out = [""]
-    for a, b, c in zip(way, way[1:], way[2:], strict=False):
+    for a, b, c in zip(path, path[1:], path[2:], strict=False):
         turn = math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0])
         out.append(str(180 - abs(round(math.degrees(math.remainder(turn, 2 * math.pi))))))
     return (*out, "")
@@ -156,9 +156,7 @@ def _angle(f: Figure, say: partial[Verdict]) -> Verdict:
     if ours == f.printed:
         return say(ours, EXACT, f"between {a}, {b} and {c}")
     if (f.table, f.index) == SHARP:
-        why = (
-            f"the angle between {a}, {b} and {c} is {ours}; which of cells and angle is wrong cannot be told"
-        )
+        why = f"the angle between {a}, {b} and {c} is {ours}; which of cells and angle is wrong cannot be determined"
         return say(ours, IMPOSSIBLE, why)
     why = f"the angle between {a}, {b} and {c}"
     if f.table == "4.16":
@@ -193,7 +191,7 @@ def _step(table: str, k: int) -> tuple[float, str]:
 def _robot(f: Figure, say: partial[Verdict]) -> Verdict:
     """The cumulative velocity: three readings of the column, tried in order.
 
-    Table 4.12 adds up accelerations and minds no other limit; the others print the velocity that the robot
+    Table 4.12 adds up accelerations and ignores all other limits; the others print the velocity that the robot
     comes with, one row late against Table 4.12. Equation 3.1 itself gives the third.
     """
     k = f.index
@@ -204,7 +202,7 @@ def _robot(f: Figure, say: partial[Verdict]) -> Verdict:
     gain, words = _step(f.table, k)
     alone = min(_LAW.v_max, float(rows[k - 1]["robot_velocity"]) + gain)
     readings = {
-        "alone": (alone, f"the one before and {words}, 80 at most, other limits not minded"),
+        "alone": (alone, f"the one before and {words}, 80 at most, other limits ignored"),
         "comes": (before, "the adaptive velocity of the node before: one row late against Table 4.12"),
         "equation": (
             min(_LAW.v_max, before + gain),

@@ -38,7 +38,7 @@ def guide_plan(start: Cell = START) -> Plan:
 
 
 def avoiding() -> float:
-    """Cost of the guide example's way if an obstacle comes to stand on (7,1) once the robot is on (7,2)."""
+    """Cost of the guide example's path if an obstacle comes to stand on (7,1) once the robot is on (7,2)."""
     session = AdGso().open(guide_scene(), np.random.default_rng(0))
     first = session.plan()
     here = (7, 2)
@@ -116,8 +116,8 @@ def _path(f: Figure, plan: Plan) -> Verdict:
     cells = [] if plan.cells is None else [printed_data.spelled((x, y)) for x, y in plan.cells.tolist()]
     at = cells[int(f.row["index"]) + 1]
     if at == f.printed:
-        return Verdict(f.table, f.where, f.printed, at, EXACT, "the way so far, cell by cell")
-    return Verdict(f.table, f.where, f.printed, at, NOT_REPRODUCIBLE, "our way goes elsewhere")
+        return Verdict(f.table, f.where, f.printed, at, EXACT, "the path so far, cell by cell")
+    return Verdict(f.table, f.where, f.printed, at, NOT_REPRODUCIBLE, "our path goes elsewhere")
 
 
 def _accepted(f: Figure, jump: Jump) -> Verdict:

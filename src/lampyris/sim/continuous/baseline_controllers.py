@@ -1,4 +1,4 @@
-"""Rivals at the wheel: the dissertation's law and Regulated Pure Pursuit, as their authors drive.
+"""Baseline controllers: the dissertation's law and Regulated Pure Pursuit, as published.
 
 Neither keeps room for what an obstacle may do next; that is what is measured. Both are given the robot's
 limits: they brake into the goal and into places where the robot must turn in time, accelerate and brake no
@@ -45,9 +45,9 @@ class ByRings:
 
     def _begin(self, leg: Leg) -> None:
         self._leg = leg
-        stops = np.flatnonzero(leg.course.stop[1:-1]) + 1
-        borders = [0, *stops.tolist(), len(leg.course) - 1]
-        self._cells = [cells_passed(leg.course, int(a), int(b)) for a, b in pairwise(borders)]
+        stops = np.flatnonzero(leg.samples.stop[1:-1]) + 1
+        borders = [0, *stops.tolist(), len(leg.samples) - 1]
+        self._cells = [cells_passed(leg.samples, int(a), int(b)) for a, b in pairwise(borders)]
 
     def decide(self, state: State) -> Decision:
         """Aim at the next cell's velocity, or brake because it is taken."""
@@ -84,7 +84,7 @@ class Regulated:
     """Regulated Pure Pursuit: its command here and now, and a stop where it would collide within a second.
 
     What moves is a surface where it is now, as in Nav2's obstacle layer; the collision check projects the
-    present speed along the way among these surfaces.
+    present speed along the path among these surfaces.
     """
 
     scene: Scene
@@ -95,10 +95,10 @@ class Regulated:
 
     def _begin(self, leg: Leg) -> None:
         self._leg = leg
-        course = leg.course
+        samples = leg.samples
         reach = max(self.law.inflation_radius, self.scene.robot.radius)
-        self._wall = wall_distance(course.xy, self.scene.grid, reach)
-        self._bend = steered(course, self.law.lookahead) if self.law.lookahead > 0.0 else course.curvature
+        self._wall = wall_distance(samples.xy, self.scene.grid, reach)
+        self._bend = steered(samples, self.law.lookahead) if self.law.lookahead > 0.0 else samples.curvature
 
     def decide(self, state: State) -> Decision:
         """Track the command of the present place."""
@@ -107,11 +107,11 @@ class Regulated:
         gaps = self._gaps(state, [state.s])
         if self._collides(state):
             return towards(state, 0.0, "moving obstacle", int(gaps.argmin()))
-        course, k = state.leg.course, state.at
+        samples, k = state.leg.samples, state.at
         here = slice(k, k + 1)
         desired = min(self.law.desired, state.robot.v_max)
         one = replace(self.law, desired=desired)
-        left = np.maximum(course.s[-1:] - state.s, 0.0)
+        left = np.maximum(samples.s[-1:] - state.s, 0.0)
         near = np.minimum(self._wall[here], max(float(gaps.min(initial=np.inf)), 0.0))
         radius = state.robot.radius
         found = regulate(desired, self._bend[here], cost_of(near, radius, one), left, radius, one)
@@ -121,8 +121,8 @@ class Regulated:
     def _gaps(self, state: State, places: list[float]) -> Floats:
         """Least distance from the robot's centre, at some places, to each obstacle's rim; (m,)."""
         at = np.array([state.leg.route.at(s) for s in places])
-        d = (state.told.xy[:, None, :] - at) * state.leg.course.resolution
-        least: Floats = np.sqrt((d * d).sum(axis=2)).min(axis=1, initial=np.inf) - state.told.radius
+        d = (state.message.xy[:, None, :] - at) * state.leg.samples.resolution
+        least: Floats = np.sqrt((d * d).sum(axis=2)).min(axis=1, initial=np.inf) - state.message.radius
         return least
 
     def _collides(self, state: State) -> bool:

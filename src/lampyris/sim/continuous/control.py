@@ -41,10 +41,10 @@ class State:
     t : seconds.
     s, v : metres along the leg, m/s: where it is commanded to be.
     at : the last node that is not ahead of s.
-    leg : the way.
+    leg : the path.
     robot : its limits.
-    told : the last trusted message.
-    still : for how long each obstacle has been told to be where it is, seconds, (m,).
+    message : the last trusted message.
+    still : for how long each obstacle has been reported to be where it is, seconds, (m,).
     cells : cells that obstacles cover as far as is known, in order.
     period : seconds until the next decision.
     reaction : seconds until the next decision has an effect: the period and the known delay.
@@ -52,8 +52,8 @@ class State:
         (s, v) itself under perfect tracking.
     late : whether commands are late or followed with a lag.
     haste : how much faster than commanded it may be.
-    noise : metres that a told position may be off.
-    tries : new ways since the robot last came a cell farther.
+    noise : metres that a reported position may be off.
+    tries : new paths since the robot last came a cell farther.
     """
 
     t: float
@@ -62,7 +62,7 @@ class State:
     at: int
     leg: Leg
     robot: Robot
-    told: ObstacleMessage
+    message: ObstacleMessage
     still: Floats
     cells: list[Cell]
     period: float
@@ -80,31 +80,33 @@ class State:
         ----------
         within : seconds and metres: those that are not that near to the robot then are left out.
         """
-        told = self.told
-        kept = np.ones(len(told.xy), dtype=np.bool_)
+        message = self.message
+        kept = np.ones(len(message.xy), dtype=np.bool_)
         if within is not None:
-            away = (told.xy - self.leg.route.at(self.s)) * self.leg.course.resolution
+            away = (message.xy - self.leg.route.at(self.s)) * self.leg.samples.resolution
             near = (
-                within[0] * (told.top_speed + self.robot.v_max)
+                within[0] * (message.top_speed + self.robot.v_max)
                 + (within[1] + self.robot.radius)
-                + told.radius
+                + message.radius
             )
             kept = (away * away).sum(axis=1) <= near * near
-        velocity = None if obstacle_info == "positions" or told.velocity is None else told.velocity[kept]
-        radius, age = told.radius[kept] + self.noise, max(self.t - told.stamp, 0.0)
-        return ObstacleStates(told.xy[kept], radius, told.top_speed[kept], velocity, age)
+        velocity = (
+            None if obstacle_info == "positions" or message.velocity is None else message.velocity[kept]
+        )
+        radius, age = message.radius[kept] + self.noise, max(self.t - message.stamp, 0.0)
+        return ObstacleStates(message.xy[kept], radius, message.top_speed[kept], velocity, age)
 
     def ahead(self, metres: float) -> SampledPath:
-        """The course from the robot on, so many metres of it; its first node is where the robot is."""
-        course, s = self.leg.course, self.s
-        later = np.flatnonzero((course.s > s + 1e-6) & (course.s <= s + metres + 1e-9))
-        nodes = np.concatenate(([min(self.at, len(course) - 1)], later))
-        xy, places = course.xy[nodes], course.s[nodes] - s
+        """The sampled path from the robot on, so many metres of it; its first node is where the robot is."""
+        samples, s = self.leg.samples, self.s
+        later = np.flatnonzero((samples.s > s + 1e-6) & (samples.s <= s + metres + 1e-9))
+        nodes = np.concatenate(([min(self.at, len(samples) - 1)], later))
+        xy, places = samples.xy[nodes], samples.s[nodes] - s
         xy[0], places[0] = self.leg.route.at(s), 0.0
-        stop = course.stop[nodes]
+        stop = samples.stop[nodes]
         stop[0] = False
         return SampledPath(
-            places, xy, course.heading[nodes], course.curvature[nodes], stop, course.resolution
+            places, xy, samples.heading[nodes], samples.curvature[nodes], stop, samples.resolution
         )
 
 

@@ -1,4 +1,4 @@
-"""Controllers by law: who drives, and the ceiling of speeds that it is given along each way."""
+"""Controllers by law: who drives, and the ceiling of speeds that it is given along each path."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ def wheel(scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster) 
     if obstacle_info != "positions":
         foresight = Foresight(roster if obstacle_info == "tracks" else None)
 
-    def ceiling(course: SampledPath) -> Profile | None:
-        return laws.profile(course, scene, law=settings)
+    def ceiling(samples: SampledPath) -> Profile | None:
+        return laws.profile(samples, scene, law=settings)
 
-    def limits(course: SampledPath) -> Profile | None:
+    def limits(samples: SampledPath) -> Profile | None:
         return None
 
     table: dict[type, tuple[Callable[[Any], Controller], Ceiling]] = {

@@ -2,7 +2,7 @@
 
 In every period, in this order:
 
-1. **The robot is told** where the obstacles are now (:mod:`lampyris.sim.sensor`), and its watch judges that.
+1. **The robot receives** where the obstacles are now (:mod:`lampyris.sim.sensor`), and its watch judges that.
 2. **The law decides** how hard to push until the next decision (:mod:`lampyris.sim.continuous.controllers`). Without
    data that can be trusted the robot brakes.
 3. **The robot drives** (:mod:`lampyris.sim.continuous.tracking`): stretches of constant acceleration.
@@ -72,9 +72,9 @@ def drive(
     Parameters
     ----------
     scene : where, with its traffic.
-    planner : who plans.
+    planner : the planner.
     law : a speed law's name, or its settings.
-    seed : root of every draw, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
+    seed : seed of all random draws, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
         of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
     sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
     feed : what lies between the obstacles and the robot; None: nothing does.
@@ -107,7 +107,7 @@ class DriveSimulation(Exclusive):
     t, s, v : now: seconds, metres along the present leg, m/s.
     outcome : how it ended; None while it has not.
     others : all obstacles.
-    leg : the present way.
+    leg : the present path.
     decision : the last one.
     """
 
@@ -131,14 +131,14 @@ class DriveSimulation(Exclusive):
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
         self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster)
-        self.guide = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        self.replanner = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
         self.t = self.s = self.v = 0.0
         self.outcome: Outcome | None = None
         self.detail = ""
         self.decision = Decision(0.0, "start")
         self.curves: list[Curve] = []
-        self.leg: Leg = self.guide.nowhere(self.wheel.ceiling)
+        self.leg: Leg = self.replanner.nowhere(self.wheel.ceiling)
         self._steps = 0
         cell = scene.grid.resolution
         self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
@@ -158,18 +158,18 @@ class DriveSimulation(Exclusive):
         """Where the robot is, cells."""
         return self.leg.route.at(self.s)
 
-    # ---- ways --------------------
+    # ---- paths --------------------
 
     def _begin(self) -> None:
         """The first plan, and whether there is anything to drive at all."""
-        told = self.others.truth(0.0)
-        plan = self.guide.first(told)
+        message = self.others.truth(0.0)
+        plan = self.replanner.first(message)
         if not plan:
-            verdict = self.guide.without_traffic() if self.others.roster.bodies else plan
+            verdict = self.replanner.without_traffic() if self.others.roster.obstacles else plan
             if verdict.status in _NEVER:
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
-        curve = self.guide.curve(plan, self.xy, told) if plan else None
+        curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
             self.curves.append(self.leg.route.curve)
             self.train.begin(self.leg)
@@ -179,21 +179,21 @@ class DriveSimulation(Exclusive):
             self._arrive()
 
     def _take(self, curve: Curve) -> None:
-        """Follow a way from its beginning."""
-        self.leg = self.guide.leg(curve, self.wheel.ceiling)
+        """Follow a path from its beginning."""
+        self.leg = self.replanner.leg(curve, self.wheel.ceiling)
         self.s = self.v = 0.0
         self.waiting.begin()
         self.train.begin(self.leg)
         self.curves.append(curve)
 
     def _replan(self, why: str) -> None:
-        """Ask again from where the robot stands; the old way stays if there is no new one."""
-        xy, told = self.xy, self.watch.last
+        """Ask again from where the robot stands; the old path stays if there is no new one."""
+        xy, message = self.xy, self.watch.last
         self.log.tell(self.t, "replan", xy, why)
         self._news = False
         self.waiting.asked()
-        plan, curve = self.guide.again(xy, told, self._reaction(self.settings.decision_period))
-        if not plan and self.guide.blocked and plan.status in _NEVER:
+        plan, curve = self.replanner.again(xy, message, self._reaction(self.settings.decision_period))
+        if not plan and self.replanner.blocked and plan.status in _NEVER:
             self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
         if curve is not None and len(curve.lengths):
             self._take(curve)
@@ -220,7 +220,7 @@ class DriveSimulation(Exclusive):
 
         Raises
         ------
-        LimitError : the way alone takes more of them.
+        LimitError : the path alone takes more of them.
         """
         period = self.settings.decision_period
         needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
@@ -249,25 +249,25 @@ class DriveSimulation(Exclusive):
         self._listen()
         if self.outcome is None:
             self.decision = self._decide(end - self.t)
-            stretches = self.train.drive(self.t, end, self.s, self.v, self.decision)
-            going = Trajectory(self.leg.route, stretches)
-            self._cut_at_goal(going)
-            for body in self.others.move(self.t, end, going):
-                at, x, y = self.others.roster.corners[body][0]
-                self.log.tell(max(at, self.t), "appear", (x, y), "An obstacle appeared.", body)
-            self._contacts(going)
-            self._go(going)
+            segments = self.train.drive(self.t, end, self.s, self.v, self.decision)
+            trajectory = Trajectory(self.leg.route, segments)
+            self._cut_at_goal(trajectory)
+            for obstacle in self.others.move(self.t, end, trajectory):
+                at, x, y = self.others.roster.corners[obstacle][0]
+                self.log.tell(max(at, self.t), "appear", (x, y), "An obstacle appeared.", obstacle)
+            self._contacts(trajectory)
+            self._go(trajectory)
         self._total += time.perf_counter() - began
         self._loading += loading.seconds() - loaded
 
     def _listen(self) -> None:
-        """Hear what the robot is told, and what a fault of that leads to."""
+        """Take in the robot's data, and react to faults in them."""
         t, xy = self.t, self.xy
         messages = self.feed.tell(t, self.others.truth(t), xy)
         fault = self.watch.hear(t, messages, xy, self.v > 0.0)
-        if self.guide.update(self.watch.blocked):
+        if self.replanner.update(self.watch.blocked):
             self._news = True
-            self.log.tell(t, "fault", xy, "An update of the map blocks cells; the way is asked for anew.")
+            self.log.tell(t, "fault", xy, "An update of the map blocks cells; the path is replanned.")
         if fault and self._fault_since < 0.0:
             self._fault, self._fault_since = f"{fault[0].upper()}{fault[1:]}", t
             self.log.tell(t, "fault", xy, f"{self._fault}.")
@@ -289,7 +289,7 @@ class DriveSimulation(Exclusive):
             return Decision(brake, "wait")
         made = self.wheel.controller.decide(self._state(period))
         # A message may list more obstacles than there are: nobody whom the drive could name.
-        named = made.cause not in WAITS or made.cause_index < len(self.others.roster.bodies)
+        named = made.cause not in WAITS or made.cause_index < len(self.others.roster.obstacles)
         return made if named else made._replace(cause_index=-1)
 
     def _state(self, period: float) -> State:
@@ -303,7 +303,7 @@ class DriveSimulation(Exclusive):
             at=node_at(self.leg, s),
             leg=self.leg,
             robot=self.scene.robot,
-            told=last,
+            message=last,
             still=last.stamp - self.watch.since,
             cells=covered_cells(self.scene, last) if self.wheel.cells else [],
             period=period,
@@ -319,12 +319,12 @@ class DriveSimulation(Exclusive):
         """Seconds until the next decision has an effect."""
         return period if isinstance(self.train, Perfect) else period + self.settings.delay + STEP
 
-    def _cut_at_goal(self, going: Trajectory) -> None:
+    def _cut_at_goal(self, trajectory: Trajectory) -> None:
         """A robot that comes to rest at the goal has arrived there and then."""
-        for k, one in enumerate(going.stretches):
+        for k, one in enumerate(trajectory.segments):
             if k and one.v == 0.0 and self._at_goal(one.s):
                 one.end = one.t
-                del going.stretches[k + 1 :]
+                del trajectory.segments[k + 1 :]
                 return
 
     def _at_goal(self, s: float) -> bool:
@@ -332,39 +332,39 @@ class DriveSimulation(Exclusive):
         (x, y), (gx, gy) = self.leg.route.at(s), self.scene.goal
         return not self.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
-    def _contacts(self, going: Trajectory) -> None:
+    def _contacts(self, trajectory: Trajectory) -> None:
         """The first contact that ends the drive, and every hit before it."""
-        while (met := self.others.contact(going)) is not None:
-            t, body = met
-            one = next((k for k in going.stretches if t < k.end), going.stretches[-1])
-            xy = going.route.at(one.after(t)[0])
+        while (met := self.others.contact(trajectory)) is not None:
+            t, obstacle = met
+            one = next((k for k in trajectory.segments if t < k.end), trajectory.segments[-1])
+            xy = trajectory.route.at(one.after(t)[0])
             moves = one.v > 0.0 or one.a > 0.0
             if moves:
-                self.log.tell(t, "contact", xy, Outcome.COLLISION.sentence, body)
-                self._end(Outcome.COLLISION, f"The robot drove into obstacle {body} at {t:.3f} s.")
+                self.log.tell(t, "contact", xy, Outcome.COLLISION.sentence, obstacle)
+                self._end(Outcome.COLLISION, f"The robot drove into obstacle {obstacle} at {t:.3f} s.")
                 if (
                     t <= one.t and one.v == 0.0
-                ):  # it sets off with somebody on it: a millisecond of that is seen
+                ):  # it sets off with an obstacle on it: a millisecond of that is seen
                     t = min(t + 1e-3, one.end)
             else:
-                self.log.tell(t, "hit", xy, "An obstacle ran into the standing robot.", body)
-                self.others.touching.add(body)
+                self.log.tell(t, "hit", xy, "An obstacle ran into the standing robot.", obstacle)
+                self.others.touching.add(obstacle)
                 if self.settings.on_hit == "go-on":
                     continue
-                where = f"obstacle {body} ran into the robot, which stood still"
+                where = f"obstacle {obstacle} ran into the robot, which stood still"
                 self._end(Outcome.HIT, f"At {t:.3f} s {where}.")
-            going.cut(t)
+            trajectory.cut(t)
             return
 
-    def _go(self, going: Trajectory) -> None:
+    def _go(self, trajectory: Trajectory) -> None:
         """Write down what was driven and go to its end."""
         leg, decision = max(len(self.curves) - 1, 0), self.decision
-        for one in going.stretches:
+        for one in trajectory.segments:
             cause = decision.cause
             if one.v == 0.0 and one.a == 0.0 and cause in ("acceleration", "limit", "braking"):
                 cause = "turn"
             self.log.add(one, leg, cause, decision.cause_index)
-        last, before = going.stretches[-1], self.t
+        last, before = trajectory.segments[-1], self.t
         self.t = last.end
         self.s, self.v = last.after(self.t)
         self.others.arrive(self.t)
@@ -387,8 +387,8 @@ class DriveSimulation(Exclusive):
         if self._news:
             self._replan("An update of the map blocks cells.")
         elif kept:
-            if not waiting.told:
-                waiting.told = True
+            if not waiting.reported:
+                waiting.reported = True
                 self.log.tell(
                     self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.cause_index
                 )
@@ -419,13 +419,13 @@ class DriveSimulation(Exclusive):
         ------
         BusyError : another call is at work on this drive.
         """
-        log, guide = self.log.copy(), self.guide
+        log, replanner = self.log.copy(), self.replanner
         cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
         cause_index = -1 if self.outcome is Outcome.ARRIVED else self.decision.cause_index
         log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, cause_index)
         return Drive(
             scene=self.scene,
-            planner=guide.planner.name,
+            planner=replanner.planner.name,
             law=self.wheel.name,
             seed=self.seed,
             outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
@@ -438,16 +438,16 @@ class DriveSimulation(Exclusive):
             cause=tuple(log.cause),
             cause_index=np.array(log.cause_index, dtype=np.int64),
             tracks=self.others.tracks(self.t),
-            obstacle_specs=tuple(self.others.roster.bodies),
+            obstacle_specs=tuple(self.others.roster.obstacles),
             moments=tuple(sorted((m for m in log.moments if m.t <= self.t), key=lambda m: m.t)),
             period=self.settings.decision_period,
             optimum=self.optimum,
-            replans=guide.replans,
-            expansions=guide.expansions,
+            replans=replanner.replans,
+            expansions=replanner.expansions,
             error=self.train.error,
             detail=self.detail,
-            timing={"total_s": self._total, "planning_s": guide.seconds, "loading_s": self._loading},
-            notes=(*guide.notes.all(), *self._cut),
+            timing={"total_s": self._total, "planning_s": replanner.seconds, "loading_s": self._loading},
+            notes=(*replanner.notes.all(), *self._cut),
         )
 
 

@@ -1,4 +1,4 @@
-"""Legs: from a plan to a way that can be driven, with the ceiling of speeds along it.
+"""Legs: from a plan to a path that can be driven, with the ceiling of speeds along it.
 
 A robot that asks again stands somewhere between cells. It tells its planner the nearest cell that it can get
 to in a straight line, and drives from where it really is.
@@ -25,7 +25,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.geometry.smoothing import Wanted, smooth_curve, wanted_of
 from lampyris.motion.laws.bounds import optimum_at_nodes
 from lampyris.motion.laws.node_refinement import refined
@@ -36,16 +36,16 @@ from lampyris.typing import BoolGrid, Cell, Floats, Points
 
 _Ints: TypeAlias = NDArray[np.int64]
 Ceiling: TypeAlias = Callable[[SampledPath], Profile | None]
-"""What makes the static ceiling of a course; None: the robot's own limits are all there is."""
+"""What makes the static ceiling of a sampled path; None: the robot's own limits are all there is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """One way from where the robot stands to the goal.
+    """One path from where the robot stands to the goal.
 
     Attributes
     ----------
-    route, course : the way, and nodes along it.
+    route, samples : the path, and nodes along it.
     profile : the law's ceiling.
     nodes, squares : distance and squared speed of that ceiling at each node.
     limits : squared speed of the robot's own limits: v_max, bends, stops, the goal.
@@ -53,7 +53,7 @@ class Leg:
     """
 
     route: CurveLookup
-    course: SampledPath
+    samples: SampledPath
     profile: Profile
     nodes: Floats
     squares: Floats
@@ -68,65 +68,67 @@ class Leg:
 
 def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
     """A leg along a curve, with nodes no farther apart than ``spacing`` metres."""
-    course = refined(course_of(curve, spacing), scene)
-    if len(course) < 2:
+    samples = refined(sample_curve(curve, spacing), scene)
+    if len(samples) < 2:
         zero = np.zeros(1)
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
-        return Leg(CurveLookup(curve), course, still, zero, zero, zero, 0.0)
-    own = optimum_at_nodes(course, scene)
-    seconds = _seconds(course, scene, own)
-    made = ceiling(course)
+        return Leg(CurveLookup(curve), samples, still, zero, zero, zero, 0.0)
+    own = optimum_at_nodes(samples, scene)
+    seconds = _seconds(samples, scene, own)
+    made = ceiling(samples)
     profile = own if made is None else made
     squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
-    nodes = np.ascontiguousarray(course.s)
-    return Leg(CurveLookup(curve), course, profile, nodes, squares, own.v * own.v, seconds)
+    nodes = np.ascontiguousarray(samples.s)
+    return Leg(CurveLookup(curve), samples, profile, nodes, squares, own.v * own.v, seconds)
 
 
-def _seconds(course: SampledPath, scene: Scene, own: Profile) -> float:
+def _seconds(samples: SampledPath, scene: Scene, own: Profile) -> float:
     """What the optimum of the curve takes, whose acceleration changes between nodes, too."""
     if scene.robot.jerk_max is not None:
         return float(own.t[-1])
-    return float(optimum_at_nodes(with_switches(course, own.v, scene.robot), scene).t[-1])
+    return float(optimum_at_nodes(with_switches(samples, own.v, scene.robot), scene).t[-1])
 
 
 def standing(scene: Scene, xy: tuple[float, float]) -> Curve:
-    """A way of no length, for a robot that has nowhere to go."""
+    """A path of no length, for a robot that has nowhere to go."""
     return Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), xy, scene.grid.resolution)
 
 
 def comfort(
-    scene: Scene, told: ObstacleMessage | None, xy: tuple[float, float], reaction: float
+    scene: Scene, message: ObstacleMessage | None, xy: tuple[float, float], reaction: float
 ) -> Floats | None:
-    """How far a way should pass each obstacle near ``xy``, so that the robot need not crawl there; (m,).
+    """How far a path should pass each obstacle near ``xy``, so that the robot need not crawl there; (m,).
 
     At so many metres it may drive at three tenths of its top speed: in ``T + 0.3 v_max / d_max`` seconds it
     stands, and so far does the obstacle come. 0 for obstacles that are four times as far away: they will be
     elsewhere. None if nobody is near.
     """
-    if told is None or not len(told.xy) or not np.isfinite(told.xy).all():
+    if message is None or not len(message.xy) or not np.isfinite(message.xy).all():
         return None
     robot = scene.robot
-    wide: Floats = told.top_speed * (reaction + 0.3 * robot.v_max / robot.d_max)
-    away = (told.xy - xy) * scene.grid.resolution
-    gap = np.sqrt((away * away).sum(axis=1)) - told.radius - robot.radius
+    wide: Floats = message.top_speed * (reaction + 0.3 * robot.v_max / robot.d_max)
+    away = (message.xy - xy) * scene.grid.resolution
+    gap = np.sqrt((away * away).sum(axis=1)) - message.radius - robot.radius
     wide = np.where(gap < 4.0 * wide, wide, 0.0)
     return wide if wide.any() else None
 
 
-def closed_cells(scene: Scene, told: ObstacleMessage | None, more: Floats | None = None) -> frozenset[Cell]:
-    """Every cell at whose centre the robot would touch an obstacle as told, or come nearer than ``more``."""
-    return _cells_within(scene, told, scene.robot.radius, more)
+def closed_cells(
+    scene: Scene, message: ObstacleMessage | None, more: Floats | None = None
+) -> frozenset[Cell]:
+    """Every cell at whose centre the robot would touch an obstacle as reported, or come nearer than ``more``."""
+    return _cells_within(scene, message, scene.robot.radius, more)
 
 
 def _cells_within(
-    scene: Scene, told: ObstacleMessage | None, reach: float, more: Floats | None = None
+    scene: Scene, message: ObstacleMessage | None, reach: float, more: Floats | None = None
 ) -> frozenset[Cell]:
     """The cells whose centres are nearer than so many metres to an obstacle's rim, and those it is on."""
     grid, cells = scene.grid, set()
-    if told is None:
+    if message is None:
         return frozenset()
-    wide = told.radius + reach if more is None else told.radius + reach + more
-    for (x, y), metres in zip(told.xy.tolist(), wide.tolist(), strict=True):
+    wide = message.radius + reach if more is None else message.radius + reach + more
+    for (x, y), metres in zip(message.xy.tolist(), wide.tolist(), strict=True):
         if not (math.isfinite(x) and math.isfinite(y)):
             continue
         far = metres / grid.resolution
@@ -141,11 +143,11 @@ def _cells_within(
     return frozenset(cells)
 
 
-def covered_cells(scene: Scene, told: ObstacleMessage) -> list[Cell]:
+def covered_cells(scene: Scene, message: ObstacleMessage) -> list[Cell]:
     """Cells whose squares obstacles overlap where they are said to be, in order of the obstacles."""
     found: dict[Cell, None] = {}
     resolution = scene.grid.resolution
-    for (x, y), radius in zip(told.xy.tolist(), told.radius.tolist(), strict=True):
+    for (x, y), radius in zip(message.xy.tolist(), message.radius.tolist(), strict=True):
         reach = radius / resolution - 1e-9
         left, right = math.floor(x - reach + 0.5), math.floor(x + reach + 0.5)
         cx, cy = _window(scene.grid, left, right, math.floor(y - reach + 0.5), math.floor(y + reach + 0.5))
@@ -193,7 +195,7 @@ def nearest_cell(scene: Scene, free: BoolGrid, xy: tuple[float, float], shut: It
 
 
 def points_of(plan: Plan, xy: tuple[float, float]) -> Points:
-    """The corners of a plan's way, begun where the robot is."""
+    """The corners of a plan's path, begun where the robot is."""
     assert plan.path is not None
     cells = plan.path.cells if plan.waypoints is None else plan.waypoints
     points = cells.astype(np.float64)
@@ -206,7 +208,7 @@ def curve_from(
     plan: Plan,
     scene: Scene,
     xy: tuple[float, float],
-    told: ObstacleMessage | None,
+    message: ObstacleMessage | None,
     smooth: Smooth,
     blocked: Sequence[Cell] = (),
     more: Floats | None = None,
@@ -224,7 +226,7 @@ def curve_from(
     points, grid = points_of(plan, xy), scene.grid
     if len(points) < 2:
         return standing(scene, (float(points[0, 0]), float(points[0, 1])))
-    cells = [c for c in sorted(_cells_within(scene, told, 0.0, more)) if not grid.blocked[c[1], c[0]]]
+    cells = [c for c in sorted(_cells_within(scene, message, 0.0, more)) if not grid.blocked[c[1], c[0]]]
     wanted = wanted_of(plan, grid.resolution)
     taken = [*blocked, *_off(points, cells, scene.robot.radius / grid.resolution)]
     if taken:
@@ -239,7 +241,7 @@ def curve_from(
 
 
 def _drawn(points: Points, grid: Grid, robot: Robot, smooth: Smooth, wanted: Wanted) -> Curve:
-    """Drawn taut, its corners rounded; or for ``none`` the lines as they are, corners within half a step."""
+    """Pulled straight, its corners rounded; or for ``none`` the lines as they are, corners within half a step."""
     if smooth == "none":
         return curve_of(points, grid, robot, smooth="none", shortcut=False)
     return smooth_curve(points, grid, robot, wanted=wanted)

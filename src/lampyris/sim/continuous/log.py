@@ -12,7 +12,7 @@ from lampyris.sim.world.trajectory import Segment
 class Log:
     """What a :class:`lampyris.model.drive.Drive` is made from.
 
-    A robot that goes on standing for the same reason is told once, so that a long wait is one line.
+    A robot that goes on standing for the same reason is reported once, so that a long wait is one line.
     """
 
     t: list[float] = field(default_factory=list)
@@ -52,6 +52,6 @@ class Log:
         """The same, apart."""
         return Log(*(list(getattr(self, f.name)) for f in fields(self)))
 
-    def tell(self, t: float, word: str, xy: tuple[float, float], sentence: str, body: int = -1) -> None:
+    def tell(self, t: float, word: str, xy: tuple[float, float], sentence: str, obstacle: int = -1) -> None:
         """A moment."""
-        self.moments.append(Moment(t, word, xy, sentence, body))
+        self.moments.append(Moment(t, word, xy, sentence, obstacle))

@@ -1,4 +1,4 @@
-"""The guide: asks the planner, and turns its answers into ways to drive."""
+"""The guide: asks the planner, and turns its answers into paths to drive."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ class Replanner:
         self.seconds = 0.0
         self.blocked: list[Cell] = []
         self._free = free_space(scene)
-        self._untold: list[Cell] = []
+        self._unreported: list[Cell] = []
         self.notes = Notes()
 
-    def first(self, told: ObstacleMessage) -> Plan:
+    def first(self, message: ObstacleMessage) -> Plan:
         """The first plan, with the obstacles where they are."""
-        return self._ask(self.scene.start, closed_cells(self.scene, told))
+        return self._ask(self.scene.start, closed_cells(self.scene, message))
 
     def without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
@@ -78,20 +78,20 @@ class Replanner:
         return plan
 
     def again(
-        self, xy: tuple[float, float], told: ObstacleMessage | None, reaction: float
+        self, xy: tuple[float, float], message: ObstacleMessage | None, reaction: float
     ) -> tuple[Plan, Curve | None]:
-        """A plan from where the robot stands, and its way; None if there is none that can be driven.
+        """A plan from where the robot stands, and its path; None if there is none that can be driven.
 
         First one that passes the obstacles around it at a distance at which it need not crawl; if there is
         none, at half of that; or else one that only misses them.
         """
         self.replans += 1
-        wide = comfort(self.scene, told, xy, reaction)
+        wide = comfort(self.scene, message, xy, reaction)
         for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
-            shut = closed_cells(self.scene, told, more)
+            shut = closed_cells(self.scene, message, more)
             cell = nearest_cell(self.scene, self._free, xy, shut)
             plan = self._ask(cell, shut)
-            curve = self.curve(plan, xy, told, more) if plan else None
+            curve = self.curve(plan, xy, message, more) if plan else None
             if curve is not None:
                 break
         return plan, curve
@@ -100,7 +100,7 @@ class Replanner:
         """Take in blocked cells of the map; whether any is new."""
         fresh = [c for c in cells if c not in self.blocked and self.scene.grid.contains(c)]
         self.blocked += fresh
-        self._untold += fresh
+        self._unreported += fresh
         if fresh:
             self._free = self._free.copy()
             for x, y in fresh:
@@ -108,19 +108,19 @@ class Replanner:
         return bool(fresh)
 
     def curve(
-        self, plan: Plan, xy: tuple[float, float], told: ObstacleMessage | None, more: Floats | None = None
+        self, plan: Plan, xy: tuple[float, float], message: ObstacleMessage | None, more: Floats | None = None
     ) -> Curve | None:
-        """The way of a plan from where the robot stands; None if it cannot be driven from there."""
+        """The path of a plan from where the robot stands; None if it cannot be driven from there."""
         try:
-            curve = curve_from(plan, self.scene, xy, told, self.smooth, self.blocked, more)
+            curve = curve_from(plan, self.scene, xy, message, self.smooth, self.blocked, more)
         except SettingError:
             return None
         if self.smooth != "none" and (why := rounded_alone(plan)):
-            self.notes.add((f"the way is not drawn taut: {why}",))
+            self.notes.add((f"the path is not pulled straight: {why}",))
         return curve
 
     def leg(self, curve: Curve, ceiling: Ceiling) -> Leg:
-        """The way with its ceiling of speeds."""
+        """The path with its ceiling of speeds."""
         return leg_of(curve, self.scene, ceiling, self.spacing)
 
     def nowhere(self, ceiling: Ceiling) -> Leg:
@@ -131,10 +131,10 @@ class Replanner:
     def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
         began = loading.cpu()
         shut -= {robot}
-        change = Change(robot=robot, obstacles=shut, blocked=tuple(self._untold))
+        change = Change(robot=robot, obstacles=shut, blocked=tuple(self._unreported))
         plan = self.session.plan(change, self.budget)
         self.notes.add(plan.notes)
-        self._untold.clear()
+        self._unreported.clear()
         self._count(plan, began)
         return plan
 

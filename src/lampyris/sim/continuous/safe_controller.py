@@ -34,40 +34,40 @@ _CANDIDATES = 8
 def swept_gaps(state: State, s0: float, s1: float) -> Floats:
     """Least distance from each obstacle's rim to the robot's, wherever it is between two distances; (m,).
 
-    On an arc the way is at most ``kappa ds^2 / 8`` from the chord between two nodes.
+    On an arc the path is at most ``kappa ds^2 / 8`` from the chord between two nodes.
     """
-    leg, told = state.leg, state.told
-    course, resolution = leg.course, leg.course.resolution
-    inside = np.flatnonzero((course.s > s0) & (course.s < s1))
+    leg, message = state.leg, state.message
+    samples, resolution = leg.samples, leg.samples.resolution
+    inside = np.flatnonzero((samples.s > s0) & (samples.s < s1))
     ends = np.array([leg.route.at(s0), leg.route.at(s1)])
-    points = np.concatenate((ends[:1], course.xy[inside], ends[1:])) * resolution
+    points = np.concatenate((ends[:1], samples.xy[inside], ends[1:])) * resolution
     a, d = points[:-1], np.diff(points, axis=0)
     length = np.maximum((d * d).sum(axis=1), 1e-300)
-    q = told.xy[:, None, :] * resolution - a
+    q = message.xy[:, None, :] * resolution - a
     along = np.clip((q * d).sum(axis=2) / length, 0.0, 1.0)
     e = q - along[:, :, None] * d
-    last = min(int(inside[-1]) + 1 if len(inside) else state.at + 1, len(course) - 1)
-    bend = 0.125 * float(course.curvature[state.at : last + 1].max(initial=0.0)) * float(length.max())
+    last = min(int(inside[-1]) + 1 if len(inside) else state.at + 1, len(samples) - 1)
+    bend = 0.125 * float(samples.curvature[state.at : last + 1].max(initial=0.0)) * float(length.max())
     nearest: Floats = np.sqrt((e * e).sum(axis=2).min(axis=1))
-    return nearest - (told.radius + state.robot.radius + state.noise + bend)
+    return nearest - (message.radius + state.robot.radius + state.noise + bend)
 
 
 def room_to_stand(state: State, s: float, quick: float, push: float) -> tuple[float, int]:
     """What is left, at worst, when the robot has pushed for its reaction time and braked: metres, and whose.
 
-    The robot is taken to be anywhere on the way it covers, at any time until it stands, and the obstacles to
+    The robot is taken to be anywhere on the path it covers, at any time until it stands, and the obstacles to
     come from anywhere at their top speeds. That is more than is needed where the motion is known exactly, and
     just right where commands come late and what the robot does meanwhile is known as a range.
     """
-    told, robot = state.told, state.robot
-    if not len(told.xy):
+    message, robot = state.message, state.robot
+    if not len(message.xy):
         return math.inf, -1
     fast = max(quick + push * state.reaction, 0.0)
     ahead = float(travelled.linked()(quick, push, state.reaction)) + 0.5 * fast * fast / robot.d_max
-    seconds = state.reaction + fast / robot.d_max + max(state.t - told.stamp, 0.0)
+    seconds = state.reaction + fast / robot.d_max + max(state.t - message.stamp, 0.0)
     near = swept_gaps(state, s, s + ahead)
     apart = np.minimum(berth(state), gaps(state) - 2.0 * MARGIN)
-    left = np.minimum(near - told.top_speed * seconds, near - apart)
+    left = np.minimum(near - message.top_speed * seconds, near - apart)
     worst = int(left.argmin())
     return float(left[worst]) - MARGIN, worst
 
@@ -97,22 +97,22 @@ def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Deci
 
     Parameters
     ----------
-    rails : the course.
-    above : a ceiling over all speeds: the wish has been held against the real one.
+    rails : the sampled path.
+    above : a ceiling over all speeds: the wish has been compared with the real one.
     """
-    told, robot = state.told, state.robot
-    m = len(told.xy)
+    message, robot = state.message, state.robot
+    m = len(message.xy)
     if not m:
         return wish
-    age = max(state.t - told.stamp, 0.0)
-    places = told.xy * rails.resolution
-    reach = told.radius + (robot.radius + state.noise + rails.slack + MARGIN)
+    age = max(state.t - message.stamp, 0.0)
+    places = message.xy * rails.resolution
+    reach = message.radius + (robot.radius + state.noise + rails.slack + MARGIN)
     apart = np.minimum(berth(state), gaps(state) - MARGIN - rails.slack)
     near = Near(
         np.concatenate((places[:, 0], places[:, 0])),
         np.concatenate((places[:, 1], places[:, 1])),
-        np.concatenate((reach + told.top_speed * age, reach + apart)),
-        np.concatenate((told.top_speed, np.zeros(m))),
+        np.concatenate((reach + message.top_speed * age, reach + apart)),
+        np.concatenate((message.top_speed, np.zeros(m))),
     )
     made = push(rails, above, state.s, state.v, near, state.period, wish.a, robot.d_max)
     return wish if made.cause_index < 0 else Decision(made.a, made.cause, made.cause_index % m)
@@ -122,24 +122,24 @@ def berth(state: State) -> Floats:
     """Metres that the robot leaves to an obstacle as it stands, so that it could set off again; (m,).
 
     Standing nearer than ``V T`` it could not move at all as long as the obstacle stayed: it may come at V
-    for a whole period before the robot can change its mind. Safe, and stuck for ever before an obstacle that
+    for a whole period before the robot can change its mind. Safe, and stuck forever before an obstacle that
     only stands there. So it keeps what a first push and the braking after it take, and a quarter more. One
-    that has come nearer by itself is not neared further. With every new way that does not lead anywhere it
+    that has come nearer by itself is not neared further. With every new path that does not lead anywhere it
     is a fifth less: at the very border a way round that begins a little towards the obstacle is none.
 
     An obstacle that has stood on the way for two seconds is kept farther off: the robot will have to go
     round it. Not any that is there at the moment: that made drives among ten walkers up to a tenth longer.
     """
-    robot, told = state.robot, state.told
+    robot, message = state.robot, state.message
     share = 1.25
     for _ in range(min(state.tries, 10)):
         share *= 0.8
-    wide: Floats = share * state.reaction * (1.0 + robot.a_max / robot.d_max) * told.top_speed
+    wide: Floats = share * state.reaction * (1.0 + robot.a_max / robot.d_max) * message.top_speed
     parked = state.still >= PARKED
     if not parked.any():
         return wide
     # Far enough to drive round at a fair speed, and to begin with it.
-    fair = share * told.top_speed * (state.reaction + 0.6 * robot.v_max / robot.d_max)
+    fair = share * message.top_speed * (state.reaction + 0.6 * robot.v_max / robot.d_max)
     look = 0.5 * state.v * state.v / robot.d_max + robot.v_max * state.reaction
     if not (parked & (gaps(state) < look + fair)).any():
         return wide
@@ -149,9 +149,9 @@ def berth(state: State) -> Floats:
 
 def gaps(state: State) -> Floats:
     """Distance between the robot's rim and each obstacle's, as they stand; metres, (m,)."""
-    away = (state.told.xy - state.leg.route.at(state.real[0])) * state.leg.course.resolution
+    away = (state.message.xy - state.leg.route.at(state.real[0])) * state.leg.samples.resolution
     distance: Floats = np.sqrt((away * away).sum(axis=1))
-    return distance - (state.told.radius + state.robot.radius + state.noise)
+    return distance - (state.message.radius + state.robot.radius + state.noise)
 
 
 @dataclass
@@ -183,7 +183,7 @@ class SafeController:
     def decide(self, state: State) -> Decision:
         """The least of: the ceiling, what the variant's rule says here and now, room to stand."""
         if state.leg is not self._leg:
-            self._leg, self._rails = state.leg, rails_of(state.leg.course)
+            self._leg, self._rails = state.leg, rails_of(state.leg.samples)
             self._above = np.full(len(self._rails.s), 1e30)
         wish = under_ceiling(state)
         for cause, v in self._now(state):
@@ -200,7 +200,7 @@ class SafeController:
         """The caps at the present place of rules that look at what moves."""
         law = self.law
         found = []
-        if law.cloud is not None and len(state.told.xy):
+        if law.cloud is not None and len(state.message.xy):
             near = state.movers(self.obstacle_info, (2.0 * law.cloud.horizon, law.cloud.near))
             here = state.ahead(0.0)
             caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
@@ -210,7 +210,7 @@ class SafeController:
         return found
 
     def _choice(self, state: State, speeds: ThreeSpeedControl) -> float:
-        """The speed chosen; chosen anew when the time of one decision is over."""
+        """The speed chosen; chosen again when the time of one decision is over."""
         until, v = self._chosen
         if state.t < until - 1e-9:
             return v

@@ -7,9 +7,9 @@
 * ``position``: at every decision a place is sent, that of the next decision. The drive measures where it is
   and goes so as to be there when the next command is due, with the same lag.
 
-Common to both: a command to stand is the brake, at full; but one that ends where the way ends, or where the
+Common to both: a command to stand is the brake, at full; but one that ends where the path ends, or where the
 robot must stop and turn, is to land there: the drive goes on slowly until it is there. The drive keeps the
-robot's own limits (top speed, bends, stops, the end of the way) by itself, at its own short step, as a
+robot's own limits (top speed, bends, stops, the end of the path) by itself, at its own short step, as a
 robot's base does; the obstacles and the law are the commander's. So what late commands cost is seen in the
 room that must be kept, and in the distance between where the robot is commanded to be and where it is.
 """
@@ -53,7 +53,7 @@ class Train(Protocol):
     error: float
 
     def begin(self, leg: Leg) -> None:
-        """The robot stands at the beginning of a new way."""
+        """The robot stands at the beginning of a new path."""
         ...
 
     def commanded(self, s: float, v: float) -> tuple[float, float]:
@@ -185,7 +185,7 @@ class Late:
         return min(max(LANDING * self.robot.v_max, (rest - s) / LANDING_TIME), self.robot.v_max)
 
     def _lands(self, decision: Decision) -> bool:
-        """Whether a decision is to stand exactly where the way, or a part of it, ends."""
+        """Whether a decision is to stand exactly where the path, or a part of it, ends."""
         assert self._leg is not None
         there = self._s >= self._leg.route.length and decision.cause == "braking"
         return decision.rest >= 0 or there
@@ -219,10 +219,10 @@ class Late:
                 return
 
 
-def _joined(stretches: list[Segment]) -> list[Segment]:
-    """The same with standing told once."""
+def _joined(segments: list[Segment]) -> list[Segment]:
+    """The same with standing reported once."""
     out: list[Segment] = []
-    for one in stretches:
+    for one in segments:
         if out and one.v == 0.0 and one.a == 0.0 and out[-1].v == 0.0 and out[-1].a == 0.0:
             out[-1].end = one.end
         else:

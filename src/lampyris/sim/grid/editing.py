@@ -1,16 +1,16 @@
 """Editing: walls that come and go while a simulation runs, and all that follows from the map with them.
 
-At the beginning of tick t, before obstacles move, the cells of that tick's edit turn. A cell that somebody
-covers, the robot or a body where it stood at t - 1, stays free, and so does the goal; it is not tried again.
+At the beginning of tick t, before obstacles move, the cells of that tick's edit turn. A cell that an obstacle
+covers, the robot or an obstacle where it stood at t - 1, stays free, and so does the goal; it is not tried again.
 What is a wall already, or free already, does not turn. So the same edits give the same walls as long as the
-run before them is the same, and nobody is ever walled in where he stands.
+run before them is the same, and no obstacle is ever walled in where it stands.
 
-Everybody steps by the new map from that tick on. A patrol or a crossing obstacle takes a wall on its route
-for the route's end: it turns round there, and drives on when the wall has gone. (A new way around the wall
-would have to be drawn anew with every edit, and would hide what was painted.) No lane of a recorded track may
+All obstacles step by the new map from that tick on. A patrol or a crossing obstacle takes a wall on its route
+for the route's end: it turns round there, and drives on when the wall has gone. (A new path around the wall
+would have to be redrawn with every edit, and would hide what was painted.) No lane of a recorded track may
 be walled: a replay asks nobody.
 
-The planner hears of what turned when it is asked next. It is asked in the same tick if a step of its way is
+The planner hears of what turned when it is asked next. It is asked in the same tick if a step of its path is
 no longer allowed, or if anything turned free. Terrain is that of the map as given, wherever a cell is free.
 """
 
@@ -34,8 +34,8 @@ from lampyris.sim.world.cell_index import Shape
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell
 
-_CUT = "Walls have come into the way; planned anew."
-_OPENED = "Walls have gone; planned anew."
+_CUT = "Walls now block the path; replanned."
+_OPENED = "Walls are gone; replanned."
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Turned:
 
     Parameters
     ----------
-    events : told in the trace.
+    events : reported in the trace.
     why : why the planner has to be asked in this tick; empty: it need not be.
     """
 
@@ -58,7 +58,7 @@ class Walls:
     Parameters
     ----------
     scene : as given.
-    world, crowd : whose shapes follow the map; the crowd is at tick 0.
+    world, traffic : whose shapes follow the map; the traffic is at tick 0.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Walls:
     SceneError : ``EDIT_TRACK``: a wall in the lane of a recorded obstacle.
     """
 
-    def __init__(self, scene: Scene, world: Occupancy, crowd: Traffic) -> None:
+    def __init__(self, scene: Scene, world: Occupancy, traffic: Traffic) -> None:
         self.known = replace(scene, edits=()) if scene.edits else scene
         self.scene = replace(self.known, traffic=()) if scene.edits else scene
         self.done: list[Edit] = []
@@ -79,29 +79,29 @@ class Walls:
         self._left = deque(scene.edits)
         self._news: dict[Cell, bool] = {}
         shapes = [(world.robot_shape, scene.robot.radius)]
-        shapes += [(s, body.radius) for body, s in zip(crowd.bodies, world.shapes, strict=True)]
-        shapes += [(walkers.shape, walkers.spec.radius) for walkers in crowd.walkers]
+        shapes += [(s, obstacle.radius) for obstacle, s in zip(traffic.obstacles, world.shapes, strict=True)]
+        shapes += [(walkers.shape, walkers.spec.radius) for walkers in traffic.walkers]
         # Each shape once, in the order in which they are met.
         once = {id(shape): (shape, radius) for shape, radius in shapes}  # bits: only tells them apart
         self._shapes: list[tuple[Shape, float]] = list(once.values())
         if scene.edits:
-            self._keep_lanes(crowd)
+            self._keep_lanes(traffic)
 
     @property
     def may_open(self) -> bool:
         """Whether an edit that is still to come frees a cell."""
         return any(edit.freed for edit in self._left)
 
-    def _keep_lanes(self, crowd: Traffic) -> None:
+    def _keep_lanes(self, traffic: Traffic) -> None:
         """Refuse walls in the lanes of recorded tracks."""
-        if crowd.recording is None:
+        if traffic.recording is None:
             return
         specs = [k for k, one in enumerate(self._given.traffic) if isinstance(one, Recorded)]
         lanes: dict[int, int] = {}
         number = self._world.space.number
-        for (body, track), k in zip(crowd.recording.tracks, specs, strict=True):
+        for (obstacle, track), k in zip(traffic.recording.tracks, specs, strict=True):
             for cell in dict.fromkeys(track.track):
-                lanes |= dict.fromkeys(self._world.shapes[body].cover(number(cell)), k)
+                lanes |= dict.fromkeys(self._world.shapes[obstacle].cover(number(cell)), k)
         for edit in self._given.edits:
             for cell in edit.blocked:
                 if (met := lanes.get(number(cell))) is not None:
@@ -113,12 +113,12 @@ class Walls:
 
     # ---- one tick --------------------
 
-    def turn(self, tick: int, way: Sequence[Cell]) -> Turned | None:
-        """Do the edit of a tick, before anybody moves; None if there is none.
+    def turn(self, tick: int, route: Sequence[Cell]) -> Turned | None:
+        """Do the edit of a tick, before anything moves; None if there is none.
 
         Parameters
         ----------
-        way : the robot's cell and those that it means to enter.
+        route : the robot's cell and those that it means to enter.
         """
         if not self._left or self._left[0].tick != tick:
             return None
@@ -135,11 +135,11 @@ class Walls:
         freed = [cell for cell in edit.freed if blocked[cell[1], cell[0]]]
         if walls or freed:
             self._build(Edit(tick, tuple(walls), tuple(freed)))
-        cut = bool(walls) and self._cuts(way, walls)
+        cut = bool(walls) and self._cuts(route, walls)
         return Turned(_story(tick, walls, held, freed), _CUT if cut else _OPENED if freed else "")
 
     def _build(self, done: Edit) -> None:
-        """The map, and the shapes by which everybody steps."""
+        """The map, and the shapes by which obstacles step."""
         self.done.append(done)
         grid = applied(self.scene.grid, (done,))
         if self._given.grid.terrain is not None:  # a cell that was a wall for a while has its terrain again
@@ -152,22 +152,22 @@ class Walls:
             shape.renew(free[radius])
         self._news |= dict.fromkeys(done.freed, False) | dict.fromkeys(done.blocked, True)
 
-    def _cuts(self, way: Sequence[Cell], walls: Sequence[Cell]) -> bool:
-        """Whether new walls forbid a step of a way. Only steps near them are looked at."""
-        if len(way) < 2:
+    def _cuts(self, route: Sequence[Cell], walls: Sequence[Cell]) -> bool:
+        """Whether new walls forbid a step of a path. Only steps near them are looked at."""
+        if len(route) < 2:
             return False
         shape, number = self._world.robot_shape, self._world.space.number
         # A footprint, and two cells for what a knight's step passes.
         reach = 2 + max(max(abs(dx), abs(dy)) for dx, dy in shape.offsets)
-        cells, new = np.array(way, dtype=np.int64), np.array(walls, dtype=np.int64)
+        cells, new = np.array(route, dtype=np.int64), np.array(walls, dtype=np.int64)
         near = (cells >= new.min(axis=0) - reach) & (cells <= new.max(axis=0) + reach)
         for k in np.flatnonzero(near.all(axis=1)[:-1]).tolist():
-            to = number(way[k + 1])
-            if all(step[0] != to for step in shape.steps(number(way[k]))):
+            to = number(route[k + 1])
+            if all(step[0] != to for step in shape.steps(number(route[k]))):
                 return True
         return False
 
-    def told(self, change: Change) -> Change:
+    def as_reported(self, change: Change) -> Change:
         """The change with what has turned since the planner was last asked."""
         if not self._news:
             return change
@@ -184,10 +184,10 @@ def _story(
 ) -> tuple[Event, ...]:
     events = []
     if walls or held:
-        told = f"{_cells(len(walls))} turned into {'a wall' if len(walls) == 1 else 'walls'}."
+        sentence = f"{_cells(len(walls))} turned into {'a wall' if len(walls) == 1 else 'walls'}."
         if held:
-            told += f" {_cells(len(held))} stayed free: somebody is there, or it is the goal."
-        events.append(Event(tick, "wall", (*walls, *held)[0], told))
+            sentence += f" {_cells(len(held))} stayed free: occupied, or the goal."
+        events.append(Event(tick, "wall", (*walls, *held)[0], sentence))
     if freed:
         events.append(Event(tick, "opened", freed[0], f"{_cells(len(freed))} turned free."))
     return tuple(events)

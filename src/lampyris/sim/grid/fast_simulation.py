@@ -54,13 +54,13 @@ _ALL_THERE = 2.0
 """In place of a rate: nobody appears."""
 
 _WALKER = Obstacle("random-walk", 0.0, True, ((0, 0),))
-_TOLD = (
-    (k.TOLD_WAITED, "replan", "Asked again after waiting."),
-    (k.TOLD_BLOCKED, "replan", "The next cell, {}, cannot be entered now; chose anew."),
-    (k.TOLD_HEMMED, "wait", Status.HEMMED_IN.sentence),
-    (k.TOLD_WAIT, "wait", "The next cell cannot be entered now."),
+_EVENTS = (
+    (k.EVENT_WAITED, "replan", "Asked again after waiting."),
+    (k.EVENT_BLOCKED, "replan", "The next cell, {}, cannot be entered now; chose again."),
+    (k.EVENT_HEMMED, "wait", Status.HEMMED_IN.sentence),
+    (k.EVENT_WAIT, "wait", "The next cell cannot be entered now."),
 )
-"""What the bits of ``told`` mean, in the order in which the loop says it."""
+"""What the bits of ``events`` mean, in the order in which the loop says it."""
 
 Ints: TypeAlias = NDArray[np.int64]
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -82,7 +82,7 @@ def run(
 def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     """Whether the kernel knows these rules.
 
-    AD-GSO on its field alone, gates ignored or closed; random walkers of one specification; bodies of one
+    AD-GSO on its field alone, gates ignored or closed; random walkers of one specification; obstacles of one
     cell; single steps over plain ground that nobody edits; the dissertation's speed law.
     """
     if type(planner) is not AdGso or not (law == "dissertation" or isinstance(law, DissertationLaw)):
@@ -128,34 +128,34 @@ class FastRuns(Exclusive):
         living = LivingMap(scene)
         free = bordered(living.free)
         self._room = len(free)
-        self._cells, crowd = self._crowd(free, stride)
+        self._cells, traffic = self._traffic(free, stride)
         may_begin = np.zeros(len(free), dtype=np.uint8)
         may_begin[self._cells] = 1
         self._may_begin = may_begin.tobytes()
         robot = np.array([dy * stride + dx for dx, dy in moves.offsets], dtype=np.int64)
         self._given = (
-            *crowd, free, stride, int(moves.corner_cutting), robot, self._space.number(scene.goal),
+            *traffic, free, stride, int(moves.corner_cutting), robot, self._space.number(scene.goal),
             *self._pace(law),
         )  # fmt: skip
         grounds = FieldCache(living, moves, scene.goal, rho=planner.rho, gamma=planner.gamma)
         self._field, self._lower = self._walk(grounds.sealed(_closed(scene, planner)), living.free, moves)
         self._solved = grounds.spent
-        # What is written anew by every run, and what is known of the field: the same for all of them.
+        # What is written again by every run, and what is known of the field: the same for all of them.
         self._known = np.zeros(KNOWN * self._room, dtype=np.int64)
-        self._told = _Told(4 * BLOCK, spec.count)
+        self._log = _RunLog(4 * BLOCK, spec.count)
         y, x = np.divmod(np.arange(self._room), stride)
         self._xy = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
-    def _crowd(self, free: Bytes, stride: int) -> tuple[Ints, tuple[Any, ...]]:
+    def _traffic(self, free: Bytes, stride: int) -> tuple[Ints, tuple[Any, ...]]:
         """Cells on which walkers may begin, and what the kernel takes of them."""
         world = Occupancy(self._space, robot_shape(self.scene, self._space), self._start)
         open_traffic(self.scene, world, 0)  # for its errors: they do not depend on the seed
         plans = Placing(self.scene, world, 0)
         shape = plans.shape(0.0)
         opened = bordered(shape.open)
-        ways = walker_ways(opened, free, stride, shape.corner_cutting)
+        open_steps = walker_steps(opened, free, stride, shape.corner_cutting)
         rate = _ALL_THERE if self._spec.rate is None else self._spec.rate
-        return self._space.numbers(plans.trial.room(shape)), (self._spec.count, opened, ways, rate)
+        return self._space.numbers(plans.trial.room(shape)), (self._spec.count, opened, open_steps, rate)
 
     def _pace(self, law: SpeedLaw) -> tuple[Any, ...]:
         """The law, as the kernel takes it, and its room."""
@@ -192,14 +192,14 @@ class FastRuns(Exclusive):
         key = key_of(seed, WALKERS, 0)
         there = self._begin(key) if self._spec.rate is None else self._cells[:0]
         state = np.zeros(k.STATE, dtype=np.int64)
-        state[k.BODIES], state[k.ROBOT], state[k.PATIENCE] = len(there), self._start, self._patience
+        state[k.OBSTACLES], state[k.ROBOT], state[k.PATIENCE] = len(there), self._start, self._patience
         state[k.HEMMED_AT], state[k.STEPS] = -1, k.NOT_ASKED
         state[k.EXPANSIONS], state[k.LAST_TICK] = self._solved, -1 if ticks is None else ticks
         where, step_x, step_y, gone = np.zeros((4, count), dtype=np.int64)
         taken, left = np.zeros((2, self._room), dtype=np.int64)
         where[: len(there)] = there
         taken[there] = np.arange(1, len(there) + 1)
-        bodies = (state, where, step_x, step_y, taken, left, gone)
+        obstacles = (state, where, step_x, step_y, taken, left, gone)
         rest = (
             *self._given,
             *self._field,
@@ -209,9 +209,9 @@ class FastRuns(Exclusive):
         )
         code = k.MORE_DRAWS
         while code == k.MORE_DRAWS:
-            told = self._told = self._told.with_room(int(state[k.NOW]) + BLOCK + 1)
+            log = self._log = self._log.with_room(int(state[k.NOW]) + BLOCK + 1)
             draws = steps(key, count, int(state[k.NOW]) + 1, BLOCK).ravel()
-            code = int(k.drive_ticks(*bodies, *told.arrays, draws, *rest))
+            code = int(k.drive_ticks(*obstacles, *log.arrays, draws, *rest))
         spent = int(state[k.EXPANSIONS])
         bound = budget is not None and budget.expansions is not None and spent > budget.expansions
         if code == k.ELSEWHERE or bound:
@@ -235,16 +235,16 @@ class FastRuns(Exclusive):
 
     def _trace(self, seed: int, outcome: Outcome, state: Ints, began: float) -> Trace:
         """The kernel's numbers as a noun."""
-        now, scene, told = int(state[k.NOW]), self.scene, self._told
-        bodies = int(state[k.BODIES])
-        robots = told.robots[: now + 1]
+        now, scene, log = int(state[k.NOW]), self.scene, self._log
+        obstacles = int(state[k.OBSTACLES])
+        robots = log.robots[: now + 1]
         cells = self._xy.take(robots, axis=0)
-        tracks = told.tracks[: (now + 1) * self._spec.count].reshape(now + 1, -1)[:, :bodies].T
-        appears = (0,) * bodies
+        tracks = log.tracks[: (now + 1) * self._spec.count].reshape(now + 1, -1)[:, :obstacles].T
+        appears = (0,) * obstacles
         if self._spec.rate is not None:
             appears = tuple((tracks != 0).argmax(axis=1).tolist())
         moved = np.flatnonzero(robots[1:] != robots[:-1]) + 1
-        way = cells[np.concatenate(([0], moved))]
+        driven_cells = cells[np.concatenate(([0], moved))]
         return Trace(
             scene=scene,
             planner=self.planner.name,
@@ -253,9 +253,9 @@ class FastRuns(Exclusive):
             robot=cells,
             tracks=tuple(map(_since, self._xy.take(tracks, axis=0), appears)),
             appears=appears,
-            obstacle_specs=(_WALKER,) * bodies,
-            speed=told.speeds[: now + 1],
-            cause=("start", *map(_CAUSES.__getitem__, told.causes[1 : now + 1].tolist())),
+            obstacle_specs=(_WALKER,) * obstacles,
+            speed=log.speeds[: now + 1],
+            cause=("start", *map(_CAUSES.__getitem__, log.causes[1 : now + 1].tolist())),
             law="dissertation",
             units="velocity units",
             events=tuple(self._events(outcome, now, cells, appears, tracks)),
@@ -263,7 +263,7 @@ class FastRuns(Exclusive):
             waits=int(state[k.WAITS]),
             iterations=int(state[k.ITERATIONS]),
             expansions=int(state[k.EXPANSIONS]),
-            path=path_of(way, self._path_moves, scene.grid.terrain),
+            path=path_of(driven_cells, self._path_moves, scene.grid.terrain),
             detail=self._detail(outcome, now, state),
             timing={"total_s": time.perf_counter() - began},
             last_tick=int(state[k.LAST_TICK]),
@@ -275,19 +275,19 @@ class FastRuns(Exclusive):
     ) -> Iterator[Event]:
         """What is worth telling, in the loop's words and order."""
         born: dict[int, list[int]] = {}
-        for body, tick in enumerate(appears):
+        for obstacle, tick in enumerate(appears):
             if tick:
-                born.setdefault(tick, []).append(body)
-        cell, told = self._space.cell, self._told
-        for tick in sorted({*(np.flatnonzero(told.told[1 : now + 1]) + 1).tolist(), *born}):
+                born.setdefault(tick, []).append(obstacle)
+        cell, log = self._space.cell, self._log
+        for tick in sorted({*(np.flatnonzero(log.events[1 : now + 1]) + 1).tolist(), *born}):
             x, y = cells[tick - 1].tolist()
-            for body in born.get(tick, ()):
-                yield Event(tick, "appear", cell(int(tracks[body, tick])), "An obstacle appeared.")
-            bits = int(told.told[tick])
-            for bit, word, sentence in _TOLD:
+            for obstacle in born.get(tick, ()):
+                yield Event(tick, "appear", cell(int(tracks[obstacle, tick])), "An obstacle appeared.")
+            bits = int(log.events[tick])
+            for bit, word, sentence in _EVENTS:
                 if bits & bit:
-                    if bit == k.TOLD_BLOCKED:
-                        sentence = sentence.format(cell(int(told.aims[tick])))
+                    if bit == k.EVENT_BLOCKED:
+                        sentence = sentence.format(cell(int(log.aims[tick])))
                     yield Event(tick, word, (x, y), sentence)
         if outcome is Outcome.ARRIVED:
             yield Event(now, "arrive", self.scene.goal, Outcome.ARRIVED.sentence)
@@ -303,31 +303,31 @@ class FastRuns(Exclusive):
         return ""
 
 
-class _Told:
+class _RunLog:
     """What a run tells tick by tick; room for so many ticks. Used again and again."""
 
     def __init__(self, ticks: int, count: int) -> None:
         self._ticks, self._count = ticks, count
-        self.robots, self.told, self.aims, self.causes = np.zeros((4, ticks), dtype=np.int64)
+        self.robots, self.events, self.aims, self.causes = np.zeros((4, ticks), dtype=np.int64)
         self.tracks = np.zeros(ticks * count, dtype=np.int64)
         self.speeds = np.zeros(ticks)
 
     @property
     def arrays(self) -> tuple[Ints, Ints, Ints, Ints, Floats, Ints]:
-        return self.robots, self.tracks, self.told, self.aims, self.speeds, self.causes
+        return self.robots, self.tracks, self.events, self.aims, self.speeds, self.causes
 
-    def with_room(self, ticks: int) -> _Told:
+    def with_room(self, ticks: int) -> _RunLog:
         """Itself, or twice as much room with the same in it."""
         if ticks <= self._ticks:
             return self
-        more = _Told(max(ticks, 2 * self._ticks), self._count)
+        more = _RunLog(max(ticks, 2 * self._ticks), self._count)
         for mine, theirs in zip(self.arrays, more.arrays, strict=True):
             theirs[: len(mine)] = mine
         return more
 
 
 def _since(track: Cells, tick: int) -> Cells:
-    """A body's cells from the tick it appeared."""
+    """An obstacle's cells from the tick it appeared."""
     return track[tick:]
 
 
@@ -344,16 +344,16 @@ def bordered(mask: BoolGrid) -> Bytes:
     return np.pad(mask, 1).ravel().astype(np.uint8)
 
 
-def walker_ways(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints:
+def walker_steps(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints:
     """A bit for each of the eight neighbours into which walls let a walker step, by cell number."""
-    ways = np.zeros(len(free), dtype=np.int64)
+    open_steps = np.zeros(len(free), dtype=np.int64)
     inner = np.arange(stride + 1, len(free) - stride - 1)
     for bit, (dx, dy) in enumerate(EIGHT):
         may = opened[inner + dy * stride + dx] != 0
         if dx and dy and not cutting:
             may = may & (free[inner + dx] != 0) & (free[inner + dy * stride] != 0)
-        ways[inner] |= may.astype(np.int64) << bit
-    return ways
+        open_steps[inner] |= may.astype(np.int64) << bit
+    return open_steps
 
 
 def _law_tables(law: DissertationLaw) -> tuple[Floats, Bytes]:

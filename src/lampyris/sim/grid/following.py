@@ -11,11 +11,11 @@ from lampyris.typing import Cell
 
 @dataclass(slots=True)
 class Following:
-    """A way that is being driven.
+    """A path that is being driven.
 
     Attributes
     ----------
-    way : its cells; empty if the plan found none.
+    route : its cells; empty if the plan found none.
     at : the index of the robot's cell.
     until : the index of the last cell that the plan commits to.
     ticks : when each cell is to be entered, None for one step a tick.
@@ -23,7 +23,7 @@ class Following:
     counted : whether the plan's iterations have been added up.
     """
 
-    way: list[Cell] = field(default_factory=list)
+    route: list[Cell] = field(default_factory=list)
     at: int = 0
     until: int = 0
     ticks: list[int] | None = None
@@ -33,7 +33,7 @@ class Following:
     @property
     def ahead(self) -> Cell | None:
         """The next cell, committed to or not."""
-        return self.way[self.at + 1] if self.at + 1 < len(self.way) else None
+        return self.route[self.at + 1] if self.at + 1 < len(self.route) else None
 
     @property
     def to_be_driven(self) -> bool:
@@ -42,7 +42,7 @@ class Following:
 
     def waits(self, now: int) -> bool:
         """Whether the plan says to stay in the tick ``now``."""
-        if self.ticks is None or now > self.until_tick or self.at + 1 >= len(self.way):
+        if self.ticks is None or now > self.until_tick or self.at + 1 >= len(self.route):
             return False
         return self.ticks[self.at + 1] > now
 
@@ -56,14 +56,14 @@ def follow(plan: Plan, robot: Cell) -> Following:
     """
     if plan.path is None:
         return Following()
-    way = [(x, y) for x, y in plan.path.cells.tolist()]
-    if way[0] != robot:
-        raise InternalFault("PLAN_START", f"{plan.planner} planned from {way[0]}, the robot is at {robot}")
-    steps = len(way) - 1
+    route = [(x, y) for x, y in plan.path.cells.tolist()]
+    if route[0] != robot:
+        raise InternalFault("PLAN_START", f"{plan.planner} planned from {route[0]}, the robot is at {robot}")
+    steps = len(route) - 1
     if plan.schedule is None:
-        # At least one step, or the same question would be asked for ever.
+        # At least one step, or the same question would be asked forever.
         until = steps if plan.commit is None else max(min(plan.commit, steps), min(steps, 1))
-        return Following(way, until=until)
+        return Following(route, until=until)
     ticks = plan.schedule.tolist()
     last = ticks[-1] if plan.commit is None else ticks[0] + plan.commit
-    return Following(way, until=sum(t <= last for t in ticks) - 1, ticks=ticks, until_tick=last)
+    return Following(route, until=sum(t <= last for t in ticks) - 1, ticks=ticks, until_tick=last)

@@ -3,7 +3,7 @@
 From tick t to t + 1, in this order:
 
 0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`).
-1. **Obstacles move**: recorded ones (whatever anybody does), crossing ones, patrols, random walkers; within
+1. **Obstacles move**: recorded ones (whatever the others do), crossing ones, patrols, random walkers; within
    a kind in order of index. Each sees the new places of those that have moved and the old places of the
    rest.
 2. **The robot senses** all places, and each obstacle's last step.
@@ -12,19 +12,19 @@ From tick t to t + 1, in this order:
    asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
 4. **The tick is recorded**, with the robot's speed and what bound it.
 
-Legal, for every two bodies: never two in one cell, never a swap, never both diagonals of one 2x2 block in
+Legal, for every two obstacles: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow
 it too. One step takes one tick, a knight's step as well.
 
 The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
 and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
-plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone.
+plan reports as met is a replan too, and so is to be asked because walls have come into the path, or gone.
 Where the old plan's next step was legal and the new plan goes another way, the robot changed its mind, a
 *path switch*: many of them are what people call dithering.
 
-Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
+Obstacles of our own making yield to the robot or run into it; the robot never moves into any obstacle. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
-planned or re-chosen step. There the planner is asked twice if need be: once to choose anew, and once more in
+planned or re-chosen step. There the planner is asked twice if need be: once to choose again, and once more in
 place of the step it has no time to wait (AD-GSO then repairs its field; without it, one run in eight among
 twenty crossing obstacles was a hit instead of one in forty). If the robot cannot leave, it was hit while it
 stood still: the outcome ``hit``, and the end. ``collision`` cannot come about.
@@ -57,7 +57,7 @@ from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import Following, follow
-from lampyris.sim.grid.sensing import seen_bodies, seen_cells, sense
+from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
@@ -67,7 +67,7 @@ from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
 PATIENCE = SIMULATION_PATIENCE
-"""Ticks in a row the robot waits before it gives up.
+"""Consecutive ticks the robot waits before it gives up.
 
 The dissertation's own would be 1: wait one step, repair, then fail.
 """
@@ -91,8 +91,8 @@ def run(
     Parameters
     ----------
     scene : where, with its traffic.
-    planner : who plans.
-    seed : root of every draw, >= 0. Every planner meets the same obstacle draws as far as its own deeds
+    planner : the planner.
+    seed : seed of all random draws, >= 0. Every planner meets the same obstacle draws as far as its own deeds
         allow.
     ticks : the last tick; None: ten times (height + width), and four times the steps of the first plan on
         top, but not above :data:`lampyris._core.limits.TICKS`.
@@ -124,7 +124,7 @@ class Simulation(Exclusive):
     ----------
     now : ticks over.
     outcome : how it ended; None while it has not.
-    world : where everybody is.
+    world : where all obstacles are.
     plan : what the planner said last.
     """
 
@@ -142,11 +142,11 @@ class Simulation(Exclusive):
         self.now = 0
         self.outcome: Outcome | None = None
         self.detail = ""
-        self.pace = TickSpeed(scene, law)
+        self.tick_speed = TickSpeed(scene, law)
         space = CellIndex(scene.grid)
         self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
-        self.crowd = open_traffic(scene, self.world, self.seed)
-        self.walls = Walls(scene, self.world, self.crowd)
+        self.traffic = open_traffic(scene, self.world, self.seed)
+        self.walls = Walls(scene, self.world, self.traffic)
         self._news = ""
         self.session = planner.open(self.walls.known, self._stream())
         self.plan: Plan
@@ -176,12 +176,12 @@ class Simulation(Exclusive):
         self._ask(self._sense())
         self._started = True
         if self.last_tick is None:
-            steps = max(len(self._on.way) - 1, 0)
+            steps = max(len(self._on.route) - 1, 0)
             TICKS.demand(steps, "the path", instead="say how many ticks there are")
             most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
             self.last_tick = min(most, TICKS.allowed)
         if not self.plan:
-            verdict = self._without_traffic() if self.crowd.bodies else self.plan
+            verdict = self._without_traffic() if self.traffic.obstacles else self.plan
             closed = verdict.status is Status.NO_PATH and self.walls.may_open
             if verdict.status in _NEVER and not closed:
                 self._started = False
@@ -201,14 +201,16 @@ class Simulation(Exclusive):
 
     def _sense(self) -> Change:
         tick = max(self.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
-        told = seen_bodies(self.crowd, self.now) if self.planner.traits.sees_traffic else None
-        return sense(self.world, tick=tick, obstacle_tracks=told)
+        known_tracks = (
+            observed_obstacles(self.traffic, self.now) if self.planner.traits.sees_traffic else None
+        )
+        return sense(self.world, tick=tick, obstacle_tracks=known_tracks)
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
         repaired = self._repaired
         ahead = self._ahead()
-        plan = self.plan = self.session.plan(self.walls.told(change), self.budget)
+        plan = self.plan = self.session.plan(self.walls.as_reported(change), self.budget)
         self.notes.add(plan.notes)
         self._repaired = plan.repaired
         if plan.repaired and not repaired:
@@ -223,7 +225,7 @@ class Simulation(Exclusive):
                 continue  # a planner that looks ahead tells of the same gate in every plan until it is passed
             self._gates.add(gate)
             self._replans += 1
-            self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
+            self._tell("gate", gate, "A gate on the way proved too narrow; replanned.")
         self._on = follow(plan, self._robot[-1])
         if ahead is not None and self._on.ahead not in (None, ahead):
             self._path_switches += 1
@@ -263,9 +265,9 @@ class Simulation(Exclusive):
         began, loaded = time.perf_counter(), loading.seconds()
         self.now += 1
         self._turn()
-        for body in self.crowd.advance(self.now):
+        for obstacle in self.traffic.advance(self.now):
             self._tracks.append([])
-            self._tell("appear", self.world.space.cell(self.world.where[body]), "An obstacle appeared.")
+            self._tell("appear", self.world.space.cell(self.world.where[obstacle]), "An obstacle appeared.")
         for track, number in zip(self._tracks, self.world.where, strict=True):
             track.append(number)
         step = self._choose()
@@ -282,16 +284,16 @@ class Simulation(Exclusive):
 
     def _turn(self) -> None:
         """Walls come and go."""
-        turned = self.walls.turn(self.now, self._on.way[self._on.at :])
+        turned = self.walls.turn(self.now, self._on.route[self._on.at :])
         if turned is not None:
             self._events += turned.events
-            self._news, self.pace.scene = turned.why, self.walls.scene
+            self._news, self.tick_speed.scene = turned.why, self.walls.scene
 
     def _choose(self) -> Step | None:
         step = None if self._news else self._planned()
         if step is not None:
             return step
-        if self._news or self._on.to_be_driven or self._patient or not self._on.way:
+        if self._news or self._on.to_be_driven or self._patient or not self._on.route:
             self._replans += 1
             self._tell("replan", self._robot[-1], self._why())
             self._news = ""
@@ -309,16 +311,16 @@ class Simulation(Exclusive):
     def _why(self) -> str:
         if self._news:
             return self._news
-        if self._patient or not self._on.way:
+        if self._patient or not self._on.route:
             return "Asked again after waiting."
-        return f"The next cell, {self._on.ahead}, cannot be entered now; chose anew."
+        return f"The next cell, {self._on.ahead}, cannot be entered now; chose again."
 
     def _drive(self, step: Step) -> None:
         came = self._robot[-1]
         self.world.put_robot(step[0])
         on = self._on
         on.at += 1
-        here = on.way[on.at]
+        here = on.route[on.at]
         self._robot.append(here)
         self._patient = self._held = 0
         if not on.counted:
@@ -329,14 +331,14 @@ class Simulation(Exclusive):
             self._cause.append("goal")
             self._arrive()
             return
-        speed, cause = self.pace.drive([came, *on.way[on.at :]], seen_cells(self.world))
+        speed, cause = self.tick_speed.drive([came, *on.route[on.at :]], seen_cells(self.world))
         self._speed.append(speed)
         self._cause.append(cause)
 
     def _hold(self) -> None:
         """Wait because the plan says so."""
         self._stay_here()
-        self._tell("wait", self._robot[-1], "The plan waits here for the way to be clear.")
+        self._tell("wait", self._robot[-1], "The plan waits here for the path to be clear.")
         if self.plan.commit is None:
             return
         self._held += 1
@@ -345,7 +347,7 @@ class Simulation(Exclusive):
 
     def _stay_here(self) -> None:
         self._robot.append(self._robot[-1])
-        self.pace.stop()
+        self.tick_speed.stop()
         self._speed.append(0.0)
         self._cause.append("waiting")
         self._waits += 1
@@ -392,7 +394,7 @@ class Simulation(Exclusive):
         BusyError : another call is at work on this simulation.
         """
         driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
-        way = np.array([self._robot[0], *driven])
+        route = np.array([self._robot[0], *driven])
         grid = self.scene.grid
         return Trace(
             scene=self.scene,
@@ -401,19 +403,19 @@ class Simulation(Exclusive):
             outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
             robot=np.array(self._robot, dtype=np.int32),
             tracks=tuple(map(self.world.space.cells, self._tracks)),
-            appears=tuple(self.crowd.appears),
-            obstacle_specs=tuple(self.crowd.bodies),
+            appears=tuple(self.traffic.appears),
+            obstacle_specs=tuple(self.traffic.obstacles),
             speed=np.array(self._speed),
             cause=tuple(self._cause),
-            law=self.pace.name,
-            units=self.pace.units,
+            law=self.tick_speed.name,
+            units=self.tick_speed.units,
             events=tuple(self._events),
             replans=self._replans,
             waits=self._waits,
             path_switches=self._path_switches,
             iterations=self._iterations,
             expansions=self._expansions,
-            path=path_of(way, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,
+            path=path_of(route, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,
             detail=self.detail,
             timing={
                 "total_s": self._total_s,

@@ -13,7 +13,7 @@ from lampyris.kernels.adgso import simulate as k
 from lampyris.kernels.adgso.random_walkers import stroll_on
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.sim.grid.fast_simulation import bordered, walker_ways
+from lampyris.sim.grid.fast_simulation import bordered, walker_steps
 from lampyris.sim.traffic.obstacle_draws import steps
 from lampyris.sim.traffic.traffic import Traffic
 
@@ -27,23 +27,23 @@ def alone(scene: Scene) -> bool:
 
 
 class RandomWalkers:
-    """The walkers of a crowd that has just been opened; from here on only this moves them.
+    """The walkers of traffic that has just been opened; only this moves them from here on.
 
     Parameters
     ----------
-    crowd : of a scene in which they are :func:`alone`.
+    traffic : of a scene in which they are :func:`alone`.
     """
 
-    def __init__(self, crowd: Traffic) -> None:
-        world, walkers = crowd.world, crowd.walkers[0]
+    def __init__(self, traffic: Traffic) -> None:
+        world, walkers = traffic.world, traffic.walkers[0]
         shape, stride = walkers.shape, world.space.stride
         opened, free = bordered(shape.open), bordered(shape.free)
-        self._ways = walker_ways(opened, free, stride, shape.corner_cutting)
+        self._open_steps = walker_steps(opened, free, stride, shape.corner_cutting)
         self._stride, self._key, self._per_tick = stride, walkers.key, walkers.spec.count + 2
         self._now = 0
         count = len(world.where)
         self._state = np.zeros(k.STATE, dtype=np.int64)
-        self._state[k.BODIES], self._state[k.ROBOT] = count, world.robot
+        self._state[k.OBSTACLES], self._state[k.ROBOT] = count, world.robot
         self._where = np.array(world.where, dtype=np.int64)
         self._step_x, self._step_y, self._gone = np.zeros((3, count), dtype=np.int64)
         self._taken, self._left = np.zeros((2, len(free)), dtype=np.int64)
@@ -56,6 +56,6 @@ class RandomWalkers:
         self._now += ticks
         stroll_on(
             self._state, self._where, self._step_x, self._step_y, self._taken, self._left, self._gone,
-            self._ways, self._stride, draws, self._per_tick, tracks,
+            self._open_steps, self._stride, draws, self._per_tick, tracks,
         )  # fmt: skip
         return tracks.reshape(ticks, -1)

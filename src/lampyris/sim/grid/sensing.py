@@ -1,4 +1,4 @@
-"""Sense: from the world to the Change that a planner is told."""
+"""Sense: from the world to the Change that a planner receives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def closed_cells(world: Occupancy) -> set[Cell]:
     among them.
 
     The own cell is left out because a planner asked to start from an obstacle has no answer; when an
-    obstacle that does not yield has come onto the robot, what is wanted is a way out of there.
+    obstacle that does not yield has come onto the robot, what is wanted is a path out of there.
     """
     shape, space = world.robot_shape, world.space
     cell = space.cell
@@ -33,28 +33,28 @@ def closed_cells(world: Occupancy) -> set[Cell]:
     return cells
 
 
-def seen_bodies(crowd: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
+def observed_obstacles(traffic: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
     """Every moving obstacle with what is known of it: its last step and place; a recorded track whole.
 
     Parameters
     ----------
-    crowd : all obstacle_tracks, at tick ``now``.
+    traffic : all obstacle_tracks, at tick ``now``.
     now : the tick of their places.
     """
-    world = crowd.world
-    recorded = {} if crowd.recording is None else dict(crowd.recording.tracks)
+    world = traffic.world
+    recorded = {} if traffic.recording is None else dict(traffic.recording.tracks)
     seen = []
-    for body, number in enumerate(world.where):
-        cells = crowd.bodies[body].footprint
-        if body in recorded:
-            seen.append(ObstacleTrack(body, recorded[body].track, 0, 1, cells))
+    for obstacle, number in enumerate(world.where):
+        cells = traffic.obstacles[obstacle].footprint
+        if obstacle in recorded:
+            seen.append(ObstacleTrack(obstacle, recorded[obstacle].track, 0, 1, cells))
             continue
         x, y = world.space.cell(number)
-        dx, dy = world.step[body]
+        dx, dy = world.step[obstacle]
         # One that has just appeared was nowhere a tick ago.
-        new = crowd.appears[body] == now
+        new = traffic.appears[obstacle] == now
         track = ((x, y),) if new else ((x - dx, y - dy), (x, y))
-        seen.append(ObstacleTrack(body, track, now if new else now - 1, None, cells))
+        seen.append(ObstacleTrack(obstacle, track, now if new else now - 1, None, cells))
     return tuple(seen)
 
 

@@ -1,6 +1,6 @@
 """Since: what a simulation has done since a tick, for those who watch it run.
 
-A whole trace at every look would cost the square of the ticks: 200 bodies over 5,000 ticks are 80 ms a look.
+A whole trace at every look would cost the square of the ticks: 200 obstacles over 5,000 ticks are 80 ms a look.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ def since(run: Simulation, first: int) -> Trace:
     Its counts are those of the whole run so far; it has no path and no events: see :func:`events_since`.
     """
     space = run.world.space
-    appears = [max(came - first, 0) for came in run.crowd.appears]
+    appears = [max(came - first, 0) for came in run.traffic.appears]
     tracks = [
         _cells(track[max(first - came, 0) :], space)
-        for track, came in zip(run._tracks, run.crowd.appears, strict=True)
+        for track, came in zip(run._tracks, run.traffic.appears, strict=True)
     ]
     return Trace(
         scene=run.scene,
@@ -32,11 +32,11 @@ def since(run: Simulation, first: int) -> Trace:
         robot=np.array(run._robot[first:], dtype=np.int32),
         tracks=tuple(tracks),
         appears=tuple(appears),
-        obstacle_specs=tuple(run.crowd.bodies),
+        obstacle_specs=tuple(run.traffic.obstacles),
         speed=np.array(run._speed[first:]),
         cause=tuple(run._cause[first:]),
-        law=run.pace.name,
-        units=run.pace.units,
+        law=run.tick_speed.name,
+        units=run.tick_speed.units,
         events=(),
         replans=run._replans,
         waits=run._waits,

@@ -1,4 +1,4 @@
-"""Tick speed: the robot's speed at each tick, by the profile of the way it means to drive from there."""
+"""Tick speed: the robot's speed at each tick, by the profile of the path that it plans to drive from there."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class TickSpeed:
         self._law = law
         self._ours = law if isinstance(law, DissertationLaw) else DEFAULT
         # What lies farther ahead than the robot needs to brake from its top speed cannot bind it now. The
-        # way is cut there, and the speed comes out the same to the last bit: each node's bound is a minimum
+        # path is cut there, and the speed comes out the same to the last bit: each node's bound is a minimum
         # of two numbers, and the one that the cut changes is then the greater.
         if self.name == "dissertation":
             braking = self._ours.v_max / self._ours.braking
@@ -57,15 +57,15 @@ class TickSpeed:
             braking = robot.v_max * robot.v_max / (2.0 * robot.d_max) / scene.grid.resolution
         self.horizon = math.ceil(min(braking, 1e6)) + 2
 
-    def drive(self, way: Sequence[Cell], seen: Sequence[Cell]) -> tuple[float, str]:
-        """Speed and binding cause at the second cell of ``way``, the one just entered.
+    def drive(self, route: Sequence[Cell], seen: Sequence[Cell]) -> tuple[float, str]:
+        """Speed and binding cause at the second cell of ``route``, the one just entered.
 
         Parameters
         ----------
-        way : the cell the robot came from, the one it stands on, and the rest of its plan.
+        route : the cell the robot came from, the one it stands on, and the rest of its plan.
         seen : cells that moving obstacles cover now.
         """
-        near = np.array(way[: self.horizon + 2], dtype=np.int32)
+        near = np.array(route[: self.horizon + 2], dtype=np.int32)
         if self.name == "dissertation":
             n1, n2 = ring_counts(
                 near,

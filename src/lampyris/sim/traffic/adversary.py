@@ -1,4 +1,4 @@
-"""Cutting in: an adversary that waits, and at a random moment runs at the robot's way."""
+"""Cutting in: an adversary that waits, and at a random moment runs at the robot's path."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from lampyris.sim.world.trajectory import Trajectory
 from lampyris.typing import BoolGrid, Floats
 
 _TRIES = 20
-"""Points of the robot's way tried at one moment before it goes on waiting."""
+"""Points of the robot's path tried at one moment before it goes on waiting."""
 
 
 @dataclass(frozen=True)
 class Adversary:
-    """Obstacles that stand in random free places and run straight across the robot's way, ignoring the robot.
+    """Obstacles that stand in random free places and run straight across the robot's path, ignoring the robot.
 
-    At a random moment each runs, at exactly its top speed, at a random point of the stretch of way that the
-    robot covers while the cutter runs there, so that the two meet if nobody does anything. Half of them stop
+    At a random moment each runs, at exactly its top speed, at a random point of the stretch of path that the
+    robot covers while the adversary runs there, so that the two meet if neither reacts. Half of them stop
     there, the others run on to the next wall. Then they wait for the next moment. They begin a run only
     where the line is free of walls; the robot they see only as a target.
 
@@ -34,8 +34,8 @@ class Adversary:
     count : how many.
     radius : metres; None: half a cell.
     wait : seconds between two runs are drawn uniformly from 0 to twice this.
-    near : metres from the robot's first way within which they wait; None: anywhere.
-    runs : how often each runs; None: for ever.
+    near : metres from the robot's first path within which they wait; None: anywhere.
+    runs : how often each runs; None: forever.
 
     Raises
     ------
@@ -64,13 +64,13 @@ class Adversary:
                 raise SettingError("CUTTER", shown(value), where=f"cutter.{name}", allowed="0 to 10000")
 
     def open(self, opening: Opening) -> RunningAdversaries:
-        """Put them in their places: clear of walls, of the robot, and of the way that it has planned."""
+        """Put them in their places: clear of walls, of the robot, and of the path that it has planned."""
         return RunningAdversaries(self, opening)
 
 
 @dataclass
 class _One:
-    """One cutter: its number, when it runs, where it stands, and the run it is on."""
+    """One adversary: its number, when it runs, where it stands, and the run it is on."""
 
     number: int
     at: tuple[float, float]
@@ -84,26 +84,26 @@ class _One:
 
 
 class RunningAdversaries:
-    """Cutters at work."""
+    """Adversaries at work."""
 
-    def __init__(self, cutter: Adversary, opening: Opening) -> None:
-        self.cutter, self.rng = cutter, opening.rng
+    def __init__(self, adversary: Adversary, opening: Opening) -> None:
+        self.adversary, self.rng = adversary, opening.rng
         self.roster, self.scene = opening.roster, opening.scene
         grid = self.scene.grid
         self.resolution = grid.resolution
-        self.radius = 0.5 * grid.resolution if cutter.radius is None else float(cutter.radius)
+        self.radius = 0.5 * grid.resolution if adversary.radius is None else float(adversary.radius)
         # Half a cell fits every free cell in the tick model; nothing is nearer to a wall than its own size.
         self._free = free_cells(grid, self.radius)
         self._blocked = np.ascontiguousarray(grid.blocked)
         self._one: list[_One] = []
         for cell in self._places(opening):
             at = (float(cell[0]), float(cell[1]))
-            body = Obstacle("cutter", self.radius, False)
-            number = self.roster.add(body, self.radius, cutter.top_speed * (1.0 + 1e-12), 0.0, *at)
+            obstacle = Obstacle("cutter", self.radius, False)
+            number = self.roster.add(obstacle, self.radius, adversary.top_speed * (1.0 + 1e-12), 0.0, *at)
             self._one.append(_One(number, at, self._pause(0.0)))
 
     def _pause(self, t: float) -> float:
-        return t + 2.0 * self.cutter.wait * float(self.rng.random())
+        return t + 2.0 * self.adversary.wait * float(self.rng.random())
 
     def _places(self, opening: Opening) -> list[tuple[int, int]]:
         ys, xs = np.nonzero(self._free)
@@ -118,13 +118,13 @@ class RunningAdversaries:
                 np.minimum(distance, dx * dx + dy * dy, out=distance)
             distance = np.sqrt(distance) * self.resolution
             kept = distance > self.scene.robot.radius + self.radius + self.resolution
-            if self.cutter.near is not None:
-                kept &= distance <= self.cutter.near
+            if self.adversary.near is not None:
+                kept &= distance <= self.adversary.near
             ys, xs = ys[kept], xs[kept]
-        order = self.rng.permutation(len(xs))[: self.cutter.count].tolist()
+        order = self.rng.permutation(len(xs))[: self.adversary.count].tolist()
         return [(int(xs[k]), int(ys[k])) for k in order]
 
-    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
+    def advance(self, t0: float, t1: float, trajectory: Trajectory) -> Floats:
         """The legs from ``t0`` to ``t1``."""
         legs: list[tuple[float, ...]] = []
         for one in self._one:
@@ -143,7 +143,7 @@ class RunningAdversaries:
                     legs.append((one.number, now, one.next, *one.at, 0.0, 0.0))
                     now = one.next
                 else:
-                    self._begin(one, now, going)
+                    self._begin(one, now, trajectory)
         return np.array(legs) if legs else NO_LEGS
 
     def _leg(self, one: _One, now: float, end: float) -> tuple[float, ...]:
@@ -154,21 +154,21 @@ class RunningAdversaries:
         (x, y), (vx, vy), d = one.origin, one.velocity, one.ends - one.began
         return x + vx * d, y + vy * d
 
-    def _begin(self, one: _One, now: float, going: Trajectory) -> None:
+    def _begin(self, one: _One, now: float, trajectory: Trajectory) -> None:
         """Begin a run, or wait for another moment where no line is free."""
         on = bool(self.rng.random() < 0.5)
         one.next = self._pause(now)
-        if self.cutter.runs is not None and one.runs >= self.cutter.runs:
+        if self.adversary.runs is not None and one.runs >= self.adversary.runs:
             one.next = math.inf
             return
-        target = self._target(one, now, going)
+        target = self._target(one, now, trajectory)
         if target is None:
             one.next = max(one.next, now + 1e-3)
             return
         dx, dy = target[0] - one.at[0], target[1] - one.at[1]
         far = math.sqrt(dx * dx + dy * dy)
         share = self._clear_share(one.at, (dx, dy)) if on else 1.0
-        speed = self.cutter.top_speed / self.resolution
+        speed = self.adversary.top_speed / self.resolution
         one.began, one.origin = now, one.at
         one.velocity = (dx / far * speed, dy / far * speed)
         one.ends = now + share * far / speed
@@ -177,18 +177,18 @@ class RunningAdversaries:
         self.roster.go(one.number, now, *one.at)
         self.roster.go(one.number, one.ends, *self._end_of(one))
 
-    def _target(self, one: _One, now: float, going: Trajectory) -> tuple[float, float] | None:
-        """A point of the robot's way that it reaches about when the cutter does, with a free line to it."""
-        s, v = going.at(now)
-        speed = self.cutter.top_speed
+    def _target(self, one: _One, now: float, trajectory: Trajectory) -> tuple[float, float] | None:
+        """A point of the robot's path that it reaches about when the adversary does, with a free line to it."""
+        s, v = trajectory.at(now)
+        speed = self.adversary.top_speed
         for u in self.rng.random(_TRIES).tolist():
             there = s
             for _ in range(3):  # a few rounds are enough for a moving target
-                x, y = going.route.at(there)
+                x, y = trajectory.route.at(there)
                 dx, dy = x - one.at[0], y - one.at[1]
                 far = math.sqrt(dx * dx + dy * dy)
                 there = s + 2.0 * u * max(v, 0.1 * self.scene.robot.v_max) * far * self.resolution / speed
-            x, y = going.route.at(there)
+            x, y = trajectory.route.at(there)
             dx, dy = x - one.at[0], y - one.at[1]
             if dx * dx + dy * dy > 1e-6 and self._clear(one.at, (dx, dy), 1.0):
                 return x, y

@@ -1,7 +1,7 @@
 """Traffic motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
 
-A tick lasts ``resolution / obstacle_speed`` seconds, and during it every body moves straight from cell to
-cell. A diagonal is the square root of two longer in the same time, so the top speed of a body is so much
+A tick lasts ``resolution / obstacle_speed`` seconds, and during it every obstacle moves straight from cell to
+cell. A diagonal is the square root of two longer in the same time, so the top speed of an obstacle is so much
 above ``obstacle_speed``; only a robot that reckons with that is safe. What the tick model calls radius 0 is
 a disc that fills its cell, half a cell in radius.
 
@@ -50,8 +50,8 @@ class RoadOccupancy(Occupancy):
     ----------
     road : where the robot may come to before the tick is over and it has braked, whatever it does (cells).
     soon : as many of these points as its present speed takes it to within the tick.
-    late : bodies that have not finished their last step.
-    motions : where every body is and where it goes in this tick.
+    late : obstacles that have not finished their last step.
+    motions : where every obstacle is and where it goes in this tick.
 
     Parameters
     ----------
@@ -76,67 +76,69 @@ class RoadOccupancy(Occupancy):
         self.road, self.soon, self._apart = road, road[:soon], apart
 
     def disc(self, radius: float) -> float:
-        """The radius of a body's disc, cells. A small body of the tick model fills its cell."""
+        """The radius of an obstacle's disc, cells. A small obstacle of the tick model fills its cell."""
         return max(radius / self._resolution, 0.5)
 
     def add(self, shape: Shape, number: int) -> int:
-        """A new body on a cell; its index."""
+        """A new obstacle on a cell; its index."""
         x, y = self.space.cell(number)
         self.motions.add(float(x), float(y), self.disc(shape.radius))
         return super().add(shape, number)
 
-    def move(self, body: int, step: Step) -> None:
+    def move(self, obstacle: int, step: Step) -> None:
         """Make a legal step."""
-        super().move(body, step)
-        self.motions.to[body] = self._centre(step[0])
+        super().move(obstacle, step)
+        self.motions.to[obstacle] = self._centre(step[0])
 
     def _centre(self, number: int) -> tuple[float, float]:
         x, y = self.space.cell(number)
         return float(x), float(y)
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
-        """Where bodies of that radius (metres) would meet a recorded one; None: there is none."""
+        """Where obstacles of that radius (metres) would meet a recorded one; None: there is none."""
         if not tracks:
             return None
         return beside_lanes(self.space, tracks, self.disc(radius), self._resolution)
 
-    def may_step(self, body: int, step: Step, yields: bool) -> bool:
-        """As in the tick model; clear of all other bodies on the whole of it; off the road, if it yields."""
-        if body in self.late or (yields and self.meets(body, step)):
+    def may_step(self, obstacle: int, step: Step, yields: bool) -> bool:
+        """As in the tick model; clear of all other obstacles on the whole of it; off the road, if it yields."""
+        if obstacle in self.late or (yields and self.meets(obstacle, step)):
             return False
-        return super().may_step(body, step, yields) and self.motions.clear(body, self._centre(step[0]))
+        return super().may_step(obstacle, step, yields) and self.motions.clear(
+            obstacle, self._centre(step[0])
+        )
 
-    def options(self, body: int) -> list[Step]:
+    def options(self, obstacle: int) -> list[Step]:
         """Every step a yielding obstacle may make now, staying left out."""
-        if body in self.late:
+        if obstacle in self.late:
             return []
-        found = super().options(body)
-        if self.motions.near(body):
+        found = super().options(obstacle)
+        if self.motions.near(obstacle):
             clear, centre = self.motions.clear, self._centre
-            found = [s for s in found if clear(body, centre(s[0]))]
+            found = [s for s in found if clear(obstacle, centre(s[0]))]
         if self.soon:
-            found = [s for s in found if not self.meets(body, s)]
+            found = [s for s in found if not self.meets(obstacle, s)]
         return found
 
     def room(self, shape: Shape) -> BoolGrid:
-        """Where a body of that shape could be put now without meeting anybody, the robot on its road too."""
+        """Where an obstacle of that shape could be put now without meeting another, the robot on its road too."""
         self.robot_cover = self._cover()
         mask = super().room(shape)
         self.robot_cover = frozenset()
         self.motions.room(mask, self.disc(shape.radius))  # it is there from the beginning of the tick on
         return mask
 
-    def meets(self, body: int, step: Step) -> bool:
+    def meets(self, obstacle: int, step: Step) -> bool:
         """Whether it would come nearer to where the robot soon is than the two radii allow.
 
         Going away is always allowed: the distance to a robot that stands does not shrink then.
         """
         if not self.soon:
             return False
-        x, y = self.space.cell(self.where[body])
+        x, y = self.space.cell(self.where[obstacle])
         dx, dy = step[1], step[2]
         length = dx * dx + dy * dy
-        far = self._radius + self.motions.radii[body] + 0.5 * self._apart
+        far = self._radius + self.motions.radii[obstacle] + 0.5 * self._apart
         squared = far * far
         for qx, qy in self.soon:
             ax, ay = qx - x, qy - y
@@ -175,7 +177,7 @@ class TrafficMotion:
     Parameters
     ----------
     obstacle_speed : m/s of a straight step; None: the robot's top speed, so that, as in the tick model, a
-        step of anybody's takes one tick.
+        step takes one tick.
     seed : root of the draws; specification k has the same stream as in the tick model.
     """
 
@@ -183,7 +185,7 @@ class TrafficMotion:
     seed: int
 
     def open(self, scene: Scene, roster: Roster) -> RunningTraffic:
-        """Place everybody.
+        """Place every obstacle.
 
         Raises
         ------
@@ -200,24 +202,24 @@ class TrafficMotion:
         world = RoadOccupancy(
             space, robot_shape(scene, space), space.number(scene.start), radius, scene.grid.resolution
         )
-        crowd = open_traffic(scene, world, self.seed)
+        traffic = open_traffic(scene, world, self.seed)
         world.robot_cover = frozenset()  # from here on it is on its road
-        return RunningTraffic(scene, roster, crowd, world, float(speed))
+        return RunningTraffic(scene, roster, traffic, world, float(speed))
 
 
 class RunningTraffic:
-    """The crowd at work.
+    """The tick model's traffic, moving in continuous time.
 
     Attributes
     ----------
-    crowd : the tick model's bodies and drivers.
+    traffic : the tick model's obstacles and drivers.
     tick : seconds a tick lasts.
     """
 
     def __init__(
-        self, scene: Scene, roster: Roster, crowd: Traffic, world: RoadOccupancy, speed: float
+        self, scene: Scene, roster: Roster, traffic: Traffic, world: RoadOccupancy, speed: float
     ) -> None:
-        self.scene, self.roster, self.crowd, self.world = scene, roster, crowd, world
+        self.scene, self.roster, self.traffic, self.world = scene, roster, traffic, world
         self.resolution = scene.grid.resolution
         self.tick = self.resolution / speed
         self.top_speed = DIAGONAL * speed
@@ -227,23 +229,23 @@ class RunningTraffic:
         self._came: list[int] = []  # the cell before the last step
         self._reach = np.zeros(0)  # of both discs, cells
         self._yields = np.zeros(0, dtype=np.bool_)
-        self._halted: set[int] = set()
+        self._stopped: set[int] = set()
         self._to = self._at  # where each is when the tick is over, if nothing halts it
         self._robot = (0.0, 0.0)  # where the robot is at the beginning of the period
         self._nearest = self._halts = self._sees = 0.0  # see _begin_period and _to_robot
         self._minds: list[tuple[float, bool]] = []  # both radii, and whether it yields
-        self._appears = any(w.spec.rate is not None for w in crowd.walkers)
+        self._appears = any(w.spec.rate is not None for w in traffic.walkers)
         self._admit(0.0)
-        for body, spec in [] if crowd.recording is None else crowd.recording.tracks:
-            self.roster.whole[int(self._numbers[body])] = self._whole(spec)
+        for obstacle, spec in [] if traffic.recording is None else traffic.recording.tracks:
+            self.roster.whole[int(self._numbers[obstacle])] = self._whole(spec)
 
     def _admit(self, t: float) -> None:
-        """Take in the bodies that are new in the crowd."""
+        """Take in the obstacles that are new in the traffic."""
         known = len(self._numbers)
-        if known == len(self.crowd.bodies):
+        if known == len(self.traffic.obstacles):
             return
         self._nearest = -math.inf
-        for one, number in zip(self.crowd.bodies[known:], self.world.where[known:], strict=True):
+        for one, number in zip(self.traffic.obstacles[known:], self.world.where[known:], strict=True):
             radius = max(one.radius, 0.5 * self.resolution)
             x, y = self.world.space.cell(number)
             added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y))
@@ -263,38 +265,38 @@ class RunningTraffic:
         radius = max(spec.radius, 0.5 * self.resolution)
         return Track(t, np.array(spec.track, dtype=np.float64), radius, self.top_speed)
 
-    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
+    def advance(self, t0: float, t1: float, trajectory: Trajectory) -> Floats:
         """The legs from ``t0`` to ``t1``, tick by tick; a tick that begins before ``t1`` is decided now."""
-        if not self.crowd.bodies and not self.crowd.walkers:
+        if not self.traffic.obstacles and not self.traffic.walkers:
             return NO_LEGS
         tables = []
         t = t0
-        self._begin_period(t1 - t0, going)
+        self._begin_period(t1 - t0, trajectory)
         while t < t1:
             if self._nearest < self._sees:
                 self._nearest = self._to_robot()
             if self._now * self.tick <= t:
-                self._decide(self._now * self.tick, going)
+                self._decide(self._now * self.tick, trajectory)
             end = min(self._now * self.tick, t1)
             if end > t and len(self._numbers):
-                tables.append(self._walk(t, end, going))
+                tables.append(self._walk(t, end, trajectory))
             t = end
-            self._nearest -= 1.0 + 1e-9  # along an axis a body goes a cell a tick at most
+            self._nearest -= 1.0 + 1e-9  # along an axis an obstacle goes a cell a tick at most
         return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
 
-    def _walk(self, t: float, end: float, going: Trajectory) -> Floats:
-        """Everybody goes on from ``t`` to ``end``, which is no later than the tick's end."""
+    def _walk(self, t: float, end: float, trajectory: Trajectory) -> Floats:
+        """Every obstacle moves on from ``t`` to ``end``, which is no later than the tick's end."""
         speed = self._go
-        halting = self._halting(t, end, going)
-        if halting or self.world.late:
-            halting = self._settle(halting, end - t)
+        stopping = self._stopping(t, end, trajectory)
+        if stopping or self.world.late:
+            stopping = self._settle(stopping, end - t)
             speed = speed.copy()
-            speed[halting] = 0.0
-        if halting or self._halted:
-            for body in sorted(self._halted.symmetric_difference(halting)):
-                self.roster.go(int(self._numbers[body]), t, *self._at[body].tolist())
-            self._halted = set(halting)
-            self.world.late |= self._halted
+            speed[stopping] = 0.0
+        if stopping or self._stopped:
+            for obstacle in sorted(self._stopped.symmetric_difference(stopping)):
+                self.roster.go(int(self._numbers[obstacle]), t, *self._at[obstacle].tolist())
+            self._stopped = set(stopping)
+            self.world.late |= self._stopped
         legs = np.empty((len(self._numbers), 7))
         legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
         legs[:, 3:5], legs[:, 5:7] = self._at, speed
@@ -303,14 +305,14 @@ class RunningTraffic:
             self._arrive(end)
         return legs
 
-    def _settle(self, halting: list[int], seconds: float) -> list[int]:
+    def _settle(self, stopping: list[int], seconds: float) -> list[int]:
         """Those that halt for the robot, and those that halt because they would meet one who is late."""
         motions = self.world.motions
         motions.begin(_pairs(self._at))
         motions.to = _pairs(self._at + self._go * seconds)
-        for body in halting:
-            motions.to[body] = motions.at[body]
-        return sorted(motions.settle(self.world.late.union(halting)).union(halting))
+        for obstacle in stopping:
+            motions.to[obstacle] = motions.at[obstacle]
+        return sorted(motions.settle(self.world.late.union(stopping)).union(stopping))
 
     def _arrive(self, t: float) -> None:
         """The tick is over: who was not halted is in the middle of its cell."""
@@ -323,12 +325,12 @@ class RunningTraffic:
         for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
             self.roster.go(number, t, x, y)
 
-    def _halting(self, t: float, end: float, going: Trajectory) -> list[int]:
-        """Bodies that yield and might come to touch the robot before ``end``, if they go on towards it."""
+    def _stopping(self, t: float, end: float, trajectory: Trajectory) -> list[int]:
+        """Obstacles that yield and might come to touch the robot before ``end``, if they go on towards it."""
         if self._nearest >= self._halts:
             return []
-        (s0, v0), (s1, v1) = going.at(t), going.at(end)
-        q0 = np.array(going.route.at(s0))
+        (s0, v0), (s1, v1) = trajectory.at(t), trajectory.at(end)
+        q0 = np.array(trajectory.route.at(s0))
         away = q0 - self._at
         # Nobody is nearer in the end than this allows.
         both = self.top_speed + max(v0, v1) + self.scene.robot.a_max * (end - t)
@@ -337,102 +339,102 @@ class RunningTraffic:
         if not close.any():
             return []
         towards = (away * self._go).sum(axis=1) > 0.0
-        towards |= ((np.array(going.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
+        towards |= ((np.array(trajectory.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
         found: list[int] = np.flatnonzero(close & towards).tolist()
         return found
 
-    def _decide(self, t: float, going: Trajectory) -> None:
-        """A tick begins: who is late goes on or back, everybody else chooses a step."""
+    def _decide(self, t: float, trajectory: Trajectory) -> None:
+        """A tick begins: who is late goes on or back, all others choose a step."""
         self._now += 1
-        self._see(t, going)
+        self._see(t, trajectory)
         self.world.motions.begin(_pairs(self._at))
-        still = self._bring_back(t, going)
+        still = self._bring_back(t, trajectory)
         where = self.world.where
         before = list(where)
-        self.crowd.advance(self._now)
+        self.traffic.advance(self._now)
         self.world.late = still
-        for body, number in enumerate(before):
-            if where[body] != number:
-                self._came[body] = number
+        for obstacle, number in enumerate(before):
+            if where[obstacle] != number:
+                self._came[obstacle] = number
         # One that appears is there from the beginning of the tick on: that is when its place was free.
         self._admit(t)
         self._to = np.array(self.world.motions.to).reshape(-1, 2)
-        for body in self.world.motions.fixed:  # bits: each sets its own row
-            self._to[body] = self.world.space.cell(where[body])
+        for obstacle in self.world.motions.fixed:  # bits: each sets its own row
+            self._to[obstacle] = self.world.space.cell(where[obstacle])
         self._go = (self._to - self._at) / self.tick
 
-    def _bring_back(self, t: float, going: Trajectory) -> set[int]:
+    def _bring_back(self, t: float, trajectory: Trajectory) -> set[int]:
         """Those that are late finish their step, or go back if that is towards a robot that is near.
 
-        Anyone who can do neither without meeting somebody stays where it is: these are returned.
+        Those that can do neither without a collision stay where they are: these are returned.
         """
         world, cell = self.world, self.world.space.cell
         if not world.late:
             return set()
-        qx, qy = going.route.at(going.at(t)[0])
+        qx, qy = trajectory.route.at(trajectory.at(t)[0])
         still: set[int] = set()
-        for body in sorted(world.late):
-            number, came = world.where[body], self._came[body]
+        for obstacle in sorted(world.late):
+            number, came = world.where[obstacle], self._came[obstacle]
             (x1, y1), (x0, y0) = cell(number), cell(came)
-            ax, ay = self._at[body].tolist()
-            near = self._reach[body] + 1.5
+            ax, ay = self._at[obstacle].tolist()
+            near = self._reach[obstacle] + 1.5
             towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
             met = towards and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
-            met = met and bool(self._yields[body])
+            met = met and bool(self._yields[obstacle])
             ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
-            on = world.motions.clear(body, ahead)
+            on = world.motions.clear(obstacle, ahead)
             back: Step = (came, x0 - x1, y0 - y1)
-            may = (met or not on) and came != number and Occupancy.may_step(world, body, back, False)
-            if not (may and world.motions.clear(body, home)):
+            may = (met or not on) and came != number and Occupancy.may_step(world, obstacle, back, False)
+            if not (may and world.motions.clear(obstacle, home)):
                 if on:
-                    world.motions.to[body] = ahead
+                    world.motions.to[obstacle] = ahead
                 else:
-                    still.add(body)
+                    still.add(obstacle)
                 continue
-            world.move(body, back)
-            self._came[body] = number
-            for driver in self.crowd.drivers:
-                if isinstance(driver, Shuttle) and driver.body == body:
+            world.move(obstacle, back)
+            self._came[obstacle] = number
+            for driver in self.traffic.drivers:
+                if isinstance(driver, Shuttle) and driver.obstacle == obstacle:
                     # It may have turned round at the end of its route meanwhile: asked is where it came from.
                     before = driver.at - 1
                     driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
         return still
 
-    def _begin_period(self, seconds: float, going: Trajectory) -> None:
-        """From which distances on (cells, beyond both radii) no body minds the robot within a period.
+    def _begin_period(self, seconds: float, trajectory: Trajectory) -> None:
+        """From which distances on (cells, beyond both radii) no obstacle reacts to the robot within a period.
 
-        What :meth:`_see` and :meth:`_halting` look at is nearer than that to where the robot is at the
+        What :meth:`_see` and :meth:`_stopping` look at is nearer than that to where the robot is at the
         beginning of the period; :data:`ROUNDING` makes up for all rounding.
         """
-        first, last, robot = going.stretches[0], going.stretches[-1], self.scene.robot
-        v = max(max(one.v, one.after(one.end)[1]) for one in going.stretches)
+        first, last, robot = trajectory.segments[0], trajectory.segments[-1], self.scene.robot
+        v = max(max(one.v, one.after(one.end)[1]) for one in trajectory.segments)
         quick = min(v + robot.a_max * self.tick, robot.v_max)
         seen = (quick * self.tick + 0.5 * quick * quick / robot.d_max) / self.resolution + 3.0
         step = min(seconds, self.tick)
         halts = (self.top_speed + v + robot.a_max * step) * step / self.resolution
         driven = (last.after(last.end)[0] - first.s) / self.resolution + ROUNDING
         self._halts, self._sees = driven + halts, driven + max(seen, halts)
-        self._robot = going.route.at(first.s)
+        self._robot = trajectory.route.at(first.s)
         self._nearest = -math.inf
 
     def _to_robot(self) -> float:
-        """Distance along an axis from the nearest body that yields to the robot, beyond both radii."""
+        """Distance along an axis from the nearest obstacle that yields to the robot, beyond both radii."""
         (qx, qy), nearest = self._robot, math.inf
-        for body, (x, y) in enumerate(self._at.tolist()):
-            reach, yields = self._minds[body]
+        for obstacle, (x, y) in enumerate(self._at.tolist()):
+            reach, yields = self._minds[obstacle]
             if yields:
                 nearest = min(nearest, max(abs(x - qx), abs(y - qy)) - reach)
                 if nearest < self._halts:
                     break
         return nearest
 
-    def _see(self, t: float, going: Trajectory) -> None:
+    def _see(self, t: float, trajectory: Trajectory) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
         if self._nearest >= self._sees and not self._appears:
             self.world.put_on_road([], 0, 0.0)
             return
-        s, v = going.at(t)
-        robot, route = self.scene.robot, going.route
+        s, v = trajectory.at(t)
+        robot, route = self.scene.robot, trajectory.route
         quick = min(v + robot.a_max * self.tick, robot.v_max)
         ahead = min(quick * self.tick + 0.5 * quick * quick / robot.d_max, route.length - s)
         x, y = route.at(s)

@@ -1,4 +1,4 @@
-"""Mobility: a crowd by one word and a number, as specifications of traffic."""
+"""Mobility: traffic by one word and a number of obstacles, as specifications."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ APART = 12
 _WIDE = 2 * APART + 1
 
 
-def crowd(
+def drawn_traffic(
     kind: str,
     count: int,
     grid: Grid,
@@ -48,7 +48,7 @@ def crowd(
     rate : chance a tick that a random walker appears; None: all are there from the start.
     radius : metres.
     fit : patrols that this scene, with what moves there already, would refuse (over its start or goal, over
-        one another, with no way for their size and its moves) are not taken. None: they are drawn on the map
+        one another, with no path for their size and its moves) are not taken. None: they are drawn on the map
         as it is, for their size, whatever it is for.
 
     Raises
@@ -83,7 +83,7 @@ def crowd(
 def patrols(
     count: int, grid: Grid, seed: int, *, radius: float = 0.0, fit: Scene | None = None
 ) -> list[ObstacleSpec]:
-    """Patrols between random cells of one region, a dozen cells or so apart; see :func:`crowd`.
+    """Patrols between random cells of one region, a dozen cells or so apart; see :func:`drawn_traffic`.
 
     Each draws for itself: a cell of the map that is painted, or a patrol more, moves only those that it
     concerns. Where chance finds no pair of cells, all cells that are left are looked at.

@@ -1,8 +1,8 @@
 """Sources: who moves obstacles in continuous time, and the roster of all of them.
 
 A source is asked period by period where its obstacles go. It may look at what the robot really does in that
-period, and answers with *legs*: rows of body, from when, to when, where (cells) and velocity (cells a
-second). Legs of a body follow one another without a gap.
+period, and answers with *legs*: rows of obstacle, from when, to when, where (cells) and velocity (cells a
+second). Legs of an obstacle follow one another without a gap.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lampyris.model.traffic import Obstacle
 from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats, Points
 
-BODY, FROM, TO, X, Y, VX, VY = range(7)
+OBSTACLE, FROM, TO, X, Y, VX, VY = range(7)
 """Columns of a table of legs."""
 
 NO_LEGS: Floats = np.zeros((0, 7))
@@ -33,29 +33,29 @@ class Roster:
 
     Attributes
     ----------
-    bodies : what each is; its radius there is that of the tick model.
-    radius, top_speed : metres and m/s, one a body.
-    corners : for each body the points (t, x, y) between which it moves straight.
-    whole : for a body whose way is known from beginning to end, that way.
+    obstacles : what each is; its radius there is that of the tick model.
+    radius, top_speed : metres and m/s, one an obstacle.
+    corners : for each obstacle the points (t, x, y) between which it moves straight.
+    whole : for an obstacle whose path is known from beginning to end, that path.
     """
 
-    bodies: list[Obstacle] = field(default_factory=list)
+    obstacles: list[Obstacle] = field(default_factory=list)
     radius: list[float] = field(default_factory=list)
     top_speed: list[float] = field(default_factory=list)
     corners: list[list[tuple[float, float, float]]] = field(default_factory=list)
     whole: dict[int, Track] = field(default_factory=dict)
 
-    def add(self, body: Obstacle, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
-        """A new body; its number."""
-        self.bodies.append(body)
+    def add(self, obstacle: Obstacle, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
+        """A new obstacle; its number."""
+        self.obstacles.append(obstacle)
         self.radius.append(radius)
         self.top_speed.append(top_speed)
         self.corners.append([(t, x, y)])
-        return len(self.bodies) - 1
+        return len(self.obstacles) - 1
 
-    def go(self, body: int, t: float, x: float, y: float) -> None:
+    def go(self, obstacle: int, t: float, x: float, y: float) -> None:
         """It moves straight to (x, y), where it is at ``t``."""
-        corners = self.corners[body]
+        corners = self.corners[obstacle]
         last = corners[-1]
         if len(corners) > 1 and (last[1], last[2]) == (x, y) == (corners[-2][1], corners[-2][2]):
             corners[-1] = (t, x, y)  # still standing
@@ -63,14 +63,14 @@ class Roster:
             corners.append((t, x, y))
 
     def tracks(self, end: float, xy: Points) -> tuple[Track, ...]:
-        """Where everybody was until ``end``, seconds; ``xy`` (m, 2), cells, is where they are then."""
+        """Where all obstacles were until ``end``, seconds; ``xy`` (m, 2), cells, is where they are then."""
         made = []
-        for body, (corners, (x, y)) in enumerate(zip(self.corners, xy.tolist(), strict=True)):
+        for obstacle, (corners, (x, y)) in enumerate(zip(self.corners, xy.tolist(), strict=True)):
             kept = [c for c in corners if c[0] <= end] or corners[:1]
             if kept[-1][0] < end:
                 kept.append((end, x, y))
             table = np.array(kept)
-            made.append(Track(table[:, 0], table[:, 1:], self.radius[body], self.top_speed[body]))
+            made.append(Track(table[:, 0], table[:, 1:], self.radius[obstacle], self.top_speed[obstacle]))
         return tuple(made)
 
 
@@ -83,7 +83,7 @@ class Opening:
     scene : where.
     roster : to put obstacles into.
     rng : its own stream of draws.
-    route : the robot's first way; None: not planned yet.
+    route : the robot's first path; None: not planned yet.
     """
 
     scene: Scene
@@ -101,12 +101,12 @@ class MotionSource(Protocol):
 class RunningSource(Protocol):
     """A source at work."""
 
-    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
+    def advance(self, t0: float, t1: float, trajectory: Trajectory) -> Floats:
         """The legs of its obstacles that cover the time from ``t0`` to ``t1``, in order of time; (k, 7).
 
         Parameters
         ----------
-        going : what the robot does meanwhile.
+        trajectory : what the robot does meanwhile.
         """
         ...
 

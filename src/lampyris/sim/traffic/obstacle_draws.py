@@ -2,7 +2,7 @@
 
 What an obstacle draws depends on the seed, on its kind and on its own number, and on nothing that others do.
 So another obstacle, or a cell of the map that turns into a wall, changes the draws of nobody; it moves only
-those whose place or way it takes. The numbers are those of SplitMix64 (Steele, Lea, Flood 2014), each
+those whose place or path it takes. The numbers are those of SplitMix64 (Steele, Lea, Flood 2014), each
 obstacle with a sequence of its own.
 """
 

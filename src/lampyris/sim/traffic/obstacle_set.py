@@ -1,4 +1,4 @@
-"""The others: everybody but the robot, where they are, and whom they touch."""
+"""The others: every obstacle, where they are, and whom they touch."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from lampyris.model.scene import Scene
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.continuous_traffic import TrafficMotion
 from lampyris.sim.traffic.motion_sources import (
-    BODY,
     FROM,
     NO_LEGS,
+    OBSTACLE,
     ROUNDING,
     TO,
     VX,
@@ -38,23 +38,23 @@ class ObstacleSet:
     Attributes
     ----------
     roster : each with its corners.
-    crowd : the scene's own traffic.
+    traffic : the scene's own traffic.
     touching : those that overlap the standing robot and have been reported.
     """
 
     def __init__(self, scene: Scene, seed: int, obstacle_speed: float | None, noise: float) -> None:
         self.scene, self.seed, self.noise = scene, seed, noise
         self.roster = Roster()
-        self.crowd = TrafficMotion(obstacle_speed, seed).open(scene, self.roster)
+        self.traffic = TrafficMotion(obstacle_speed, seed).open(scene, self.roster)
         self.touching: set[int] = set()
-        self._running: list[RunningSource] = [self.crowd]
+        self._running: list[RunningSource] = [self.traffic]
         self._legs: Floats = NO_LEGS
         self._draws = stream(seed, 0)
         self._xy = self._velocity = np.zeros((0, 2))
         self._meet()
 
     def open(self, sources: Sequence[MotionSource], route: CurveLookup | None) -> None:
-        """Let in the sources beside the traffic, now that the robot's first way is known."""
+        """Let in the sources beside the traffic, now that the robot's first path is known."""
         first = 1 + len(self.scene.traffic)
         for k, source in enumerate(sources):
             self._running.append(
@@ -72,11 +72,11 @@ class ObstacleSet:
         self._radius, self._top_speed = np.array(roster.radius), np.array(roster.top_speed)
 
     def tracks(self, t: float) -> tuple[Track, ...]:
-        """Where everybody was until ``t``, the end of the last move."""
+        """Where all obstacles were until ``t``, the end of the last move."""
         return self.roster.tracks(t, self._xy)
 
     def truth(self, t: float) -> ObstacleMessage:
-        """Where everybody is; with noise, as sensors of that noise see it."""
+        """Where all obstacles are; with noise, as sensors of that noise see it."""
         xy = self._xy
         if self.noise and len(xy):
             # A square within the circle of the noise.
@@ -84,51 +84,51 @@ class ObstacleSet:
             xy = xy + (2.0 * reach * self._draws.random(xy.shape) - reach)
         return ObstacleMessage(t, xy, self._radius, self._top_speed, self._velocity)
 
-    def move(self, t: float, end: float, going: Trajectory) -> list[int]:
-        """Everybody moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
-        before = len(self.roster.bodies)
-        tables = [legs for one in self._running if len(legs := one.advance(t, end, going))]
+    def move(self, t: float, end: float, trajectory: Trajectory) -> list[int]:
+        """Every obstacle moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
+        before = len(self.roster.obstacles)
+        tables = [legs for one in self._running if len(legs := one.advance(t, end, trajectory))]
         self._legs = tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
-        if len(self.roster.bodies) > before:
+        if len(self.roster.obstacles) > before:
             self._meet()
-        return list(range(before, len(self.roster.bodies)))
+        return list(range(before, len(self.roster.obstacles)))
 
     def arrive(self, t: float) -> None:
-        """Put everybody where he is at ``t``, within the last move."""
+        """Put every obstacle where it is at ``t``, within the last move."""
         legs = self._legs
         if not len(legs):
             return
         legs = legs[legs[:, FROM] <= t]
-        bodies = legs[:, 0].astype(np.int64)
+        obstacles = legs[:, 0].astype(np.int64)
         d = np.minimum(t, legs[:, 2]) - legs[:, 1]
         self._xy, self._velocity = self._xy.copy(), self._velocity.copy()
-        # Rows are in order of time: the last of a body stays.
-        self._xy[bodies] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
-        self._velocity[bodies] = legs[:, 5:7] * self.scene.grid.resolution
+        # Rows are in order of time: the last of an obstacle stays.
+        self._xy[obstacles] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
+        self._velocity[obstacles] = legs[:, 5:7] * self.scene.grid.resolution
 
-    def _in_reach(self, going: Trajectory) -> Floats:
+    def _in_reach(self, trajectory: Trajectory) -> Floats:
         """The legs of the last move that can come to touch the robot at all, wherever on its way it is."""
         legs, resolution = self._legs, self.scene.grid.resolution
-        first, last = going.stretches[0], going.stretches[-1]
+        first, last = trajectory.segments[0], trajectory.segments[-1]
         driven = (last.after(last.end)[0] - first.s) / resolution
-        x, y = going.route.at(first.s)
+        x, y = trajectory.route.at(first.s)
         seconds = legs[:, TO] - legs[:, FROM]
         reach = (self._radius + self.scene.robot.radius) / resolution + (driven + ROUNDING)
-        reach = reach[legs[:, BODY].astype(np.int64)]
+        reach = reach[legs[:, OBSTACLE].astype(np.int64)]
         near = np.abs(legs[:, X] - x) <= reach + np.abs(legs[:, VX]) * seconds
         near &= np.abs(legs[:, Y] - y) <= reach + np.abs(legs[:, VY]) * seconds
         return legs[near]
 
-    def contact(self, going: Trajectory) -> tuple[float, int] | None:
+    def contact(self, trajectory: Trajectory) -> tuple[float, int] | None:
         """The first contact within the last move that has not been reported: when, and with which obstacle."""
-        legs, route = self._in_reach(going), going.route
+        legs, route = self._in_reach(trajectory), trajectory.route
         if not len(legs):
             return None
-        bodies = legs[:, 0].astype(np.int64)
-        old = np.zeros(len(bodies), dtype=np.int64)
-        for body in self.touching:  # bits: each sets its own entries
-            old[bodies == body] = 1
-        made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in going.stretches])
+        obstacles = legs[:, 0].astype(np.int64)
+        old = np.zeros(len(obstacles), dtype=np.int64)
+        for obstacle in self.touching:  # bits: each sets its own entries
+            old[obstacles == obstacle] = 1
+        made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in trajectory.segments])
         columns = np.ascontiguousarray(legs[:, 1:].T)
         found = np.zeros(1)
         t = first_contact(
@@ -141,16 +141,16 @@ class ObstacleSet:
             made[:, 3].copy(),
             route.piece(float(made[0, 1])),
             *columns,
-            self._radius[bodies] + self.scene.robot.radius,
+            self._radius[obstacles] + self.scene.robot.radius,
             old,
             found,
         )
-        return None if found[0] < 0.0 else (float(t), int(bodies[int(found[0])]))
+        return None if found[0] < 0.0 else (float(t), int(obstacles[int(found[0])]))
 
     def let_go(self, xy: tuple[float, float]) -> None:
         """Forget those that no longer touch the robot, which is at ``xy``."""
-        for body in sorted(self.touching):
-            dx, dy = self._xy[body] - xy
+        for obstacle in sorted(self.touching):
+            dx, dy = self._xy[obstacle] - xy
             gap = math.sqrt(dx * dx + dy * dy) * self.scene.grid.resolution
-            if gap >= self._radius[body] + self.scene.robot.radius:
-                self.touching.discard(body)
+            if gap >= self._radius[obstacle] + self.scene.robot.radius:
+                self.touching.discard(obstacle)

@@ -14,19 +14,19 @@ from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.solve import solve
 from lampyris.sim.traffic.obstacle_draws import CROSSING, ROUTE, WALKERS, first_of, key_of, places, uniforms
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import CellIndex, Shape, body_shape
+from lampyris.sim.world.cell_index import CellIndex, Shape, obstacle_shape
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 
 _TRIES = 200
-"""Draws for the way of one crossing obstacle before the map is called full."""
+"""Draws for the path of one crossing obstacle before the map is called full."""
 
 _NUMBERS = 2 + 2 * 33
 """Numbers of each draw: axis and direction; for either end 16 places and one that decides among all."""
 
 
 class Placing:
-    """Where everybody stands at tick 0.
+    """Where all obstacles stand at tick 0.
 
     Places are held in a world of its own, so that the order of placing need not be the order of indices.
     """
@@ -51,7 +51,7 @@ class Placing:
                 kept_clear[y, x] = True
         recorded = [(k, s) for k, s in enumerate(scene.traffic) if isinstance(s, Recorded)]
         radii = dict.fromkeys(s.radius for _, s in recorded)
-        shapes = {r: body_shape(scene, world.space, r, None) for r in radii}
+        shapes = {r: obstacle_shape(scene, world.space, r, None) for r in radii}
         tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
         self._recorded = [s for _, s in recorded]
         self._world = world
@@ -66,7 +66,7 @@ class Placing:
         """The shape of obstacles of that radius (one for all of a kind: it remembers steps)."""
         if radius not in self._shapes:
             bars = self._world.lane_bars(self._recorded, radius)
-            self._shapes[radius] = body_shape(self.scene, self.space, radius, self._kept_clear, bars)
+            self._shapes[radius] = obstacle_shape(self.scene, self.space, radius, self._kept_clear, bars)
         return self._shapes[radius]
 
     def hold(self, k: int, shape: Shape, number: int) -> None:
@@ -76,7 +76,7 @@ class Placing:
 
     def given(self) -> dict[int, list[int]]:
         """Hold what stands where it must: tracks, walkers that begin on given cells, patrols. By
-        specification: the cells of its bodies, or the route of the patrol.
+        specification: the cells of its obstacles, or the route of the patrol.
         """
         found: dict[int, list[int]] = {}
         for k, spec in enumerate(self.scene.traffic):
@@ -110,7 +110,7 @@ class Placing:
 
         Raises
         ------
-        SceneError : ``OBSTACLE_START``, ``OBSTACLE_OVERLAP``: somebody is.
+        SceneError : ``OBSTACLE_START``, ``OBSTACLE_OVERLAP``: another obstacle is.
         """
         cover = shape.cover(number)
         if self.trial.robot_cover.intersection(cover):
@@ -141,14 +141,14 @@ class Placing:
                     allowed="waypoints where the obstacle's whole footprint is free",
                 )
         for t, (a, b) in enumerate(zip(spec.waypoints, spec.waypoints[1:], strict=False), 1):
-            way = self.way(shape, a, b)
-            if way is None:
+            path = self.shortest_path(shape, a, b)
+            if path is None:
                 raise SceneError(
                     "OBSTACLE_TRACK",
                     f"obstacle {k} cannot reach waypoint {t}, {b}, from {a}",
                     allowed="waypoints joined by free cells",
                 )
-            route += way[1:]
+            route += path[1:]
         self._hold_apart(k, shape, route[0], spec.waypoints[0])
         return route
 
@@ -184,9 +184,9 @@ class Placing:
             half = _NUMBERS // 2
             a, b = near.draw(u[2 : half + 1]), far.draw(u[half + 1 :])
             if self.trial.fits(shape, self.space.number(a)):
-                way = self.way(shape, a, b)
-                if way is not None:
-                    return way
+                path = self.shortest_path(shape, a, b)
+                if path is not None:
+                    return path
         return None
 
     def walkers(self, k: int, spec: RandomWalk) -> list[int]:
@@ -207,18 +207,18 @@ class Placing:
             raise self._full(k, "random walkers", given + len(found), spec.count)
         return found
 
-    def way(self, shape: Shape, a: Cell, b: Cell) -> list[int] | None:
-        """A shortest way from a to b as cell numbers, or None. At corners bars count as walls."""
+    def shortest_path(self, shape: Shape, a: Cell, b: Cell) -> list[int] | None:
+        """A shortest path from a to b as cell numbers, or None. At corners bars count as walls."""
         moves = MOVES["dissertation" if shape.corner_cutting else "octile"]
         field = solve(shape.open, moves, b, stop=a)
         if field.exact[a[1], a[0]] < 0:
             return None
-        (x, y), way = a, [self.space.number(a)]
+        (x, y), path = a, [self.space.number(a)]
         while (x, y) != b:
             dx, dy = moves.offsets[int(field.step[y, x])]
             x, y = x + dx, y + dy
-            way.append(self.space.number((x, y)))
-        return way
+            path.append(self.space.number((x, y)))
+        return path
 
     def _full(self, k: int, what: str, fit: int, count: int) -> SceneError:
         return SceneError(

@@ -1,6 +1,6 @@
 """Recorded tracks: checked before the first tick, because a replay asks nobody while it runs.
 
-A track must keep out of walls, out of the robot's start at tick 0, and out of every other track's way. All
+A track must keep out of walls, out of the robot's start at tick 0, and out of every other track's path. All
 cells that a track ever covers are its lane; no other kind of obstacle enters a lane (see
 :mod:`lampyris.sim.traffic.traffic`).
 """
@@ -63,7 +63,7 @@ def check_tracks(
 
 
 def _far_apart(tracks: list[tuple[int, Recorded, Shape]]) -> bool:
-    """Whether bodies of one cell can be seen at once never to meet: nobody else in a cell before or after.
+    """Whether obstacles of one cell can be seen at once never to meet: nobody else in a cell before or after.
 
     True is certain; False says nothing. Twenty tracks of 150 ticks take 1 ms, and 10 ms one by one.
     """

@@ -1,6 +1,6 @@
 """Apart: discs that move in straight lines through one tick and never come nearer than their radii allow.
 
-Everybody stands until it has chosen its step. A step is allowed if it keeps clear of the steps chosen before
+Every obstacle stands until it has chosen its step. A step is allowed if it keeps clear of the steps chosen before
 and of those who still stand. So an obstacle that has not chosen may always stay, and no two discs ever meet, at any
 moment of the tick.
 """
@@ -28,9 +28,9 @@ class Motions:
 
     Attributes
     ----------
-    at, to : by body: (x, y), cells, at the beginning and at the end.
-    radii : by body, cells.
-    fixed : bodies that follow a given track. Others keep off its lane, so they are not looked at here.
+    at, to : by obstacle: (x, y), cells, at the beginning and at the end.
+    radii : by obstacle, cells.
+    fixed : obstacles that follow a given track. Others keep off its lane, so they are not looked at here.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Motions:
         self._near: dict[int, list[int]] = {}
 
     def add(self, x: float, y: float, radius: float) -> None:
-        """A new body that stands."""
+        """A new obstacle that stands."""
         self.at.append((x, y))
         self.to.append((x, y))
         self.radii.append(radius)
@@ -55,7 +55,7 @@ class Motions:
             self._near.clear()
 
     def begin(self, at: Iterable[tuple[float, float]]) -> None:
-        """Everybody stands at these places."""
+        """Every obstacle stands at these places."""
         self.at = list(at)
         self.to = list(self.at)
         self._sort()
@@ -66,38 +66,38 @@ class Motions:
     def _sort(self) -> None:
         self._near.clear()
         self._buckets.clear()
-        for body, (x, y) in enumerate(self.at):
-            self._buckets.setdefault(self._bucket(x, y), []).append(body)
+        for obstacle, (x, y) in enumerate(self.at):
+            self._buckets.setdefault(self._bucket(x, y), []).append(obstacle)
 
-    def near(self, body: int) -> list[int]:
-        """Bodies that a step of this one might come too near to, whatever they do; fixed ones left out."""
-        found = self._near.get(body)
+    def near(self, obstacle: int) -> list[int]:
+        """Obstacles that a step of this one might come too near to, whatever they do; fixed ones left out."""
+        found = self._near.get(obstacle)
         if found is None:
-            x, y = self.at[body]
+            x, y = self.at[obstacle]
             u, v = self._bucket(x, y)
-            reach = self.radii[body] + 2.0 * STEP
-            found = self._near[body] = [
+            reach = self.radii[obstacle] + 2.0 * STEP
+            found = self._near[obstacle] = [
                 k
                 for i in (u - 1, u, u + 1)
                 for j in (v - 1, v, v + 1)
                 for k in self._buckets.get((i, j), ())
-                if k != body
+                if k != obstacle
                 and k not in self.fixed
                 and abs(self.at[k][0] - x) < reach + self.radii[k]
                 and abs(self.at[k][1] - y) < reach + self.radii[k]
             ]
         return found
 
-    def clear(self, body: int, to: tuple[float, float]) -> bool:
-        """Whether a body may move to ``to``, as far as everybody else's present choice goes."""
-        return all(self.apart(body, to, other) for other in self.near(body))
+    def clear(self, obstacle: int, to: tuple[float, float]) -> bool:
+        """Whether an obstacle may move to ``to``, as far as all others' present choice goes."""
+        return all(self.apart(obstacle, to, other) for other in self.near(obstacle))
 
-    def apart(self, body: int, to: tuple[float, float], other: int) -> bool:
-        """Whether a body that moves to ``to`` keeps clear of another one's motion.
+    def apart(self, obstacle: int, to: tuple[float, float], other: int) -> bool:
+        """Whether an obstacle that moves to ``to`` keeps clear of another one's motion.
 
         Two that do not come nearer than they are now are clear of each other.
         """
-        (x0, y0), (ax, ay) = self.at[body], self.at[other]
+        (x0, y0), (ax, ay) = self.at[obstacle], self.at[other]
         px, py = x0 - ax, y0 - ay
         dx, dy = to[0] - self.to[other][0] - px, to[1] - self.to[other][1] - py
         along = -(px * dx + py * dy)
@@ -106,29 +106,29 @@ class Motions:
         length = dx * dx + dy * dy
         share = along / length if along < length else 1.0
         ex, ey = px + share * dx, py + share * dy
-        far = self.radii[body] + self.radii[other]
+        far = self.radii[obstacle] + self.radii[other]
         return ex * ex + ey * ey >= far * far * (1.0 - SLACK)
 
     def settle(self, disturbed: Iterable[int]) -> set[int]:
-        """Halt those that would meet somebody who is not where it was to be; all bodies that halt.
+        """Halt those that would meet an obstacle that is not where it was to be; all obstacles that halt.
 
         Parameters
         ----------
-        disturbed : bodies that have halted (``to`` is ``at``) or that are behind their time. Motions of all
+        disturbed : obstacles that have halted (``to`` is ``at``) or that are behind their time. Motions of all
             others were chosen clear of each other.
         """
-        halted: set[int] = set()
+        stopped: set[int] = set()
         queue = sorted(set(disturbed) - self.fixed)
         while queue:
-            body = queue.pop()
-            for other in self.near(body):
-                if self.apart(body, self.to[body], other):
+            obstacle = queue.pop()
+            for other in self.near(obstacle):
+                if self.apart(obstacle, self.to[obstacle], other):
                     continue
-                who = other if self.to[body] == self.at[body] else body
+                who = other if self.to[obstacle] == self.at[obstacle] else obstacle
                 self.to[who] = self.at[who]
-                halted.add(who)
+                stopped.add(who)
                 queue.append(who)
-        return halted
+        return stopped
 
     def room(self, mask: BoolGrid, radius: float) -> None:
         """Take from a mask the cells where a disc of that radius would meet a motion of this tick."""

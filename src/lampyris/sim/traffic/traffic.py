@@ -4,24 +4,24 @@ In each tick obstacles move in this order: recorded, crossing, patrols, random w
 order of index. Indices follow the order of appearance, and at tick 0 the order of the scene's
 specifications.
 
-* **Recorded** tracks are replayed whatever anybody does. They alone may cover the start or the goal.
+* **Recorded** tracks are replayed whatever the others do. They alone may cover the start or the goal.
 * **Crossing** obstacles drive from a cell at one side of the robot's region to a cell at the far side and
-  back for ever (a side is the outer tenth of the region; side, cells and direction are drawn). They do not
+  back forever (a side is the outer tenth of the region; side, cells and direction are drawn). They do not
   wait for the robot. They wait for other obstacles, and turn round after five ticks of that: two that meet
-  head-on in a corridor would stand there for ever, and a simulation about moving obstacles would become one
+  head-on in a corridor would stand there forever, and a simulation about moving obstacles would become one
   about new walls.
-* **Patrols** drive along their waypoints and back for ever and wait while their next cell is taken, by
+* **Patrols** drive along their waypoints and back forever and wait while their next cell is taken, by
   whomever.
-* Both turn round at a wall that has come into their way (:mod:`lampyris.sim.grid.editing`).
+* Both turn round at a wall that has come into their path (:mod:`lampyris.sim.grid.editing`).
 * **Random walkers** step to a uniformly chosen legal neighbour or stay.
 
 None but recorded ones ever covers a cell that the robot covers at its start or goal, so nobody of our own
 making can park on the goal; and none but they enters a cell that a recorded track ever covers, so that a
-replay cannot run into anybody.
+replay cannot run into any obstacle.
 
 Every obstacle has draws of its own, whatever else happens, so two planners meet the same
 obstacles as far as their own deeds allow, and a cell that is painted or an obstacle that is added moves only
-those whose place or way it takes. Shortest ways come from the field.
+those whose place or path it takes. Shortest paths come from the field.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing import Protocol
 
 from lampyris.errors import LimitError
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import MAX_BODIES, Crossing, Obstacle, Patrol, RandomWalk, Recorded
+from lampyris.model.traffic import MAX_OBSTACLES, Crossing, Obstacle, Patrol, RandomWalk, Recorded
 from lampyris.sim.traffic.obstacle_draws import first_of, steps
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.recorded import position
@@ -43,45 +43,45 @@ TURN_AFTER = 5
 
 
 class Driver(Protocol):
-    """What moves the bodies of one specification."""
+    """What moves the obstacles of one specification."""
 
     def advance(self, world: Occupancy, tick: int) -> None:
-        """Move its bodies one tick on."""
+        """Move its obstacles one tick on."""
         ...
 
 
 @dataclass
 class Traffic:
-    """All bodies of a simulation with what drives them.
+    """All obstacles of a simulation with what drives them.
 
     Attributes
     ----------
-    bodies : what each is, in order of appearance.
+    obstacles : what each is, in order of appearance.
     appears : the tick at which each came.
     """
 
     world: Occupancy
-    bodies: list[Obstacle] = field(default_factory=list)
+    obstacles: list[Obstacle] = field(default_factory=list)
     appears: list[int] = field(default_factory=list)
     drivers: list[Driver] = field(default_factory=list)
     recording: Recording | None = None
     walkers: list[Walkers] = field(default_factory=list)
 
     def add(self, shape: Shape, number: int, kind: str, radius: float, tick: int = 0) -> int:
-        """Put a new body into the world; its index."""
-        body = self.world.add(shape, number)
-        self.bodies.append(Obstacle(kind, radius, kind in ("random-walk", "patrol"), shape.offsets))
+        """Put a new obstacle into the world; its index."""
+        obstacle = self.world.add(shape, number)
+        self.obstacles.append(Obstacle(kind, radius, kind in ("random-walk", "patrol"), shape.offsets))
         self.appears.append(tick)
-        return body
+        return obstacle
 
     def advance(self, tick: int) -> list[int]:
-        """Move everybody one tick on; the indices of bodies that appeared."""
+        """Move every obstacle one tick on; the indices of obstacles that appeared."""
         self.world.begin()
         if self.recording is not None:
             self.recording.advance(self.world, tick)
         for driver in self.drivers:
             driver.advance(self.world, tick)
-        return [body for w in self.walkers for body in w.appear(self, tick)]
+        return [obstacle for w in self.walkers for obstacle in w.appear(self, tick)]
 
 
 # ---- the four kinds --------------------
@@ -96,17 +96,17 @@ class Recording:
     def advance(self, world: Occupancy, tick: int) -> None:
         """Replay one tick."""
         moves: list[tuple[int, Step]] = []
-        for body, one in self.tracks:
+        for obstacle, one in self.tracks:
             (x0, y0), (x1, y1) = position(one, tick - 1), position(one, tick)
             if (x0, y0) != (x1, y1):
-                moves.append((body, (world.space.number((x1, y1)), x1 - x0, y1 - y0)))
+                moves.append((obstacle, (world.space.number((x1, y1)), x1 - x0, y1 - y0)))
         if moves:
             world.move_together(moves)
 
 
 @dataclass
 class Shuttle:
-    """One body that drives a route to its end and back, for ever.
+    """One obstacle that drives a route to its end and back, forever.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class Shuttle:
     turn_after : ticks of waiting after which it turns round; None: never.
     """
 
-    body: int
+    obstacle: int
     route: list[int]
     yields: bool
     turn_after: int | None
@@ -132,8 +132,8 @@ class Shuttle:
             self.ahead = -self.ahead
         else:
             return  # a route of one cell, or walls on both sides
-        if world.may_step(self.body, step, self.yields):
-            world.move(self.body, step)
+        if world.may_step(self.obstacle, step, self.yields):
+            world.move(self.obstacle, step)
             self.at += self.ahead
             self.waited = 0
             return
@@ -146,7 +146,7 @@ class Shuttle:
         if not 0 <= self.at + self.ahead < len(self.route):
             return None
         to = self.route[self.at + self.ahead]
-        steps = world.shapes[self.body].steps(self.route[self.at])
+        steps = world.shapes[self.obstacle].steps(self.route[self.at])
         return next((step for step in steps if step[0] == to), None)
 
 
@@ -175,30 +175,30 @@ class Walkers:
     def advance(self, world: Occupancy, tick: int) -> None:
         """Each steps to a uniformly chosen legal neighbour or stays."""
         self.draws = self._drawn(tick)
-        for body, u in zip(self.own, self.draws, strict=False):
-            options = world.options(body)
+        for obstacle, u in zip(self.own, self.draws, strict=False):
+            options = world.options(obstacle)
             pick = int(u * (len(options) + 1))
             if pick:
-                world.move(body, options[pick - 1])
+                world.move(obstacle, options[pick - 1])
 
-    def appear(self, crowd: Traffic, tick: int) -> list[int]:
+    def appear(self, traffic: Traffic, tick: int) -> list[int]:
         """With the specification's rate, one more on a uniformly chosen legal free cell, if there is one."""
         rate = self.spec.rate
         if rate is None or len(self.own) >= self.spec.count or self.draws[-2] >= rate:
             return []
-        cells = crowd.world.space.numbers(crowd.world.room(self.shape))
+        cells = traffic.world.space.numbers(traffic.world.room(self.shape))
         if not len(cells):
             return []
         number = first_of(cells, self.draws[-1])
-        self.own.append(crowd.add(self.shape, number, "random-walk", self.spec.radius, tick))
+        self.own.append(traffic.add(self.shape, number, "random-walk", self.spec.radius, tick))
         return self.own[-1:]
 
 
-# ---- from specifications to bodies --------------------
+# ---- from specifications to obstacles --------------------
 
 
 def open_traffic(scene: Scene, world: Occupancy, seed: int) -> Traffic:
-    """The bodies of a scene at tick 0, placed in the world.
+    """The obstacles of a scene at tick 0, placed in the world.
 
     Tracks, walkers with given cells and patrols stand where they must; crossing obstacles are drawn next,
     random walkers last.
@@ -208,12 +208,12 @@ def open_traffic(scene: Scene, world: Occupancy, seed: int) -> Traffic:
     SceneError : ``OBSTACLE_TRACK`` a track or waypoint in a wall, on start or goal, in a recorded lane or
         out of reach; ``OBSTACLE_START`` on the robot; ``OBSTACLE_OVERLAP`` two that meet; ``OBSTACLE_ROOM``
         more than the map has room for.
-    LimitError : more bodies than a simulation may have.
+    LimitError : more obstacles than a simulation may have.
     """
     specs = scene.traffic
     total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in specs)  # bits: whole numbers
-    if total > MAX_BODIES:
-        what, most = f"{total:,} obstacles in all", f"at most {MAX_BODIES:,}"
+    if total > MAX_OBSTACLES:
+        what, most = f"{total:,} obstacles in all", f"at most {MAX_OBSTACLES:,}"
         raise LimitError("LIMIT", what, allowed=most, setting="traffic.count")
     plans = Placing(scene, world, seed)
     places: list[list[list[int]]] = [[] for _ in specs]
@@ -229,24 +229,24 @@ def open_traffic(scene: Scene, world: Occupancy, seed: int) -> Traffic:
 
 
 def _assemble(scene: Scene, world: Occupancy, plans: Placing, places: list[list[list[int]]]) -> Traffic:
-    crowd = Traffic(world)
+    traffic = Traffic(world)
     crossing: list[Driver] = []
     patrols: list[Driver] = []
     tracks: list[tuple[int, Recorded]] = []
     for k, spec in enumerate(scene.traffic):
         shape = plans.shape(spec.radius)
         if isinstance(spec, Recorded):
-            tracks.append((crowd.add(shape, places[k][0][0], "recorded", spec.radius), spec))
+            tracks.append((traffic.add(shape, places[k][0][0], "recorded", spec.radius), spec))
         elif isinstance(spec, Patrol):
-            body = crowd.add(shape, places[k][0][0], "patrol", spec.radius)
-            patrols.append(Shuttle(body, places[k][0], True, None))
+            obstacle = traffic.add(shape, places[k][0][0], "patrol", spec.radius)
+            patrols.append(Shuttle(obstacle, places[k][0], True, None))
         elif isinstance(spec, Crossing):
             for route in places[k]:
-                body = crowd.add(shape, route[0], "crossing", spec.radius)
-                crossing.append(Shuttle(body, route, False, TURN_AFTER))
+                obstacle = traffic.add(shape, route[0], "crossing", spec.radius)
+                crossing.append(Shuttle(obstacle, route, False, TURN_AFTER))
         else:
-            own = [crowd.add(shape, at[0], "random-walk", spec.radius) for at in places[k]]
-            crowd.walkers.append(Walkers(spec, shape, plans.key(k), own))
-    crowd.recording = Recording(tracks) if tracks else None
-    crowd.drivers = [*crossing, *patrols, *crowd.walkers]
-    return crowd
+            own = [traffic.add(shape, at[0], "random-walk", spec.radius) for at in places[k]]
+            traffic.walkers.append(Walkers(spec, shape, plans.key(k), own))
+    traffic.recording = Recording(tracks) if tracks else None
+    traffic.drivers = [*crossing, *patrols, *traffic.walkers]
+    return traffic

@@ -73,13 +73,13 @@ class CellIndex:
 
 
 class Shape:
-    """Bodies of one size: what they cover, where they may stand, and how they may step. Filled in as they
+    """Obstacles of one size: what they cover, where they may stand, and how they may step. Filled in as they
     ask.
 
     Parameters
     ----------
     free : bool, (height, width): no wall under the footprint.
-    barred : where the body may not stand for other reasons; None: nowhere.
+    barred : where the obstacle may not stand for other reasons; None: nowhere.
     offsets : its footprint.
     steps : the steps it knows.
     corner_cutting : whether a diagonal may pass a cell that is not free.
@@ -117,11 +117,11 @@ class Shape:
         self._entries: dict[int, tuple[Entry, ...]] = {}
 
     def is_open(self, number: int) -> bool:
-        """Whether the body may stand on a cell, by its number."""
+        """Whether the obstacle may stand on a cell, by its number."""
         return self._opened[number] != 0
 
     def cover(self, number: int) -> tuple[int, ...]:
-        """Numbers of the cells covered by a body that stands on this one; cells off the map are left out."""
+        """Numbers of the cells covered by an obstacle that stands on this one; cells off the map are left out."""
         if self.small:
             return (number,)
         cover = self._cover.get(number)
@@ -193,7 +193,7 @@ def robot_shape(scene: Scene, space: CellIndex) -> Shape:
     )
 
 
-def body_shape(
+def obstacle_shape(
     scene: Scene,
     space: CellIndex,
     radius: float,

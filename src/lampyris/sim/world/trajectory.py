@@ -30,7 +30,7 @@ class CurveLookup:
 
     Attributes
     ----------
-    curve : the way itself.
+    curve : the path itself.
     length : metres.
     lines : its pieces, for kernels.
     """
@@ -91,19 +91,19 @@ class Trajectory:
     """What the robot does in one period: its route and its stretches, without a gap between them."""
 
     route: CurveLookup
-    stretches: list[Segment] = field(default_factory=list)
+    segments: list[Segment] = field(default_factory=list)
 
     def at(self, t: float) -> tuple[float, float]:
         """Distance and speed at a time; the ends answer for times outside."""
-        for one in self.stretches:
+        for one in self.segments:
             if t < one.end:
                 return one.after(max(t, one.t))
-        return self.stretches[-1].after(self.stretches[-1].end)
+        return self.segments[-1].after(self.segments[-1].end)
 
     def cut(self, t: float) -> None:
         """Leave out what comes after ``t``."""
-        self.stretches[:] = [one for one in self.stretches if one.t < t] or self.stretches[:1]
-        self.stretches[-1].end = min(self.stretches[-1].end, t)
+        self.segments[:] = [one for one in self.segments if one.t < t] or self.segments[:1]
+        self.segments[-1].end = min(self.segments[-1].end, t)
 
 
 def split(t: float, end: float, s: float, v: float, a: float, stop_at: float | None) -> list[Segment]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 WAITS = ("moving obstacle", "obstacle", "wait")
-"""Causes for which a robot that does not get on waits for somebody."""
+"""Causes for which a robot without progress waits for an obstacle."""
 
 
 @dataclass
@@ -15,14 +15,14 @@ class Waiting:
     Parameters
     ----------
     step : metres that count as getting on.
-    far : metres of a way after which the robot has left the place where it was kept.
+    far : metres of a path after which the robot has left the place where it was kept.
 
     Attributes
     ----------
     stood : seconds since the robot got on, or since the planner was last asked.
     waited : seconds since the robot got on.
-    tries : ways asked for since it left the place.
-    told : whether it has been told that the robot stands and waits.
+    tries : paths asked for since it left the place.
+    reported : whether it was reported that the robot stands and waits.
     """
 
     step: float
@@ -30,11 +30,11 @@ class Waiting:
     stood: float = 0.0
     waited: float = 0.0
     tries: int = 0
-    told: bool = False
+    reported: bool = False
     _anchor: float = 0.0
 
     def begin(self) -> None:
-        """A new way is taken, at its beginning."""
+        """A new path is taken, at its beginning."""
         self._anchor = 0.0
 
     def asked(self) -> None:
@@ -45,7 +45,7 @@ class Waiting:
     def count(self, s: float, cause: str, seconds: float) -> bool:
         """Take in a period that ended at distance ``s``; whether the robot is kept from getting on."""
         if s - self._anchor > self.step:
-            self._anchor, self.stood, self.waited, self.told = s, 0.0, 0.0, False
+            self._anchor, self.stood, self.waited, self.reported = s, 0.0, 0.0, False
         if s > self.far:
             self.tries = 0
         if cause not in WAITS:

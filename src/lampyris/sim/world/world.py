@@ -1,10 +1,10 @@
-"""Occupancy: where every body is and what it did in this tick, and which steps are legal.
+"""Occupancy: where every obstacle is and what it did in this tick, and which steps are legal.
 
-For every two bodies, always: never two in one cell, never a swap, never both diagonals of one 2x2 block in
-one tick. For bodies with a size the same is asked of their footprints: they never meet; not both does A now
+For every two obstacles, always: never two in one cell, never a swap, never both diagonals of one 2x2 block in
+one tick. For obstacles with a size the same is asked of their footprints: they never meet; not both does A now
 meet B's last place and B A's; and no cell of A's footprint crosses one of B's.
 
-Bodies move one after the other. One that has moved is met at its new place and remembered at its old; one
+Obstacles move one after the other. One that has moved is met at its new place and remembered at its old; one
 that has yet to move is met where it is, so that staying is always legal for it. A swap of two obstacles
 therefore cannot come about (the first would have to enter a cell that the second still covers), and only
 crossing needs its own test among them. The robot moves last and is tested for all three.
@@ -22,13 +22,13 @@ from lampyris.typing import BoolGrid
 
 
 class Occupancy:
-    """Positions of the bodies and of the robot within one tick.
+    """Positions of the obstacles and of the robot within one tick.
 
     Attributes
     ----------
-    taken : cell number -> the body that covers it now.
-    left : cell number -> the body that covered it before its step of this tick.
-    where, step, shapes : by body: its cell number, its last step (dx, dy), its shape.
+    taken : cell number -> the obstacle that covers it now.
+    left : cell number -> the obstacle that covered it before its step of this tick.
+    where, step, shapes : by obstacle: its cell number, its last step (dx, dy), its shape.
     robot : the robot's cell number; ``robot_cover`` its footprint there.
     """
 
@@ -51,46 +51,46 @@ class Occupancy:
     def begin(self) -> None:
         """Begin a tick: nobody has moved."""
         self.left.clear()
-        for body in self._moved:
-            self.step[body] = (0, 0)
+        for obstacle in self._moved:
+            self.step[obstacle] = (0, 0)
         self._moved.clear()
 
     def add(self, shape: Shape, number: int) -> int:
-        """A new body on a cell; its index."""
-        body = len(self.where)
+        """A new obstacle on a cell; its index."""
+        obstacle = len(self.where)
         self.where.append(number)
         self.step.append((0, 0))
         self.shapes.append(shape)
         for c in shape.cover(number):
-            self.taken[c] = body
-        return body
+            self.taken[c] = obstacle
+        return obstacle
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
-        """Where bodies of that radius (metres) may not be beside recorded tracks, besides on them; bool,
+        """Where obstacles of that radius (metres) may not be beside recorded tracks, besides on them; bool,
         (height, width), or None. In ticks: nowhere.
         """
         return None
 
     # ---- obstacles --------------------
 
-    def may_step(self, body: int, step: Step, yields: bool) -> bool:
+    def may_step(self, obstacle: int, step: Step, yields: bool) -> bool:
         """Whether an obstacle may make this step now, as far as others (with the robot, if it yields) go."""
         to, dx, dy = step
-        shape = self.shapes[body]
+        shape = self.shapes[obstacle]
         taken = self.taken
         for c in shape.cover(to):
-            if taken.get(c, body) != body or (yields and c in self.robot_cover):
+            if taken.get(c, obstacle) != obstacle or (yields and c in self.robot_cover):
                 return False
-        return not (dx and dy and self.left and self._crosses(shape.cover(self.where[body]), dx, dy))
+        return not (dx and dy and self.left and self._crosses(shape.cover(self.where[obstacle]), dx, dy))
 
-    def options(self, body: int) -> list[Step]:
+    def options(self, obstacle: int) -> list[Step]:
         """Every step a yielding obstacle may make now, staying left out."""
-        at = self.where[body]
-        shape = self.shapes[body]
-        # As may_step says, without the calls: this is the inner loop of a crowd.
+        at = self.where[obstacle]
+        shape = self.shapes[obstacle]
+        # As may_step says, without the calls: this is the inner loop of heavy traffic.
         taken, robot, cover = self.taken, self.robot_cover, shape.cover(at)
         if not shape.small:
-            # What the body covers now is its own, so only the cells that it enters are looked up.
+            # What the obstacle covers now is its own, so only the cells that it enters are looked up.
             nobody_on = taken.keys().isdisjoint
             return [
                 s
@@ -107,35 +107,35 @@ class Occupancy:
             and not (s[1] and s[2] and self._crosses(cover, s[1], s[2]))
         ]
 
-    def move(self, body: int, step: Step) -> None:
+    def move(self, obstacle: int, step: Step) -> None:
         """Make a legal step."""
         to, dx, dy = step
-        shape = self.shapes[body]
-        for c in shape.cover(self.where[body]):
+        shape = self.shapes[obstacle]
+        for c in shape.cover(self.where[obstacle]):
             del self.taken[c]
-            self.left[c] = body
+            self.left[c] = obstacle
         for c in shape.cover(to):
-            self.taken[c] = body
-        self.where[body] = to
-        self.step[body] = (dx, dy)
-        self._moved.append(body)
+            self.taken[c] = obstacle
+        self.where[obstacle] = to
+        self.step[obstacle] = (dx, dy)
+        self._moved.append(obstacle)
 
     def move_together(self, moves: Iterable[tuple[int, Step]]) -> None:
-        """Make steps of several bodies at one instant: each may enter what another leaves."""
+        """Make steps of several obstacles at one instant: each may enter what another leaves."""
         moves = list(moves)
-        for body, _ in moves:
-            for c in self.shapes[body].cover(self.where[body]):
+        for obstacle, _ in moves:
+            for c in self.shapes[obstacle].cover(self.where[obstacle]):
                 del self.taken[c]
-                self.left[c] = body
-        for body, (to, dx, dy) in moves:
-            for c in self.shapes[body].cover(to):
-                self.taken[c] = body
-            self.where[body] = to
-            self.step[body] = (dx, dy)
-            self._moved.append(body)
+                self.left[c] = obstacle
+        for obstacle, (to, dx, dy) in moves:
+            for c in self.shapes[obstacle].cover(to):
+                self.taken[c] = obstacle
+            self.where[obstacle] = to
+            self.step[obstacle] = (dx, dy)
+            self._moved.append(obstacle)
 
     def room(self, shape: Shape) -> BoolGrid:
-        """Where a body of that shape could be put now without meeting anybody; bool, (height, width)."""
+        """Where an obstacle of that shape could be put now without meeting another; bool, (height, width)."""
         mask = shape.open.copy()
         height, width = mask.shape
         taken = (*self.taken, *self.robot_cover)  # bits: each takes its own cell away
@@ -147,7 +147,7 @@ class Occupancy:
         return mask
 
     def fits(self, shape: Shape, number: int) -> bool:
-        """Whether a body of that shape could be put on this cell now without meeting anybody."""
+        """Whether an obstacle of that shape could be put on this cell now without meeting another."""
         return not any(c in self.taken or c in self.robot_cover for c in shape.cover(number))
 
     # ---- the robot --------------------
@@ -168,8 +168,8 @@ class Occupancy:
         if any(c in taken for c in new):
             return False
         for c in new:
-            body = left.get(c)
-            if body is not None and any(taken.get(o) == body for o in self.robot_cover):
+            obstacle = left.get(c)
+            if obstacle is not None and any(taken.get(o) == obstacle for o in self.robot_cover):
                 return False
         if abs(dx) == 2 or abs(dy) == 2:
             # A knight's step sweeps over two more cells within the tick: nobody may be there or have been
@@ -179,14 +179,14 @@ class Occupancy:
         return not (dx and dy and left and self._crosses(self.robot_cover, dx, dy))
 
     def _crosses(self, cover: Iterable[int], dx: int, dy: int) -> bool:
-        """Whether a diagonal step of these cells crosses a diagonal that somebody has driven in this tick."""
+        """Whether a diagonal step of these cells crosses a diagonal driven in this tick."""
         left, step = self.left, self.step
         row = dy * self.space.stride
         for c in cover:
-            body = left.get(c + dx)
-            if body is not None and step[body] == (-dx, dy):
+            obstacle = left.get(c + dx)
+            if obstacle is not None and step[obstacle] == (-dx, dy):
                 return True
-            body = left.get(c + row)
-            if body is not None and step[body] == (dx, -dy):
+            obstacle = left.get(c + row)
+            if obstacle is not None and step[obstacle] == (dx, -dy):
                 return True
         return False

@@ -13,7 +13,7 @@ from lampyris.study.analysis.summary import per_unit
 from lampyris.typing import Floats
 
 FEWEST: Final = 6
-"""Units below which nobody is told apart: with five, no signed-rank test comes under 0.05 whatever they say,
+"""With fewer units no planner is distinguished: with five, no signed-rank test comes under 0.05 whatever they say,
 and a bootstrap of two differences excludes 0 each second time by chance."""
 
 
@@ -23,14 +23,14 @@ class Best(NamedTuple):
     Parameters
     ----------
     who : labels of those with the best mean, several where they agree in every run.
-    sure : whether the interval of the paired difference to everybody else excludes 0, on that side.
+    sure : whether the interval of the paired difference to all others excludes 0, on that side.
     """
 
     who: tuple[str, ...]
     sure: bool
 
 
-def best(runs: Runs, crowd: int = 0) -> dict[str, Best]:
+def best(runs: Runs, traffic: int = 0) -> dict[str, Best]:
     """The best of each measure that has a better side; none where all are the same, or only one has a number.
 
     Means are those that :func:`~lampyris.study.analysis.summary.summarise` tells of each entrant's own runs.
@@ -42,17 +42,17 @@ def best(runs: Runs, crowd: int = 0) -> dict[str, Best]:
         if not (measure.better and runs.has(name)):
             continue
         sign = -1.0 if measure.better == "more" else 1.0
-        told = sign * runs.values[name][:, crowd]
-        paired = told if name in WHOLE else sign * runs.of_solved(name)[:, crowd]
-        found = _best(runs.entrants, told, paired)
+        signed = sign * runs.values[name][:, traffic]
+        paired = signed if name in WHOLE else sign * runs.of_solved(name)[:, traffic]
+        found = _best(runs.entrants, signed, paired)
         if found is not None:
             out[name] = found
     return out
 
 
-def _best(entrants: tuple[str, ...], told: Cube, paired: Cube) -> Best | None:
+def _best(entrants: tuple[str, ...], signed: Cube, paired: Cube) -> Best | None:
     """Less is better here."""
-    means = {e: compare.mean(per_unit(told[..., e])).value for e in range(len(entrants))}
+    means = {e: compare.mean(per_unit(signed[..., e])).value for e in range(len(entrants))}
     there = [e for e in means if np.isfinite(means[e])]
     least = min((means[e] for e in there), default=0.0)
     top = [e for e in there if compare.same(means[e], least)]
@@ -60,7 +60,7 @@ def _best(entrants: tuple[str, ...], told: Cube, paired: Cube) -> Best | None:
         return None
     sure = all(_less(paired[..., a], paired[..., b]) for a in top for b in there if b not in top)
     # Those of one mean share the first place only where no run tells them apart.
-    agree = all(_equal(told[..., top[0]], told[..., e]) for e in top[1:])
+    agree = all(_equal(signed[..., top[0]], signed[..., e]) for e in top[1:])
     return Best(tuple(entrants[e] for e in top), sure and agree)
 
 

@@ -3,7 +3,7 @@
 Every function takes plain numbers. A run that failed stays in every denominator: shares of success count it,
 ranks put it last, performance profiles never reach it; only where a mean of something is asked that a failed
 run does not have is it left out, and then the count beside the mean says so. What cannot be said (an interval
-of one value, a test of no pairs) is NaN here and None where it is told.
+of one value, a test of no pairs) is NaN here and None in reports.
 """
 
 from __future__ import annotations

@@ -27,20 +27,20 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class EntrantFindings:
-    """One planner and law in one crowd, on all maps or on one.
+    """One planner and law in one traffic case, on all maps or on one.
 
     Parameters
     ----------
     place : the map; empty: all of them.
-    crowd, entrant : what a table calls them.
+    traffic, entrant : what a table calls them.
     runs, queries : that have a result, of whatever ending.
     endings, outcomes : how many runs of each, by name.
     own : estimates over all runs of its own that have a value; ``found`` and ``arrived`` over all runs.
-    common : the same over the runs of worlds in which everybody found a way.
+    common : the same over the runs of worlds in which all found a path.
     """
 
     place: str
-    crowd: str
+    traffic: str
     entrant: str
     runs: int
     queries: int
@@ -63,7 +63,7 @@ class PairedDifference:
     """
 
     measure: str
-    crowd: str
+    traffic: str
     entrant: str
     reference: str
     difference: Estimate
@@ -74,20 +74,20 @@ class PairedDifference:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Average ranks of all entrants by one measure in one crowd, and the sets that do not differ."""
+    """Average ranks of all entrants by one measure in one traffic case, and the sets that do not differ."""
 
     measure: str
-    crowd: str
+    traffic: str
     ranking: Ranking
     groups: tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Within:
-    """Performance profiles of all entrants by one measure in one crowd; a problem is a run's world."""
+    """Performance profiles of all entrants by one measure in one traffic case; a problem is a run's world."""
 
     measure: str
-    crowd: str
+    traffic: str
     profiles: tuple[Performance, ...]
 
 
@@ -101,10 +101,10 @@ class Summary:
     unit : ``query``, or ``seed`` in a study of one query.
     asked, known : jobs of the study, and those that have a result.
     queries, maps, seeds : how many.
-    entrants, crowds : what tables call them, in order.
+    entrants, traffic_cases : what tables call them, in order.
     reference : the entrant that others are compared with.
-    common : of each crowd, the worlds (queries and seeds) in which all found a way; ``left_out`` names those
-        that never did in that crowd, who would leave none.
+    common : of each traffic case, the worlds (queries and seeds) in which all found a path; ``left_out`` names those
+        that never did in that case, who would leave none.
     seed : of the bootstrap.
     start_exact : the entrants whose swarm starts from the exact shortest path.
     notes : a sentence for each entrant some of whose runs did otherwise than asked, such as with a wish
@@ -120,7 +120,7 @@ class Summary:
     maps: int
     seeds: int
     entrants: tuple[str, ...]
-    crowds: tuple[str, ...]
+    traffic_cases: tuple[str, ...]
     reference: str
     common: tuple[int, ...]
     left_out: tuple[tuple[str, ...], ...]
@@ -145,6 +145,10 @@ class Summary:
         return plain | {"level": compare.LEVEL, "resamples": compare.RESAMPLES}
 
 
+_KEYS = {"traffic": "crowd", "traffic_cases": "crowds"}
+"""Fields whose key in JSON is another word."""
+
+
 def _plain(value: Any) -> Any:
     """Nouns and named tuples as mappings, numbers to ten digits, None for what is not a number."""
     if isinstance(value, bool | int | str) or value is None:
@@ -156,5 +160,5 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "_asdict"):
         return _plain(value._asdict())
     if hasattr(value, "__dataclass_fields__"):
-        return {k: _plain(getattr(value, k)) for k in value.__dataclass_fields__}
+        return {_KEYS.get(k, k): _plain(getattr(value, k)) for k in value.__dataclass_fields__}
     return [_plain(v) for v in value]

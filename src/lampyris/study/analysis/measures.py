@@ -40,15 +40,15 @@ SAFETY = (
     ),
     Measure("near_m", "nearest obstacle (m)", "more", "least free distance to an obstacle in the whole run"),
 )
-WAY = (
-    Measure("cost", "cost (cells)", "less", "length of the way by the step costs of the study, in cells; "
+ON_PATH = (
+    Measure("cost", "cost (cells)", "less", "length of the path by the step costs of the study, in cells; "
             "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
-    Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest way", 100.0),
+    Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest path", 100.0),
     Measure(
         "length_any_angle", "any-angle length (cells)", "less",
         "length of the straight lines of an any-angle plan: it can be below the least cost by steps",
     ),
-    Measure("length_m", "length (m)", "less", "length of the way; of an any-angle plan that of its lines"),
+    Measure("length_m", "length (m)", "less", "length of the path; of an any-angle plan that of its lines"),
     Measure(
         "cost_to_go", "sum of cost-to-go", "", "the cost that remains, summed over the cells visited: "
         "what the dissertation prints as path cost of the methods it compares with; no length",
@@ -71,9 +71,9 @@ TIME = (
 WORK = (
     Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),
     Measure("expansions", "expansions", "less", "cells that the planner looked at, the same measure for all"),
-    Measure("replans", "replans", "less", "times that it planned anew on the way"),
+    Measure("replans", "replans", "less", "number of replans on the way"),
     Measure(
-        "path_switches", "path switches", "less", "times that a new plan left another way round than the last"
+        "path_switches", "path switches", "less", "times that a new plan left for another route than the last"
     ),
     Measure(
         "path_switches_per_100", "path switches in 100 ticks", "less", "of the whole run, arrived or not"
@@ -87,7 +87,7 @@ TIMING = (
 """Depends on the machine: stands apart, and in no page that must be the same bytes twice."""
 
 SHARES = ("found", "arrived")
-"""Told as shares of all runs: a run that failed did neither."""
+"""Reported as shares of all runs: a run that failed did neither."""
 
 AT_GOAL = frozenset(
     (
@@ -104,7 +104,7 @@ AT_GOAL = frozenset(
         "time_s",
     )
 )
-"""Told of runs that came to the goal: half a way is shorter than a whole one, and no merit."""
+"""Reported of runs that came to the goal: half a path is shorter than a whole one, and no merit."""
 
 WHOLE = ("arrived", "found", "collisions")
 """Compared over all runs; all else over those that both solved, for who gives up early has little work."""
@@ -113,8 +113,8 @@ PAIRED = ("arrived", "cost", "time_s", "ticks", "collisions", "expansions", "ite
 RANKED = ("cost", "time_s", "expansions")
 PROFILED = ("cost", "expansions")
 
-ALL = {m.name: m for m in (*SAFETY, *WAY, *TIME, *WORK, *TIMING)} | {
-    "found": Measure("found", "found (%)", "more", "share of all runs with a way", 100.0),
+ALL = {m.name: m for m in (*SAFETY, *ON_PATH, *TIME, *WORK, *TIMING)} | {
+    "found": Measure("found", "found (%)", "more", "share of all runs with a path", 100.0),
     "arrived": Measure("arrived", "arrived (%)", "more", "share of all runs that came to the goal", 100.0),
 }
 """Every measure by its name."""

@@ -13,7 +13,7 @@ from lampyris.study.analysis.measures import AT_GOAL, SHARES
 from lampyris.study.design.study import Study
 
 Cube: TypeAlias = NDArray[np.float64]
-"""float64, (worlds, crowds, seeds, entrants); NaN where a run has no value."""
+"""float64, (worlds, traffic cases, seeds, entrants); NaN where a run has no value."""
 Words: TypeAlias = NDArray[np.object_]
 """Words, in the same places."""
 
@@ -30,7 +30,7 @@ class Runs:
     outcome : the word of the run's own ending, or the code of its error.
     notes : what was done otherwise than asked; empty where nothing was, and in stores of before they had it.
     values : every metric that some run has a number of. ``found`` and ``arrived`` are 0 for runs that failed;
-        what tells of a whole way is there for runs that came to the goal only.
+        what tells of a whole path is there for runs that came to the goal only.
     """
 
     study: Study
@@ -46,7 +46,7 @@ class Runs:
 
     @property
     def solved(self) -> NDArray[np.bool_]:
-        """Which runs came to the goal; in a study of plans, found a way."""
+        """Which runs came to the goal; in a study of plans, found a path."""
         name = "arrived" if self.has("arrived") else "found"
         none = np.zeros(self.ending.shape, dtype=np.bool_)
         return self.values[name] == 1.0 if self.has(name) else none
@@ -76,7 +76,7 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
         most once, in any order.
     """
     shape = (
-        len(study.worlds), len(study.crowds), len(study.seeds), len(study.planners) * len(study.laws),
+        len(study.worlds), len(study.traffic_cases), len(study.seeds), len(study.planners) * len(study.laws),
     )  # fmt: skip
     size = len(study)
     ending, outcome, notes = (np.full(size, "", dtype=object) for _ in range(3))

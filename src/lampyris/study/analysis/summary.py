@@ -39,7 +39,7 @@ def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False)
     Parameters
     ----------
     reference : the entrant that others are compared with; None: the first.
-    timing : whether seconds and memory are told; they depend on the machine.
+    timing : whether seconds and memory are reported; they depend on the machine.
 
     Raises
     ------
@@ -47,10 +47,10 @@ def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False)
     """
     study = runs.study
     base = _entrant(runs.entrants, reference)
-    crowds = tuple(c.label for c in study.crowds)
+    traffic_cases = tuple(c.label for c in study.traffic_cases)
     unit = "query" if len(study.worlds) > 1 else "seed"
     common, left_out = _common(runs)
-    names = _told(runs, timing)
+    names = _reported(runs, timing)
     everywhere = np.arange(len(study.worlds))
     places = tuple(dict.fromkeys(w.ground.name for w in study.worlds))
     by_map = []
@@ -67,15 +67,15 @@ def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False)
         maps=len(places),
         seeds=len(study.seeds),
         entrants=runs.entrants,
-        crowds=crowds,
+        traffic_cases=traffic_cases,
         reference=runs.entrants[base],
-        common=tuple(int(common[:, c].sum()) for c in range(len(crowds))),
+        common=tuple(int(common[:, c].sum()) for c in range(len(traffic_cases))),
         left_out=left_out,
         entries=tuple(_entries(runs, everywhere, "", names, common)),
         by_map=tuple(by_map),
-        pairs=_pairs(runs, base, crowds),
-        orders=_orders(runs, crowds),
-        within=_within(runs, crowds),
+        pairs=_pairs(runs, base, traffic_cases),
+        orders=_orders(runs, traffic_cases),
+        within=_within(runs, traffic_cases),
         start_exact=_start_exact(runs),
         notes=_notes(runs),
     )
@@ -99,20 +99,20 @@ def _entrant(entrants: tuple[str, ...], name: str | None) -> int:
         return 0
     if name not in entrants:
         raise UsageError(
-            "REFERENCE", f"nobody is called {name!r}", allowed="; ".join(entrants),
+            "REFERENCE", f"no planner is called {name!r}", allowed="; ".join(entrants),
             todo=did_you_mean(name, entrants), setting="reference",
         )  # fmt: skip
     return entrants.index(name)
 
 
-def _told(runs: Runs, timing: bool) -> tuple[str, ...]:
+def _reported(runs: Runs, timing: bool) -> tuple[str, ...]:
     """Names of the measures there are."""
     apart = {m.name for m in TIMING}
     return tuple(n for n in ALL if runs.has(n) and (timing or n not in apart))
 
 
 def _common(runs: Runs) -> tuple[NDArray[np.bool_], tuple[tuple[str, ...], ...]]:
-    """(worlds, crowds, seeds) where all solved it, those who never did in a crowd left aside and named."""
+    """(worlds, traffic cases, seeds) where all solved it, those that never did in a case left aside and named."""
     solved = runs.solved
     out = np.zeros(solved.shape[:3], dtype=np.bool_)
     left = []
@@ -164,9 +164,9 @@ def _share(values: Floats) -> Estimate:
 def _entries(
     runs: Runs, here: NDArray[np.int64], place: str, names: Sequence[str], common: NDArray[np.bool_]
 ) -> list[EntrantFindings]:
-    """An entry of each crowd and entrant, on the worlds ``here``."""
+    """An entry for each traffic case and entrant, on the worlds ``here``."""
     out = []
-    for c, crowd in enumerate(runs.study.crowds):
+    for c, traffic in enumerate(runs.study.traffic_cases):
         for e, entrant in enumerate(runs.entrants):
             ending = runs.ending[here, c, :, e]
             known = ending != ""
@@ -179,7 +179,7 @@ def _entries(
                     shared[name] = _mean(np.where(both, values, np.nan))
             out.append(
                 EntrantFindings(
-                    place, crowd.label, entrant, int(known.sum()), int(known.any(axis=1).sum()),
+                    place, traffic.label, entrant, int(known.sum()), int(known.any(axis=1).sum()),
                     _counted(ending[known]), _counted(runs.outcome[here, c, :, e][known]), own, shared,
                 )
             )  # fmt: skip
@@ -194,18 +194,18 @@ def _counted(words: NDArray[np.object_]) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _pairs(runs: Runs, base: int, crowds: tuple[str, ...]) -> tuple[PairedDifference, ...]:
+def _pairs(runs: Runs, base: int, traffic_cases: tuple[str, ...]) -> tuple[PairedDifference, ...]:
     """Every entrant against the reference."""
     out: list[PairedDifference] = []
     for name in PAIRED:
         if not runs.has(name):
             continue
         family = []
-        for c, crowd in enumerate(crowds):
+        for c, traffic in enumerate(traffic_cases):
             values = runs.values[name][:, c] if name in WHOLE else runs.of_solved(name)[:, c]
             for e, entrant in enumerate(runs.entrants):
                 if e != base:
-                    family.append(_pair(values, e, base, (name, crowd, entrant, runs.entrants[base])))
+                    family.append(_pair(values, e, base, (name, traffic, entrant, runs.entrants[base])))
         corrected = compare.holm([pair.test.p for pair in family])
         out += [replace(pair, holm=p) for pair, p in zip(family, corrected, strict=True)]
     return tuple(out)
@@ -224,7 +224,7 @@ def scores(values: Cube, more_is_better: bool) -> Floats:
     """What units are ranked by, (units, entrants), less is better; NaN where every run failed.
 
     Who failed in fewer runs of a query comes first; among those that failed in as many, the mean decides.
-    A mean of the runs that succeeded alone would reward who fails where the way is long.
+    A mean of the runs that succeeded alone would reward who fails where the path is long.
 
     Parameters
     ----------
@@ -247,25 +247,25 @@ def scores(values: Cube, more_is_better: bool) -> Floats:
     return out
 
 
-def _orders(runs: Runs, crowds: tuple[str, ...]) -> tuple[Order, ...]:
-    """Average ranks by each measure, in each crowd, over the units of which every entrant has all results."""
+def _orders(runs: Runs, traffic_cases: tuple[str, ...]) -> tuple[Order, ...]:
+    """Average ranks by each measure, in each traffic case, over the units of which every entrant has all results."""
     out = []
     for name in RANKED:
-        for c, crowd in enumerate(crowds if runs.has(name) and len(runs.entrants) > 1 else ()):
+        for c, traffic in enumerate(traffic_cases if runs.has(name) and len(runs.entrants) > 1 else ()):
             values = scores(runs.of_solved(name)[:, c], ALL[name].better == "more")
             done = runs.ending[:, c] != ""
             whole = done.all(axis=(1, 2)) if len(done) > 1 else done[0].all(axis=1)
             ranking = compare.friedman(values[whole])
             sets = compare.groups(ranking.ranks, ranking.critical)
-            out.append(Order(name, crowd, ranking, sets))
+            out.append(Order(name, traffic, ranking, sets))
     return tuple(out)
 
 
-def _within(runs: Runs, crowds: tuple[str, ...]) -> tuple[Within, ...]:
-    """Performance profiles by each measure, in each crowd, over the worlds that every entrant met."""
+def _within(runs: Runs, traffic_cases: tuple[str, ...]) -> tuple[Within, ...]:
+    """Performance profiles by each measure, in each traffic case, over the worlds that every entrant met."""
     out = []
     for name in PROFILED:
-        for c, crowd in enumerate(crowds if runs.has(name) and len(runs.entrants) > 1 else ()):
+        for c, traffic in enumerate(traffic_cases if runs.has(name) and len(runs.entrants) > 1 else ()):
             met = (runs.ending[:, c] != "").all(axis=-1)
-            out.append(Within(name, crowd, compare.profiles(runs.of_solved(name)[:, c][met])))
+            out.append(Within(name, traffic, compare.profiles(runs.of_solved(name)[:, c][met])))
     return tuple(out)

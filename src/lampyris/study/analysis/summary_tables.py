@@ -9,8 +9,8 @@ from dataclasses import replace
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.findings import EntrantFindings, Estimate, Order, PairedDifference, Summary
-from lampyris.study.analysis.measures import ALL, PAIRED, SAFETY, SHARES, TIME, TIMING, WAY, WORK, Measure
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.analysis.measures import ALL, ON_PATH, PAIRED, SAFETY, SHARES, TIME, TIMING, WORK, Measure
+from lampyris.study.design.traffic_labels import traffic_words
 
 ANY_ANGLE = (
     "Cost and gap of a planner with an any-angle length are of its walk from cell to cell; "
@@ -18,25 +18,25 @@ ANY_ANGLE = (
 )
 """What stands beneath a table of costs in which such a planner is."""
 START = "from the exact shortest path (setting `seeded`): its cost does not tell what a swarm finds alone"
-"""Where a swarm starts that is not told otherwise."""
+"""Where a swarm starts by default."""
 
 
 def tabs(summary: Summary) -> tuple[Tab, ...]:
-    """Every table of a summary, crowd by crowd, then differences, ranks and maps."""
+    """Every table of a summary, one traffic case after another, then differences, ranks and maps."""
     out: list[Tab] = []
-    for k, crowd in enumerate(summary.crowds):
-        out += crowd_tabs(summary, k, crowd)
+    for k, traffic in enumerate(summary.traffic_cases):
+        out += traffic_tabs(summary, k, traffic)
     return (*out, *pair_tabs(summary), *order_tabs(summary), *map_tabs(summary))
 
 
-def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
-    """What became of the runs in one crowd, their ways, time and work, and the same over common worlds."""
-    some = [e for e in summary.entries if e.crowd == crowd]
-    others = "" if crowd == "none" else f", {crowd_words(crowd)}"
-    place = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
+def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
+    """What became of the runs in one traffic case, their paths, time and work, and the same over common worlds."""
+    some = [e for e in summary.entries if e.traffic == traffic]
+    others = "" if traffic == "none" else f", {traffic_words(traffic)}"
+    place = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
     out = [_ending_tab(summary, f"endings-{k + 1}", f"What became of the runs {place}", some)]
     sets = (
-        ("way", "Ways", WAY),
+        ("way", "Paths", ON_PATH),
         ("time", "Time, speed and shape", TIME),
         ("work", "Work of the planner", WORK),
     )
@@ -60,17 +60,17 @@ def starts(summary: Summary) -> str:
 
 
 def _with_starts(summary: Summary, some: Sequence[Tab]) -> tuple[Tab, ...]:
-    said = starts(summary)
-    return tuple(replace(tab, note=f"{tab.note} {said}".strip()) if said else tab for tab in some)
+    remark = starts(summary)
+    return tuple(replace(tab, note=f"{tab.note} {remark}".strip()) if remark else tab for tab in some)
 
 
 def _any_angle(some: Sequence[EntrantFindings]) -> bool:
-    """Whether somebody's plans are lines."""
+    """Whether any plans are lines."""
     return any(e.own["length_any_angle"].units for e in some if "length_any_angle" in e.own)
 
 
 def _differs(some: Sequence[EntrantFindings]) -> bool:
-    """Whether somebody's own runs are others than the common ones."""
+    """Whether any planner's own runs differ from the common ones."""
     return any(e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s") if n in e.common)
 
 
@@ -101,8 +101,8 @@ def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[EntrantF
         "for as many runs as would say as much if the runs of one query were independent. "
     )
     means = f"The others are means a run. {sample(summary)} " if counts else ""
-    said = "".join(f" {one}." for one in summary.notes)
-    return Tab(name, title, header, rows, (note + means + _n_note(counts)).rstrip() + said, _align(header))
+    remark = "".join(f" {one}." for one in summary.notes)
+    return Tab(name, title, header, rows, (note + means + _n_note(counts)).rstrip() + remark, _align(header))
 
 
 def _measure_tab(
@@ -127,7 +127,7 @@ def _measure_tab(
     rows = tuple(zip(*columns, strict=True))
     header = ("", "queries" if summary.unit == "query" else "seeds", "runs", *(m.title for m in there))
     which = {
-        False: "Means over the runs that have a value: who fails where the way is long looks better here.",
+        False: "Means over the runs that have a value: who fails where the path is long looks better here.",
         True: "Worlds in which every planner came to the goal"
         + (f" ({', '.join(left_out)} never did and are left out)." if left_out else "."),
     }[common]
@@ -201,7 +201,7 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
             continue
         places = places_of(*(p.difference.value * ALL[name].scale for p in some))
         header = ("", "difference", summary.unit_many, "runs", "less", "equal", "more", "p", "p (Holm)")
-        rows = tuple(_pair_row(p, ALL[name], len(summary.crowds) > 1, places) for p in some)
+        rows = tuple(_pair_row(p, ALL[name], len(summary.traffic_cases) > 1, places) for p in some)
         note = (
             f"Each less {summary.reference}, in the same worlds; only runs that both have"
             f"{'' if name in ('arrived', 'collisions') else ' brought to the goal'} count. {sample(summary)} "
@@ -214,11 +214,13 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     return _with_starts(summary, out)
 
 
-def _pair_row(pair: PairedDifference, measure: Measure, crowds: bool, places: int) -> tuple[Value, ...]:
+def _pair_row(
+    pair: PairedDifference, measure: Measure, traffic_cases: bool, places: int
+) -> tuple[Value, ...]:
     d, t = pair.difference, pair.test
     text = estimate_text(d, measure.scale, None, places)
     signed = f"+{text}" if d.value > 0 else text
-    name = f"{pair.entrant}, {crowd_words(pair.crowd)}" if crowds else pair.entrant
+    name = f"{pair.entrant}, {traffic_words(pair.traffic)}" if traffic_cases else pair.entrant
     return (name, signed, d.units, d.runs, t.less, t.equal, t.more, p_text(t.p), p_text(pair.holm))
 
 
@@ -229,7 +231,7 @@ def order_tabs(summary: Summary) -> tuple[Tab, ...]:
         some = [o for o in summary.orders if o.measure == name and o.ranking.n]
         if not some:
             continue
-        header = ("", *(crowd_words(o.crowd) for o in some))
+        header = ("", *(traffic_words(o.traffic) for o in some))
         rows: list[tuple[Value, ...]] = [
             (entrant, *(f"{o.ranking.ranks[k]:.2f}" for o in some))
             for k, entrant in enumerate(summary.entrants)
@@ -261,10 +263,10 @@ _BY_MAP = ("found", "arrived", "cost", "gap", "time_s", "expansions")
 
 
 def map_tabs(summary: Summary) -> tuple[Tab, ...]:
-    """What each map did to each planner, a table for each crowd."""
+    """What each map did to each planner, a table for each traffic case."""
     out, plans = [], summary.kind == "plan"
-    for k, crowd in enumerate(summary.crowds):
-        some = [e for e in summary.by_map if e.crowd == crowd]
+    for k, traffic in enumerate(summary.traffic_cases):
+        some = [e for e in summary.by_map if e.traffic == traffic]
         names = [n for n in _BY_MAP if some and n in some[0].own and not (n == "arrived" and plans)]
         if not names:
             continue
@@ -274,7 +276,7 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
         for n in names:
             columns.append(column_texts([e.own[n] for e in some], ALL[n].scale, [e.runs for e in some]))
         rows = tuple(zip(*columns, strict=True))
-        title = f"Map by map{'' if crowd == 'none' else f', {crowd_words(crowd)}'}"
+        title = f"Map by map{'' if traffic == 'none' else f', {traffic_words(traffic)}'}"
         lines = f" {ANY_ANGLE}" if _any_angle(some) else ""
         note = f"{sample(summary)} Of each map its own queries. n: runs behind a mean, where some have none."
         out.append(Tab(f"maps-{k + 1}", title, header, rows, note + lines, "ll" + "r" * (len(header) - 2)))

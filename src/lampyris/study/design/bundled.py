@@ -44,5 +44,5 @@ def about(name: str) -> str:
     """
     from lampyris.io.text.strict_yaml import read_yaml
 
-    said = str(read_yaml(text(name), f"{name}{_END}").data.get("about", ""))
-    return " ".join(said.split())
+    words = str(read_yaml(text(name), f"{name}{_END}").data.get("about", ""))
+    return " ".join(words.split())

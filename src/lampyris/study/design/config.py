@@ -1,4 +1,4 @@
-"""Configurations: planners, speed laws and crowds of a study file, every grid of settings unfolded.
+"""Configurations: planners, speed laws and traffic cases of a study file, every grid of settings unfolded.
 
 How many there will be is counted before anything is unfolded: a grid of eight settings with ten values each
 is a hundred million planners in a hundred characters.
@@ -17,7 +17,7 @@ from typing import Any, TypeAlias, TypeVar
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.io.scenario.map_source import Mistakes
 from lampyris.io.scenario.validation_errors import Document, spot
-from lampyris.io.text.strict_yaml import Where, shown
+from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.selection import demand_cells
@@ -25,10 +25,10 @@ from lampyris.study.design import schema as form
 from lampyris.study.design.study import Config, StudyTraffic, canonical
 
 T = TypeVar("T")
-MAX_WHO = 10_000
-"""Planners of a study, each with its settings; the same for speed laws and for crowds."""
-Made: TypeAlias = list[tuple[T, Where]]
-"""What came of a list of the file, each with the way to where it is said."""
+MAX_CONFIGS = 10_000
+"""Planners of a study, each with its settings; the same for speed laws and traffic cases."""
+Made: TypeAlias = list[tuple[T, KeyPath]]
+"""What came of a list of the file, each with the path to where it is said."""
 
 
 class Tried:
@@ -36,42 +36,42 @@ class Tried:
 
     Parameters
     ----------
-    said : the file.
+    parsed : the file.
     """
 
-    def __init__(self, said: Document) -> None:
-        self.said = said
-        self.faults = Mistakes(said)
+    def __init__(self, parsed: Document) -> None:
+        self.parsed = parsed
+        self.faults = Mistakes(parsed)
 
-    def __call__(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
+    def __call__(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
         try:
             return make(*given)
         except LampyrisError as fault:
-            self.refuse(way, fault)
+            self.refuse(key_path, fault)
         return None
 
-    def refuse(self, way: Where, fault: LampyrisError) -> None:
+    def refuse(self, key_path: KeyPath, fault: LampyrisError) -> None:
         """Keep a mistake."""
-        self.faults.keep(way, fault)
+        self.faults.keep(key_path, fault)
 
-    def count(self, way: Where, many: int, what: str) -> bool:
+    def count(self, key_path: KeyPath, many: int, what: str) -> bool:
         """Whether so many may be; a mistake is kept if not."""
-        if many > MAX_WHO:
-            self.refuse(way, LimitError("LIMIT", f"{many:,} {what}", allowed=f"at most {MAX_WHO:,}"))
-        return many <= MAX_WHO
+        if many > MAX_CONFIGS:
+            self.refuse(key_path, LimitError("LIMIT", f"{many:,} {what}", allowed=f"at most {MAX_CONFIGS:,}"))
+        return many <= MAX_CONFIGS
 
     def each_once(self, made: Made[T], key: Callable[[T], object], code: str, what: str) -> None:
         """Keep a mistake for whatever is there a second time."""
-        first: dict[object, Where] = {}
-        for one, way in made:
+        first: dict[object, KeyPath] = {}
+        for one, key_path in made:
             mark = key(one)
             if mark in first:
-                self.faults.keep(way, partial(self._second, way, first[mark], code, what))
-            first.setdefault(mark, way)
+                self.faults.keep(key_path, partial(self._second, key_path, first[mark], code, what))
+            first.setdefault(mark, key_path)
 
-    def _second(self, way: Where, first: Where, code: str, what: str) -> LampyrisError:
-        where = "" if first == way else f"; the first is at {spot(self.said, first)}"
+    def _second(self, key_path: KeyPath, first: KeyPath, code: str, what: str) -> LampyrisError:
+        where = "" if first == key_path else f"; the first is at {spot(self.parsed, first)}"
         return FileError(code, what, todo=f"take one away{where}")
 
 
@@ -79,7 +79,7 @@ class Tried:
 class _Entry:
     """A planner or a law as a file has it; ``swept`` holds the settings that it takes several values of."""
 
-    way: Where
+    key_path: KeyPath
     name: str
     settings: Mapping[str, Any] = field(default_factory=dict)
     swept: Mapping[str, list[Any]] = field(default_factory=dict)
@@ -104,49 +104,53 @@ def planners_of(given: Any, tried: Tried) -> Made[Config]:
     entries = []
     listed = given if isinstance(given, list) else [given]
     for k, one in enumerate(listed):
-        way: Where = ("planners", k) if isinstance(given, list) else ("planners",)
+        key_path: KeyPath = ("planners", k) if isinstance(given, list) else ("planners",)
         if one == "all" or isinstance(one, form.AllTable):
             left_out = [] if one == "all" else one.all.except_
             for j, name in enumerate(left_out):
-                tried((*way, "all", "except", j), registry.demand_name, name)
-            entries += [_Entry(way, name) for name in registry.names() if name not in left_out]
+                tried((*key_path, "all", "except", j), registry.demand_name, name)
+            entries += [_Entry(key_path, name) for name in registry.names() if name not in left_out]
         else:
-            entries.append(_entry(one, way))
-    return _unfolded(entries, planner_who, "planners", tried)
+            entries.append(_entry(one, key_path))
+    return _unfolded(entries, planner_config, "planners", tried)
 
 
 def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Config]:
     """The speed laws of a study file, each once; what is wrong is kept by ``tried``."""
     if given is None:
-        return [(law_who(default, {}, default), ("laws",))]
+        return [(law_config(default, {}, default), ("laws",))]
     entries = [_entry(one, ("laws", k)) for k, one in enumerate(given)]
-    return _unfolded(entries, law_who, "laws", tried)
+    return _unfolded(entries, law_config, "laws", tried)
 
 
-def crowds_of(given: list[Any], tried: Tried) -> Made[StudyTraffic]:
-    """The crowds of a study file, each once; what is wrong is kept by ``tried``."""
+def traffic_cases_of(given: list[Any], tried: Tried) -> Made[StudyTraffic]:
+    """The traffic cases of a study file, each once; what is wrong is kept by ``tried``."""
     tables = [
-        (way, {} if isinstance(one, str) or one.grid is None else one.grid.model_dump(exclude_none=True), one)
+        (
+            key_path,
+            {} if isinstance(one, str) or one.grid is None else one.grid.model_dump(exclude_none=True),
+            one,
+        )
         for k, one in enumerate(given)
-        if (way := ("traffic", k))
+        if (key_path := ("traffic", k))
     ]
     many = sum(prod(len(v) for v in swept.values()) for _, swept, _ in tables)
-    if not tried.count(("traffic",), many, "crowds"):
+    if not tried.count(("traffic",), many, "traffic cases"):
         return []
     made: Made[StudyTraffic] = []
-    for way, swept, one in tables:
+    for key_path, swept, one in tables:
         for values in product(*swept.values()):
-            crowd = tried(way, _crowd, one, dict(zip(swept, values, strict=True)))
-            if crowd is not None:
-                made.append((crowd, way))
+            traffic = tried(key_path, _traffic, one, dict(zip(swept, values, strict=True)))
+            if traffic is not None:
+                made.append((traffic, key_path))
     tried.each_once(made, lambda c: canonical(c.plain), "DUPLICATE", "the same obstacles a second time")
     return made
 
 
-def _entry(one: Any, way: Where) -> _Entry:
+def _entry(one: Any, key_path: KeyPath) -> _Entry:
     if isinstance(one, str):
-        return _Entry(way, one)
-    return _Entry(way, one.name, one.settings, one.grid or {}, one.label)
+        return _Entry(key_path, one)
+    return _Entry(key_path, one.name, one.settings, one.grid or {}, one.label)
 
 
 def _unfolded(
@@ -159,13 +163,13 @@ def _unfolded(
         both = [name for name in entry.swept if name in entry.settings]
         if both:
             fault = FileError("KEY", f"{shown(both[0])} is in `settings`, too", allowed="one of them")
-            tried.refuse((*entry.way, "grid", both[0]), fault)
+            tried.refuse((*entry.key_path, "grid", both[0]), fault)
             continue
-        way = (*entry.way, "grid") if entry.swept else entry.way
+        key_path = (*entry.key_path, "grid") if entry.swept else entry.key_path
         for settings, label in entry.each():
-            who = tried(way, make, entry.name, settings, label)
-            if who is not None:
-                made.append((who, way))
+            config = tried(key_path, make, entry.name, settings, label)
+            if config is not None:
+                made.append((config, key_path))
     if not made and not tried.faults:
         tried.refuse((key,), FileError(key.upper(), f"no {key} are left", allowed="one or more"))
     same = "the same settings a second time"
@@ -175,7 +179,7 @@ def _unfolded(
     return made
 
 
-def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
+def planner_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A planner with every setting that it has."""
     made = registry.make(name, settings)
     demand_cells(made, "a study")
@@ -184,7 +188,7 @@ def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
     return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
 
 
-def law_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
+def law_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A speed law with every setting that it has."""
     full = laws.settings_of(laws.with_settings(name, settings))
     known = laws.settings_of(name)
@@ -192,7 +196,7 @@ def law_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
     return Config(name, _plain(full, name), "" if label == name else label)
 
 
-def _crowd(one: Any, some: Mapping[str, Any]) -> StudyTraffic:
+def _traffic(one: Any, some: Mapping[str, Any]) -> StudyTraffic:
     if isinstance(one, str):
         return StudyTraffic()
     given = {**one.model_dump(exclude={"grid"}), **some}

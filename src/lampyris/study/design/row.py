@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, TypeAlias, get_args
 Ending: TypeAlias = Literal["done", "refused", "timeout", "failed"]
 """``done``: there is a result, of whatever outcome (no path is a result). ``refused``: the question was wrong
 for this planner (a typed error). ``timeout``: the budget in seconds was used up. ``failed``: a fault of ours
-or of a guest. All stay in every denominator."""
+or of a third-party planner. All stay in every denominator."""
 
 ENDINGS: Final[tuple[Ending, ...]] = get_args(Ending)
 

@@ -66,7 +66,7 @@ class QueryTable(Table):
 
 
 class RandomTable(Table):
-    """Queries drawn from the study's seed: different pairs of free cells with a way between them."""
+    """Queries drawn from the study's seed: different pairs of free cells with a path between them."""
 
     random: Annotated[
         int, Field(ge=1, le=MAX_QUERIES), Rule("QUERIES", f"a whole number, 1 to {MAX_QUERIES:,}", limit=True)
@@ -193,14 +193,14 @@ class AllTable(Table):
 
 def _planner_kind(value: Any) -> str | None:
     if isinstance(value, dict):
-        return "who-all" if "all" in value else "who-table"
-    return "who-word" if isinstance(value, str) else None
+        return "config-all" if "all" in value else "config-table"
+    return "config-word" if isinstance(value, str) else None
 
 
 PlannerEntry: TypeAlias = Annotated[
-    Annotated[Word, Tag("who-word")]
-    | Annotated[Swept, Tag("who-table")]
-    | Annotated[AllTable, Tag("who-all")],
+    Annotated[Word, Tag("config-word")]
+    | Annotated[Swept, Tag("config-table")]
+    | Annotated[AllTable, Tag("config-all")],
     Discriminator(_planner_kind),
     Rule("TYPE", "a name, {name: ..., settings: {...}, grid: {...}}, all, or {all: {except: [...]}}"),
 ]
@@ -247,7 +247,7 @@ class TrafficGrid(Table):
     tracks: list[_Tracks] | None = _MANY
 
 
-class CrowdTable(Table):
+class TrafficTable(Table):
     """What moves besides the robot."""
 
     kind: _Kind = Field(MOBILITY, description="How they move; mixed: a third of each.")
@@ -258,15 +258,15 @@ class CrowdTable(Table):
     radius: Radius = Field(0.0, description="Radius of each, metres; 0 is one cell.")
     tracks: _Tracks = Field(
         TRACKS,
-        description="replayed: drawn once without the robot, the same for everybody; live: they wait for it.",
+        description="replayed: drawn once without the robot, the same for all planners; live: they wait for it.",
     )
     grid: TrafficGrid | None = Field(None, description="Values to be tried in every combination.")
 
 
-CrowdEntry: TypeAlias = Annotated[
-    Annotated[Literal["none"], Rule("MOBILITY", "none, or a table"), Tag("crowd-none")]
-    | Annotated[CrowdTable, Tag("crowd-table")],
-    _by_type(str="crowd-none", dict="crowd-table"),
+TrafficEntry: TypeAlias = Annotated[
+    Annotated[Literal["none"], Rule("MOBILITY", "none, or a table"), Tag("traffic-none")]
+    | Annotated[TrafficTable, Tag("traffic-table")],
+    _by_type(str="traffic-none", dict="traffic-table"),
     Rule("TYPE", "none, or {kind: ..., count: ...}"),
 ]
 
@@ -333,18 +333,18 @@ class StudyFile(Table):
     maps: Annotated[
         list[StudyMap], Field(min_length=1, max_length=MAX_ENTRIES), Rule("MAPS", "one or more maps")
     ] = Field(description="Maps with their queries.")
-    planners: Planners = Field(description="Who plans: see `lampyris planners`.")
+    planners: Planners = Field(description="The planner: see `lampyris planners`.")
     laws: Annotated[
         Annotated[list[LawEntry], Field(min_length=1, max_length=MAX_ENTRIES)] | None,
         Rule("LAWS", "one or more speed laws"),
     ] = Field(None, description="Speed laws (see `lampyris laws`); null: the preset's.")
     traffic: Annotated[
-        list[CrowdEntry],
+        list[TrafficEntry],
         Field(min_length=1, max_length=MAX_ENTRIES),
         Rule("TRAFFIC", "one or more entries; none for a world without obstacles"),
     ] = Field(["none"], description="What moves besides the robot: every entry is a world of its own.")
     seeds: Seeds = Field(1, description="Numbers of the seeds: how many, from 0 on, or which.")
-    seed: Seed = Field(0, description="Root of every draw: same seed, same bytes.")
+    seed: Seed = Field(0, description="Seed of all random draws: same seed, same bytes.")
     budget: BudgetTable | None = Field(
         BudgetTable.model_validate({"expansions": EXPANSIONS}),
         description="When a run is stopped; null: never.",
@@ -352,11 +352,11 @@ class StudyFile(Table):
     ticks: Annotated[
         Annotated[int, Field(ge=1, le=MAX_TICKS)] | None,
         Rule("TICKS", f"a whole number, 1 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="The last tick of a simulation; null: generous for the map's size.")
+    ] = Field(None, description="The last tick of a simulation; null: ample for the size of the map.")
     patience: Annotated[
         Annotated[int, Field(ge=0, le=MAX_TICKS)] | None,
         Rule("PATIENCE", f"a whole number, 0 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="Ticks in a row the robot waits before it gives up; null: 50.")
+    ] = Field(None, description="Consecutive ticks the robot waits before it gives up; null: 50.")
     drive: DriveTable | None = Field(None, description="How to drive, for `kind: drive`; null: its defaults.")
     memory: bool = Field(False, description="Whether memory is measured, in a second run of each job.")
 

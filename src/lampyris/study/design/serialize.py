@@ -26,7 +26,7 @@ _SAME: Mapping[str, tuple[type, ...]] = {
     "root": (int,), "memory": (bool,),
 }  # fmt: skip
 """Fields of a study that are plain data already, with their types."""
-_CROWD: Mapping[str, tuple[type, ...]] = {
+_TRAFFIC: Mapping[str, tuple[type, ...]] = {
     "kind": (str,), "count": (int,), "rate": (float, int, _NONE), "radius": (float, int), "tracks": (str,),
 }  # fmt: skip
 
@@ -47,9 +47,9 @@ def study_plain(study: Study) -> dict[str, Any]:
             }
             for w in study.worlds
         ],
-        "planners": [_who(w) for w in study.planners],
-        "laws": [_who(w) for w in study.laws],
-        "crowds": [c.plain for c in study.crowds],
+        "planners": [_config_record(w) for w in study.planners],
+        "laws": [_config_record(w) for w in study.laws],
+        "crowds": [c.plain for c in study.traffic_cases],
         "seeds": list(study.seeds),
         CALLED: {
             "name": study.name,
@@ -124,7 +124,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
     called = plain[CALLED]
     maps = [_ground(one, name, grounds) for one, name in zip(plain["maps"], called["maps"], strict=True)]
     planners, laws = (
-        tuple(_who_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
+        tuple(_config_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
         for key in ("planners", "laws")
     )
     for key in ("worlds", "planners", "laws", "crowds", "seeds"):
@@ -139,8 +139,8 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         worlds=tuple(_world(one, maps) for one in plain["worlds"]),
         planners=planners,
         laws=laws,
-        crowds=tuple(
-            StudyTraffic(**{key: _typed(one[key], *kinds) for key, kinds in _CROWD.items()})
+        traffic_cases=tuple(
+            StudyTraffic(**{key: _typed(one[key], *kinds) for key, kinds in _TRAFFIC.items()})
             for one in plain["crowds"]
         ),
         seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
@@ -156,7 +156,7 @@ def _each_once(study: Study) -> None:
         "world": [(w.ground.hash, w.start, w.goal) for w in study.worlds],
         "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
         "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
-        "crowd": [canonical(c.plain) for c in study.crowds],
+        "crowd": [canonical(c.plain) for c in study.traffic_cases],
         "seed": list(study.seeds),
     }
     for name, keys in whats.items():
@@ -171,29 +171,29 @@ def _typed(value: Any, *kinds: type) -> Any:
     return value
 
 
-def _who_of(said: Mapping[str, Any], label: str) -> Config:
-    name, settings, origin = said["name"], said["settings"], said["origin"]
+def _config_of(record: Mapping[str, Any], label: str) -> Config:
+    name, settings, origin = record["name"], record["settings"], record["origin"]
     return Config(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
 
 
-def _world(said: Mapping[str, Any], maps: list[StudyMap]) -> World:
-    number = _typed(said["map"], int)
+def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
+    number = _typed(record["map"], int)
     if not 0 <= number < len(maps):
         raise IndexError(f"map {number}")
     ground = maps[number]
-    start, goal = _cell(said["start"], ground), _cell(said["goal"], ground)
-    return World(ground, start, goal, _typed(said["published"], float, int, _NONE))
+    start, goal = _cell(record["start"], ground), _cell(record["goal"], ground)
+    return World(ground, start, goal, _typed(record["published"], float, int, _NONE))
 
 
-def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:
+def _ground(record: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:
     _typed(name, str)
-    hash_, grid = said["hash"], grounds.get(said["hash"])
+    hash_, grid = record["hash"], grounds.get(record["hash"])
     if grid is None:
         _refuse_map(name, "is missing")
     if map_hash(grid) != hash_:
         _refuse_map(name, "has other cells")
-    if grid.resolution != said["resolution"]:
-        _refuse_map(name, f"has {grid.resolution!r} metres a cell, not {said['resolution']!r}")
+    if grid.resolution != record["resolution"]:
+        _refuse_map(name, f"has {grid.resolution!r} metres a cell, not {record['resolution']!r}")
     return StudyMap(name, grid, hash_)
 
 
@@ -209,7 +209,7 @@ def _cell(pair: Any, ground: StudyMap) -> Cell:
     return cell
 
 
-def _who(who: Config) -> dict[str, Any]:
+def _config_record(who: Config) -> dict[str, Any]:
     return {"name": who.name, "settings": dict(who.settings), "origin": who.origin}
 
 

@@ -26,8 +26,8 @@ Kind: TypeAlias = Literal["plan", "simulate", "drive"]
 """What a run is: a plan with its speeds, a simulation in ticks, or a drive in continuous time."""
 
 Tracks: TypeAlias = Literal["replayed", "live"]
-"""``replayed``: where obstacles are is drawn once, without the robot, and is the same for everybody whatever
-anybody does. ``live``: the draws are the same, but obstacles yield to the robot (the dissertation's rule), so
+"""``replayed``: where obstacles are is drawn once, without the robot, and is the same for all planners no matter
+what happens. ``live``: the draws are the same, but obstacles yield to the robot (the dissertation's rule), so
 that from the first time that one waits for it their tracks are its own."""
 
 
@@ -35,7 +35,7 @@ that from the first time that one waits for it their tracks are its own."""
 class Config:
     """A planner or a speed law with all its settings, none left to a default, and what a table calls it.
 
-    ``origin`` is the distribution and version that a planner of a guest comes from; empty for our own.
+    ``origin`` is the distribution and version that a third-party planner comes from; empty for our own.
     """
 
     name: str
@@ -124,13 +124,13 @@ class World:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Study:
-    """A whole study: ``worlds x crowds x seeds x planners x laws`` jobs, in that order.
+    """A whole study: ``worlds x traffic_cases x seeds x planners x laws`` jobs, in that order.
 
     Parameters
     ----------
     name, about : what it is called and what it asks, for people.
     kind : of its runs.
-    worlds, planners, laws, crowds : see there; at least one of each.
+    worlds, planners, laws, traffic_cases : see there; at least one of each.
     seeds : numbers of the seeds, each once.
     moves : the step set's name.
     robot : every setting of :class:`lampyris.model.robot.Robot`.
@@ -148,7 +148,7 @@ class Study:
     worlds: tuple[World, ...]
     planners: tuple[Config, ...]
     laws: tuple[Config, ...]
-    crowds: tuple[StudyTraffic, ...] = (StudyTraffic(),)
+    traffic_cases: tuple[StudyTraffic, ...] = (StudyTraffic(),)
     seeds: tuple[int, ...] = (0,)
     moves: str = "octile"
     robot: Mapping[str, Any] = field(default_factory=dict)
@@ -163,7 +163,9 @@ class Study:
     notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __len__(self) -> int:
-        return len(self.worlds) * len(self.crowds) * len(self.seeds) * len(self.planners) * len(self.laws)
+        return (
+            len(self.worlds) * len(self.traffic_cases) * len(self.seeds) * len(self.planners) * len(self.laws)
+        )
 
     @property
     def grounds(self) -> Mapping[str, StudyMap]:
@@ -174,12 +176,12 @@ class Study:
         """Every job, in the order that its index says."""
         index = 0
         for world in self.worlds:
-            for crowd in self.crowds:
+            for traffic in self.traffic_cases:
                 for number in self.seeds:
-                    seed = world_seed(self.root, world, crowd, number)
+                    seed = world_seed(self.root, world, traffic, number)
                     for planner in self.planners:
                         for law in self.laws:
-                            yield _job(self, index, world, crowd, number, seed, planner, law)
+                            yield _job(self, index, world, traffic, number, seed, planner, law)
                             index += 1
 
 
@@ -201,14 +203,14 @@ class Job:
     labels: Mapping[str, Any]
 
 
-def world_seed(root: int, world: World, crowd: StudyTraffic, number: int) -> int:
+def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> int:
     """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for every planner.
 
-    Live and replayed crowds are drawn alike: they begin in the same places.
+    Live and replayed traffic is drawn alike: they begin in the same places.
     """
-    drawn = {**crowd.plain, "tracks": "live"}
-    said = canonical([root, world.ground.hash, world.start, world.goal, drawn, number])
-    return int.from_bytes(hashlib.sha256(said).digest()[:8], "big") >> 1
+    drawn = {**traffic.plain, "tracks": "live"}
+    identity = canonical([root, world.ground.hash, world.start, world.goal, drawn, number])
+    return int.from_bytes(hashlib.sha256(identity).digest()[:8], "big") >> 1
 
 
 def canonical(value: Any) -> bytes:
@@ -229,7 +231,7 @@ def _job(
     study: Study,
     index: int,
     world: World,
-    crowd: StudyTraffic,
+    traffic: StudyTraffic,
     number: int,
     seed: int,
     planner: Config,
@@ -245,7 +247,7 @@ def _job(
         "goal": list(world.goal),
         "moves": study.moves,
         "robot": dict(study.robot),
-        "crowd": crowd.plain,
+        "crowd": traffic.plain,
         "seed": seed,
         "planner": {"name": planner.name, "settings": dict(planner.settings), "origin": planner.origin},
         "law": {"name": law.name, "settings": dict(law.settings)},
@@ -257,7 +259,7 @@ def _job(
     labels = {
         "map": world.ground.name,
         "query": world.query,
-        "crowd": crowd.label,
+        "crowd": traffic.label,
         "seed": number,
         "planner": planner.called,
         "law": law.called,

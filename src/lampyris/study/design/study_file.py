@@ -47,7 +47,7 @@ def load_study(
     Raises
     ------
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
-        LimitError: more than 10,000,000 jobs, told before anything is unfolded.
+        LimitError: more than 10,000,000 jobs, reported before anything is expanded.
     """
     from lampyris.io.maps.formats.document import check_limit
     from lampyris.io.scenario.map_source import Files
@@ -55,10 +55,10 @@ def load_study(
     check_limit(max_cells)
     of_kind("allow_outside", allow_outside, bool)
     folder = None if data is None else file_name("data", data)
-    said, is_ready = _said(file_name("path", path))
-    file = _checked(said)
-    files = Files(said, allow_outside, max_cells, "study", folder)
-    return _study(said, file, files, folder is not None or not is_ready)
+    parsed, is_ready = _parsed(file_name("path", path))
+    file = _checked(parsed)
+    files = Files(parsed, allow_outside, max_cells, "study", folder)
+    return _study(parsed, file, files, folder is not None or not is_ready)
 
 
 def study_from(data: dict[str, Any], given: MapDocument, *, where: str = "study") -> Study:
@@ -77,11 +77,11 @@ def study_from(data: dict[str, Any], given: MapDocument, *, where: str = "study"
     from lampyris.io.scenario.map_source import NoFiles
     from lampyris.io.scenario.validation_errors import PlainDocument
 
-    said = PlainDocument(data, where)
-    return _study(said, _checked(said), NoFiles(said, MAX_CELLS, given, None), False)
+    parsed = PlainDocument(data, where)
+    return _study(parsed, _checked(parsed), NoFiles(parsed, MAX_CELLS, given, None), False)
 
 
-def _checked(said: Document) -> StudyFile:
+def _checked(parsed: Document) -> StudyFile:
     """The file's tables, checked by their models."""
     from pydantic import ValidationError
 
@@ -89,9 +89,9 @@ def _checked(said: Document) -> StudyFile:
     from lampyris.study.design.schema import StudyFile
 
     try:
-        return StudyFile.model_validate(said.data)
+        return StudyFile.model_validate(parsed.data)
     except ValidationError as problem:
-        raise_all(faults_of(said, problem, StudyFile), problem.error_count())
+        raise_all(faults_of(parsed, problem, StudyFile), problem.error_count())
 
 
 def json_schema() -> dict[str, Any]:
@@ -101,7 +101,7 @@ def json_schema() -> dict[str, Any]:
     return form.json_schema()
 
 
-def _said(name: str) -> tuple[Document, bool]:
+def _parsed(name: str) -> tuple[Document, bool]:
     """The file, and whether it is a ready one."""
     from lampyris.io.text.strict_yaml import read_yaml
     from lampyris.study.design.schema import VERSION
@@ -117,40 +117,40 @@ def _said(name: str) -> tuple[Document, bool]:
         raise
 
 
-def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Study:
-    from lampyris.study.design.config import Tried, crowds_of, laws_of, planners_of
+def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> Study:
+    from lampyris.study.design.config import Tried, laws_of, planners_of, traffic_cases_of
     from lampyris.study.design.worlds import Worlds
 
-    tried = Tried(said)
+    tried = Tried(parsed)
     moves, law = PRESETS[file.preset]
     moves = file.moves or moves
     planners = planners_of(file.planners, tried)
     laws = laws_of(file.laws, law, tried)
-    crowds = crowds_of(file.traffic, tried)
+    traffic_cases = traffic_cases_of(file.traffic, tried)
     many = file.seeds if isinstance(file.seeds, int) else len(file.seeds)
     if isinstance(file.seeds, list):
         numbered: Made[int] = [(seed, ("seeds", k)) for k, seed in enumerate(file.seeds)]
         tried.each_once(numbered, lambda seed: seed, "DUPLICATE", "the same seed a second time")
     if tried.faults:
         tried.faults.give()
-    sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "crowds": len(crowds)}
-    _check_size(said, {"queries": _least_queries(file), **sizes})
+    sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "traffic cases": len(traffic_cases)}
+    _check_size(parsed, {"queries": _least_queries(file), **sizes})
     robot = Robot(**file.robot.model_dump())
-    kind = file.kind or ("simulate" if any(c.count for c, _ in crowds) else "plan")
-    _check_kind(file, kind, crowds, tried)
+    kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
+    _check_kind(file, kind, traffic_cases, tried)
     reader = Worlds(files, tried, robot, moves, file.seed, has_folder)
     worlds = reader.of(file.maps)
-    _check_crowds(worlds, crowds, tried)
+    _check_traffic(worlds, traffic_cases, tried)
     if tried.faults:
         tried.faults.give()
-    _check_size(said, {"queries": len(worlds), **sizes})
+    _check_size(parsed, {"queries": len(worlds), **sizes})
     return Study(
-        name=file.name or Path(said.where.removesuffix(" (ready)")).stem[:64],
+        name=file.name or Path(parsed.where.removesuffix(" (ready)")).stem[:64],
         kind=kind,
         worlds=tuple(w for w, _ in worlds),
         planners=tuple(w for w, _ in planners),
         laws=tuple(w for w, _ in laws),
-        crowds=tuple(c for c, _ in crowds),
+        traffic_cases=tuple(c for c, _ in traffic_cases),
         seeds=tuple(range(many)) if isinstance(file.seeds, int) else tuple(file.seeds),
         moves=moves,
         robot=asdict(robot),
@@ -181,8 +181,8 @@ def _least_queries(file: StudyFile) -> int:
     return least
 
 
-def _check_size(said: Document, sizes: dict[str, int]) -> None:
-    """Refuse a study of more jobs than anybody runs.
+def _check_size(parsed: Document, sizes: dict[str, int]) -> None:
+    """Refuse a study of more jobs than can be run.
 
     Raises
     ------
@@ -196,13 +196,13 @@ def _check_size(said: Document, sizes: dict[str, int]) -> None:
         raise LimitError(
             "LIMIT",
             f"{jobs:,} runs or more: {parts}",
-            where=said.at(),
+            where=parsed.at(),
             allowed=f"at most {MAX_JOBS:,}",
             todo="take fewer seeds, values of grids or queries (`limit`)",
         )
 
 
-def _check_kind(file: StudyFile, kind: Kind, crowds: Made[StudyTraffic], tried: Tried) -> None:
+def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], tried: Tried) -> None:
     """Settings of another kind of run would be left aside without a word."""
     others = {"ticks": "simulate", "patience": "simulate", "drive": "drive"}
     for key, its in others.items():
@@ -212,26 +212,26 @@ def _check_kind(file: StudyFile, kind: Kind, crowds: Made[StudyTraffic], tried: 
         fault = FileError("BUDGET", "an empty table", allowed="expansions, seconds or both; null: no limit")
         tried.refuse(("budget",), fault)
     if kind == "plan":
-        for crowd, way in crowds:
-            if crowd.count and crowd.tracks == "live":
+        for traffic, key_path in traffic_cases:
+            if traffic.count and traffic.tracks == "live":
                 fault = FileError("TRACKS", "live tracks with kind plan", allowed="replayed")
-                tried.refuse((*way, "tracks"), fault)
+                tried.refuse((*key_path, "tracks"), fault)
     if kind == "drive":
         from lampyris.model.settings.drive import DriveSettings
 
         tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
 
 
-def _check_crowds(worlds: Made[World], crowds: Made[StudyTraffic], tried: Tried) -> None:
+def _check_traffic(worlds: Made[World], traffic_cases: Made[StudyTraffic], tried: Tried) -> None:
     """Obstacles that are too wide for a map."""
     from lampyris.model.scene import check_obstacle
     from lampyris.model.traffic import RandomWalk
 
     grounds = {world.ground.hash: world.ground for world, _ in worlds}.values()
-    for crowd, way in crowds:
+    for traffic, key_path in traffic_cases:
         for ground in grounds:
-            wide, before = RandomWalk(crowd.count, None, crowd.radius), len(tried.faults)
-            tried(way, check_obstacle, ground.grid, 0, wide)
+            wide, before = RandomWalk(traffic.count, None, traffic.radius), len(tried.faults)
+            tried(key_path, check_obstacle, ground.grid, 0, wide)
             if len(tried.faults) > before:
                 break
 

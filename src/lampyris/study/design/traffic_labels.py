@@ -1,4 +1,4 @@
-"""Crowd words: what a crowd is called where people read; tables for programs keep its label."""
+"""Labels of traffic for people; tables for programs keep the short label."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _KINDS = {
 _LABEL = re.compile(r"(\d+) ([a-z-]+)(.*)", re.DOTALL)
 
 
-def crowd_words(label: str) -> str:
+def traffic_words(label: str) -> str:
     """``10 random walkers (live)`` of the label ``10 random-walk (live)``; of none ``no obstacles``."""
     if label == "none":
         return "no obstacles"

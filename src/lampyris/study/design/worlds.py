@@ -23,7 +23,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.map_source import Files
 from lampyris.io.scenario.schema import Point, Pose
 from lampyris.io.scenario.validation_errors import spot
-from lampyris.io.text.strict_yaml import Where, shown
+from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -63,7 +63,7 @@ class Worlds:
         self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
         self.has_folder = has_folder
         self.made: Made[World] = []
-        self._names: dict[str, tuple[StudyMap, Where]] = {}
+        self._names: dict[str, tuple[StudyMap, KeyPath]] = {}
         self._hashes: dict[str, str] = {}
         self._read_maps: dict[bytes, _Read] = {}
         self._cells = 0
@@ -71,35 +71,35 @@ class Worlds:
     def of(self, given: list[Any]) -> Made[World]:
         """The worlds of all maps, in the order of the file, each once."""
         for k, one in enumerate(given):
-            way: Where = ("maps", k)
+            key_path: KeyPath = ("maps", k)
             if isinstance(one, form.ScenTable):
-                self.tried(way, self._benchmarks, one, way)
+                self.tried(key_path, self._benchmarks, one, key_path)
             else:
-                self.tried(way, self._map, one, way)
+                self.tried(key_path, self._map, one, key_path)
         same = "the same query a second time"
         self.tried.each_once(self.made, lambda w: (w.ground.hash, w.start, w.goal), "DUPLICATE", same)
         return self.made
 
     # ---- one map --------------------
 
-    def _map(self, spec: Any, way: Where) -> None:
+    def _map(self, spec: Any, key_path: KeyPath) -> None:
         if isinstance(spec, form.StudyFileMap):
             self._need_folder()
         queries: Any = "stored" if isinstance(spec, str) else spec.queries
-        found, ground, free = self._read(spec, way)
-        pairs: list[tuple[Cell, Cell, Where]]
+        found, ground, free = self._read(spec, key_path)
+        pairs: list[tuple[Cell, Cell, KeyPath]]
         if isinstance(queries, form.RandomTable):
             drawn = self._drawn(ground, free, queries)
-            pairs = [(start, goal, (*way, "queries")) for start, goal in drawn]
+            pairs = [(start, goal, (*key_path, "queries")) for start, goal in drawn]
         elif queries == "stored":
-            pairs = [(start, goal, way) for start, goal in _stored(found)]
+            pairs = [(start, goal, key_path) for start, goal in _stored(found)]
         else:
-            pairs = list(_listed(queries, ground.grid, (*way, "queries")))
+            pairs = list(_listed(queries, ground.grid, (*key_path, "queries")))
         for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
             if self.tried(at, self._check, ground.grid, free, start, goal) is not None:
                 self._add(World(ground, start, goal), at)
 
-    def _read(self, spec: Any, way: Where) -> _Read:
+    def _read(self, spec: Any, key_path: KeyPath) -> _Read:
         """A map, its ground, and where the robot fits; maps that are said alike are read once.
 
         A small file can name one large map a thousand times.
@@ -107,9 +107,9 @@ class Worlds:
         plain = spec if isinstance(spec, str) else spec.model_dump(mode="json", exclude={"queries", "limit"})
         key = canonical(plain)
         if key not in self._read_maps:
-            found, _ = self.files.map_of(spec, way)
+            found, _ = self.files.map_of(spec, key_path)
             name = (None if isinstance(spec, str) else spec.name) or found.grid.name
-            ground = self._ground(name, found.grid, way)
+            ground = self._ground(name, found.grid, key_path)
             if found.obstacle_cells:
                 drawn = plural(len(found.obstacle_cells), "moving obstacle")
                 why = "the obstacles of a study are those under `traffic`"
@@ -129,12 +129,12 @@ class Worlds:
                 )
         return scene
 
-    def _add(self, world: World, way: Where) -> None:
+    def _add(self, world: World, key_path: KeyPath) -> None:
         if len(self.made) >= MAX_WORLDS:
             raise LimitError("LIMIT", "too many queries", allowed=f"at most {MAX_WORLDS:,} in a study")
-        self.made.append((world, way))
+        self.made.append((world, key_path))
 
-    def _ground(self, name: str, grid: Grid, way: Where) -> StudyMap:
+    def _ground(self, name: str, grid: Grid, key_path: KeyPath) -> StudyMap:
         """The map under its name; one that is known already, if it is the same."""
         cells = map_hash(grid)
         if name in self._names:
@@ -143,7 +143,7 @@ class Worlds:
                 return known
             raise FileError(
                 "MAP_NAME",
-                f"another map is called {shown(name)}, at {spot(self.tried.said, first)}",
+                f"another map is called {shown(name)}, at {spot(self.tried.parsed, first)}",
                 allowed="one map of a name",
                 todo="give this one a `name`",
             )
@@ -152,7 +152,7 @@ class Worlds:
             first = self._names[other][1]
             raise FileError(
                 "MAP_TWICE",
-                f"map {shown(name)} has the cells of {shown(other)}, at {spot(self.tried.said, first)}",
+                f"map {shown(name)} has the cells of {shown(other)}, at {spot(self.tried.parsed, first)}",
                 allowed="one name and one resolution for the same cells",
                 todo="give both the same `name` and resolution",
             )
@@ -161,7 +161,7 @@ class Worlds:
             what = f"{self._cells:,} cells up to this map"
             raise LimitError("LIMIT", what, allowed=f"at most {MAX_ALL_CELLS:,} in all maps of a study")
         ground = StudyMap(name, grid, cells)
-        self._names[name], self._hashes[cells] = (ground, way), name
+        self._names[name], self._hashes[cells] = (ground, key_path), name
         return ground
 
     def _need_folder(self) -> None:
@@ -173,7 +173,7 @@ class Worlds:
             )
 
     def _drawn(self, ground: StudyMap, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
-        """Different pairs of free cells with a way between them, by straight steps alone and so by any moves.
+        """Different pairs of free cells with a path between them, by straight steps alone and so by any moves.
 
         Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
         """
@@ -209,13 +209,13 @@ class Worlds:
 
     # ---- MovingAI --------------------
 
-    def _benchmarks(self, spec: form.ScenTable, way: Where) -> None:
+    def _benchmarks(self, spec: form.ScenTable, key_path: KeyPath) -> None:
         self._need_folder()
-        path = self.files.path(spec.scen, (*way, "scen"))
-        chosen = None if spec.map is None else self.files.path(spec.map, (*way, "map"))
+        path = self.files.path(spec.scen, (*key_path, "scen"))
+        chosen = None if spec.map is None else self.files.path(spec.map, (*key_path, "map"))
         seen: set[tuple[str, Cell, Cell]] = set()
         for one in _scens(path):
-            found = movingai.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
+            found = movingai.load(one, self._map_for(one, chosen, key_path), max_cells=self.files.max_cells)
             # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
             grounds: dict[bool, StudyMap] = {}
@@ -223,16 +223,16 @@ class Worlds:
                 grid = grid_for(found.document, query.start)
                 wet = grid is not found.document.grid
                 if wet not in grounds:
-                    grounds[wet] = self._ground(f"{grid.name} (water)" if wet else grid.name, grid, way)
+                    grounds[wet] = self._ground(f"{grid.name} (water)" if wet else grid.name, grid, key_path)
                 ground = grounds[wet]
                 # A few published files have a query twice: it is asked once.
                 key = (ground.hash, query.start, query.goal)
                 if key not in seen:
                     seen.add(key)
                     length = query.length if compared else None
-                    self._add(World(ground, query.start, query.goal, length), way)
+                    self._add(World(ground, query.start, query.goal, length), key_path)
 
-    def _map_for(self, one: str, chosen: str | None, way: Where) -> Path:
+    def _map_for(self, one: str, chosen: str | None, key_path: KeyPath) -> Path:
         """The map of a ``.scen``: the one given, or of the folder given, or beside it; no link leads out."""
         queries = read_scen(one)
         if chosen is None or not queries:
@@ -248,7 +248,7 @@ class Worlds:
             raise FileError(
                 "PATH_OUTSIDE",
                 f"map {shown(found.name)} is outside the study's folder",
-                where=spot(self.tried.said, way),
+                where=spot(self.tried.parsed, key_path),
                 todo="put the file there, or give allow_outside=True if you trust the study",
             )
         return found
@@ -294,10 +294,12 @@ def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
     return [(found.start, found.goal)]
 
 
-def _listed(queries: list[form.QueryTable], grid: Grid, way: Where) -> Iterator[tuple[Cell, Cell, Where]]:
+def _listed(
+    queries: list[form.QueryTable], grid: Grid, key_path: KeyPath
+) -> Iterator[tuple[Cell, Cell, KeyPath]]:
     for k, query in enumerate(queries):
         start, goal = (_cell_of(end, grid) for end in (query.start, query.goal))
-        yield start, goal, (*way, k)
+        yield start, goal, (*key_path, k)
 
 
 def _cell_of(end: list[int] | Point | Pose, grid: Grid) -> Cell:

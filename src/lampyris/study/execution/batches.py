@@ -63,12 +63,12 @@ class Letters:
     def __call__(self, batch: Batch) -> bytes:
         """The batch as canonical JSON, with the maps that its jobs name."""
         hashes = sorted({job.plain["map"] for job in batch.jobs})
-        said = {
+        request = {
             "grounds": {hash_: self._ground(hash_) for hash_ in hashes},
             "jobs": [job.plain for job in batch.jobs],
             "memory": self._memory,
         }
-        return canonical(said)
+        return canonical(request)
 
     def _ground(self, hash_: str) -> dict[str, Any]:
         """A packed map; the last few are kept, because the next batch needs the same one."""
@@ -198,7 +198,7 @@ def distinct(study: Study) -> tuple[int, Iterator[Job]]:
     """
     firsts = (
         _firsts((w.ground.hash, w.ground.grid.resolution, w.start, w.goal) for w in study.worlds),
-        _firsts(canonical(crowd.plain) for crowd in study.crowds),
+        _firsts(canonical(traffic.plain) for traffic in study.traffic_cases),
         _firsts(study.seeds),
         *_whose(study),
     )

@@ -1,4 +1,4 @@
-"""Cluster: batches done by the workers of a Dask cluster that somebody started.
+"""Cluster: batches done by the workers of a Dask cluster that is already running.
 
 What crosses the network: the name of :func:`errand` and of the work, bytes to the workers, bytes back. Dask
 writes calls and errors with pickle; ours hold names, text and bytes only, no code of ours and no objects.
@@ -28,7 +28,7 @@ from lampyris.errors import InputError, LampyrisError, UsageError
 from lampyris.planning.registry import origin_of
 from lampyris.study.design.study import RESULTS
 from lampyris.study.execution.batches import Batch
-from lampyris.study.execution.pool import BatchResult, Work, told
+from lampyris.study.execution.pool import BatchResult, Work, fault_text
 
 ANSWERS_IN: Final = 10.0
 """Seconds in which a scheduler must answer, and in which its first worker must be there."""
@@ -42,7 +42,7 @@ RETRIES: Final = 2
 DEPTH: Final = 2
 """Batches a worker: one that is worked on, one that waits."""
 OTHER: Final = b"other version: "
-"""How an answer begins if the worker has another version of lampyris than the one who asks."""
+"""How an answer begins if the worker has another version of lampyris than the client."""
 
 
 class Cluster:
@@ -52,20 +52,20 @@ class Cluster:
     ----------
     work : a function of a module that the workers have, too.
     address : of the scheduler.
-    guests : distribution and version of each planner that is not ours, by its name.
+    third_party : distribution and version of each planner that is not ours, by its name.
 
     Raises
     ------
     UsageError
         CLUSTER_MISSING: ``distributed`` is not installed.
     InputError
-        CLUSTER_ADDRESS: nobody answers there; CLUSTER_EMPTY: there are no workers (any more);
+        CLUSTER_ADDRESS: no scheduler answers there; CLUSTER_EMPTY: there are no workers (any more);
         CLUSTER_GONE: the scheduler went away; WORKER_VERSION: a worker has another lampyris, or none.
     """
 
-    def __init__(self, work: Work, address: str, guests: Mapping[str, str]) -> None:
+    def __init__(self, work: Work, address: str, third_party: Mapping[str, str]) -> None:
         self._work, self._address = work, address
-        self._version = [__version__, RESULTS, dict(guests)]
+        self._version = [__version__, RESULTS, dict(third_party)]
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._asked: dict[str, tuple[Batch, Any, float]] = {}
         self._number = 0
@@ -139,15 +139,15 @@ class Cluster:
             return BatchResult(batch, "died")
         except Exception as fault:
             if status == "error":
-                return BatchResult(batch, "fault", words=told(fault))
+                return BatchResult(batch, "fault", words=fault_text(fault))
             return BatchResult(batch, "lost")  # The worker that held the answer is gone, and nobody redid it.
         if not isinstance(answer, bytes):
             return BatchResult(
                 batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes"
             )
         if answer.startswith(OTHER):
-            said = answer[len(OTHER) :].decode("ascii", "replace")[:200]
-            raise _other_version(self._address, said, repr(self._version))
+            text = answer[len(OTHER) :].decode("ascii", "replace")[:200]
+            raise _other_version(self._address, text, repr(self._version))
         return BatchResult(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
 
     def _wait(self) -> None:
@@ -191,16 +191,16 @@ class Cluster:
         """Refuse a worker with another lampyris: the version is part of every key.
 
         It is asked through a function of Python's own: a worker without lampyris cannot even read a call of
-        one of ours, and Dask's client then waits for ever. :func:`errand` looks once more.
+        one of ours, and Dask's client then waits forever. :func:`errand` looks once more.
         """
         for name, own in (
             ("lampyris:__version__", __version__),
             ("lampyris.study.design.study:RESULTS", RESULTS),
         ):
-            said = self._client.run(resolve_name, name, workers=workers, on_error="return")
-            for worker, found in said.items():
+            text = self._client.run(resolve_name, name, workers=workers, on_error="return")
+            for worker, found in text.items():
                 if isinstance(found, ImportError | AttributeError):
-                    raise _other_version(worker, told(found), repr(self._version))
+                    raise _other_version(worker, fault_text(found), repr(self._version))
                 if isinstance(found, str | int) and found != own:
                     raise _other_version(worker, repr(found)[:100], repr(self._version))
 
@@ -209,7 +209,7 @@ _one_at_a_time = threading.Lock()
 
 
 def errand(work: Work, expected: list[Any], letter: bytes) -> bytes:
-    """The work, done on a worker if it has the versions of the one who asks: ours, and those of guests."""
+    """The work, done on a worker if it has the versions of the client: ours, and those of third-party planners."""
     own = [__version__, RESULTS, {name: _origin(name) for name in expected[2]}]
     if own != expected:
         return OTHER + repr(own).encode("ascii", "replace")
@@ -238,7 +238,7 @@ def _client(distributed: Any, address: str) -> Any:
     except (OSError, ValueError, TypeError) as fault:
         raise InputError(
             "CLUSTER_ADDRESS",
-            f"no Dask scheduler answers in {ANSWERS_IN:g} s ({told(fault)})",
+            f"no Dask scheduler answers in {ANSWERS_IN:g} s ({fault_text(fault)})",
             where=address,
             todo="start one with `dask scheduler`, or correct the address",
         ) from None
@@ -290,7 +290,7 @@ def _origin(name: str) -> str:
 def _other_version(where: str, found: str, allowed: str) -> LampyrisError:
     return InputError(
         "WORKER_VERSION",
-        f"a worker has another lampyris, or other planners of guests: {found}",
+        f"a worker has another lampyris, or other third-party planners: {found}",
         where=where,
         allowed=allowed,
         todo="install the same version everywhere; it is part of every key",

@@ -27,8 +27,8 @@ _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
 def drive_evidence(drive: Drive) -> dict[str, Any]:
     """A drive as plain data."""
     words, cause = e.words(drive.cause)
-    told, moment_words = e.words([m.word for m in drive.moments])
-    kinds, kind = e.words([body.kind for body in drive.obstacle_specs])
+    event_words, moment_words = e.words([m.word for m in drive.moments])
+    kinds, kind = e.words([obstacle.kind for obstacle in drive.obstacle_specs])
     curves, tracks = drive.curves, drive.tracks
     pieces = [np.column_stack((c.xy, c.heading, c.lengths, c.curvature)) for c in curves]
     corners = [np.column_stack((one.t, one.xy)) for one in tracks]
@@ -54,7 +54,7 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
         "kind": "drive",
         "outcome": drive.outcome.value,
         "words": words,
-        "told": told,
+        "told": event_words,
         "kinds": kinds,
         "period": float(drive.period),
         "optimum": None if drive.optimum is None else float(drive.optimum),
@@ -83,16 +83,16 @@ def drive_of(
 
     def read(plain: Mapping[str, Any]) -> Drive:
         got = e.unpack_arrays(plain["arrays"], _FORM)
-        kinds = e.said(plain, got["kinds"], "kinds")
+        kinds = e.words_at(plain, got["kinds"], "kinds")
         corners = _split(got["corners"], got["corner_counts"])
         discs = got["discs"].tolist()
-        told = e.said(plain, got["moment_words"], "told")
-        moments = zip(got["moments"].tolist(), told, got["moment_bodies"].tolist(), strict=True)
+        event_words = e.words_at(plain, got["moment_words"], "told")
+        moments = zip(got["moments"].tolist(), event_words, got["moment_bodies"].tolist(), strict=True)
         replans, expansions = (e.whole(n, "counts") for n in plain["counts"])
         return Drive(
             scene=scene, planner=planner, law=law, seed=seed, outcome=Outcome(plain["outcome"]),
             curves=_curves(got, scene.grid.resolution), t=got["t"], s=got["s"], v=got["v"], a=got["a"],
-            leg=got["leg"], cause=e.said(plain, got["cause"]), cause_index=got["cause_index"],
+            leg=got["leg"], cause=e.words_at(plain, got["cause"]), cause_index=got["cause_index"],
             tracks=tuple(
                 Track(table[:, 0], table[:, 1:], radius, top)
                 for table, (radius, top, _) in zip(corners, discs, strict=True)
@@ -101,7 +101,7 @@ def drive_of(
                 Obstacle(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
                 for kind, (_, _, own) in zip(kinds, discs, strict=True)
             ),
-            moments=tuple(Moment(t, word, (x, y), "", body) for (t, x, y), word, body in moments),
+            moments=tuple(Moment(t, word, (x, y), "", obstacle) for (t, x, y), word, obstacle in moments),
             period=e.number(plain["period"], "period"),
             optimum=None if plain["optimum"] is None else e.number(plain["optimum"], "optimum"),
             replans=replans, expansions=expansions, error=e.number(plain["error"], "error"),
@@ -133,7 +133,7 @@ def _counts(parts: Sequence[NDArray[Any]]) -> NDArray[np.int32]:
 
 
 def _split(whole: NDArray[Any], counts: NDArray[Any]) -> list[NDArray[Any]]:
-    told = counts.tolist()
-    if min(told, default=0) < 0 or sum(told) != len(whole):
-        raise e.wrong(f"{len(whole)} rows for {sum(told)}", "as many as are told")
-    return list(np.split(whole, np.cumsum(told)[:-1])) if told else []
+    event_words = counts.tolist()
+    if min(event_words, default=0) < 0 or sum(event_words) != len(whole):
+        raise e.wrong(f"{len(whole)} rows for {sum(event_words)}", "as many as are stated")
+    return list(np.split(whole, np.cumsum(event_words)[:-1])) if event_words else []

@@ -37,7 +37,7 @@ class EtaEstimator:
     first minute. So nothing is said before every entrant has had runs, or :data:`SHARE` of all are done.
 
     Means and work are those of the last stretch: half of the time so far, and no less than :data:`STRETCH`
-    seconds, for maps and crowds come in blocks. It begins with the first result, because what comes before
+    seconds, for maps and traffic cases come in blocks. It begins with the first result, because what comes before
     that is starting. In each process the first run of an entrant compiles (seconds, where all others take
     hundredths), early or late: the slowest few of each are work done, but in no mean.
 
@@ -71,7 +71,7 @@ class EtaEstimator:
         self._next: dict[Hashable, _Sum] = {}
 
     def came(self, who: Hashable, seconds: float | None) -> None:
-        """A run of an entrant came back; ``seconds`` that it took, None where nobody knows."""
+        """A run of an entrant came back; ``seconds`` that it took, None where unknown."""
         if seconds is None:
             seconds = self._mean(who) if who in self._count else 1.0
         n = self._count[who] = self._count.get(who, 0) + 1
@@ -87,7 +87,7 @@ class EtaEstimator:
             sums.setdefault(who, _Sum()).add(1, seconds)
 
     def left(self, now: float, remaining: int) -> float | None:
-        """Seconds for ``remaining`` more; None while that is anybody's guess."""
+        """Seconds for ``remaining`` more; None while that is unknown."""
         if remaining <= 0:
             return 0.0
         self._slide(now)

@@ -132,7 +132,7 @@ def words(cause: Sequence[str]) -> tuple[list[str], NDArray[np.int16]]:
     return list(table), np.array([table[word] for word in cause], dtype=np.int16)
 
 
-def said(plain: Mapping[str, Any], numbers: NDArray[Any], name: str = "words") -> tuple[str, ...]:
+def words_at(plain: Mapping[str, Any], numbers: NDArray[Any], name: str = "words") -> tuple[str, ...]:
     words = plain[name]
     if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
         raise wrong(f"{name} of another kind", "a list of words")
@@ -208,7 +208,7 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
     def read(plain: Mapping[str, Any]) -> tuple[Plan, Profile | None]:
         arrays = unpack_arrays(plain["arrays"], _PLAN)
         path = plain["path"]
-        told = plain["profile"]
+        profile = plain["profile"]
         plan = Plan(
             Status(plain["status"]),
             planner,
@@ -221,7 +221,7 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
             waypoints=arrays.get("waypoints"),
             notes=notes_of(plain),
         )
-        return plan, None if told is None else _profile_of(told)
+        return plan, None if profile is None else _profile_of(profile)
 
     return reading("plan", plain, read)
 
@@ -243,7 +243,7 @@ def _profile_evidence(profile: Profile) -> dict[str, Any]:
 def _profile_of(plain: Mapping[str, Any]) -> Profile:
     got = unpack_arrays(plain["arrays"], _PROFILE)
     s, v, a, t = (got[name] for name in "svat")
-    cause = said(plain, got["cause"])
+    cause = words_at(plain, got["cause"])
     return Profile(
         str(plain["law"]), s, v, a, t, cause, str(plain["units"]), got["cause_index"].astype(np.int64), (),
         got.get("xy"),
@@ -256,7 +256,7 @@ def _profile_of(plain: Mapping[str, Any]) -> Profile:
 def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
     """A simulation. Where its obstacles were ``replayed`` the reader has their tracks already."""
     table, cause = words(trace.cause)
-    told, word = words([event.word for event in trace.events])
+    event_words, word = words([event.word for event in trace.events])
     rows = [(e.tick, k, *e.cell) for e, k in zip(trace.events, word.tolist(), strict=True)]
     arrays: _Arrays = {
         "robot": _gaps(trace.robot),
@@ -272,7 +272,7 @@ def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
         "kind": "simulate",
         "outcome": trace.outcome.value,
         "words": table,
-        "told": told,
+        "told": event_words,
         "path": None if trace.path is None else _claimed(trace.path),
         "counts": [
             int(n)
@@ -292,7 +292,7 @@ def trace_of(
     planner: str,
     law: tuple[str, str],
     seed: int,
-    bodies: Callable[[int], Sequence[Obstacle]],
+    obstacles: Callable[[int], Sequence[Obstacle]],
     replayed: Callable[[int], NDArray[np.int32]] | None,
 ) -> Trace:
     """The simulation that is claimed.
@@ -301,8 +301,8 @@ def trace_of(
     ----------
     scene : where it was.
     planner, law, seed : of the job; the law's name and units.
-    bodies : what so many obstacles of this world are.
-    replayed : everybody's cells up to a tick, int32 (ticks + 1, bodies, 2); None: they are in the evidence.
+    obstacles : what so many obstacles of this world are.
+    replayed : the cells of all obstacles up to a tick, int32 (ticks + 1, obstacles, 2); None: they are in the evidence.
 
     Raises
     ------
@@ -313,7 +313,7 @@ def trace_of(
         got = unpack_arrays(plain["arrays"], _TRACE)
         robot = np.cumsum(got["robot"], axis=0).astype(np.int32)
         count = whole(plain["bodies"], "bodies")
-        everybody = tuple(bodies(count))
+        everybody = tuple(obstacles(count))
         if len(robot) == 0:
             raise wrong("a robot without a place", "one cell a tick, from tick 0 on")
         if replayed is not None:
@@ -322,10 +322,10 @@ def trace_of(
         else:
             appears = tuple(int(t) for t in got["appears"].tolist())
             tracks = _split_tracks(got, appears, len(robot))
-        told = said(plain, got["events"][:, 1], "told")
+        event_words = words_at(plain, got["events"][:, 1], "told")
         events = tuple(
             Event(tick, word, (x, y))
-            for (tick, _, x, y), word in zip(got["events"].tolist(), told, strict=True)
+            for (tick, _, x, y), word in zip(got["events"].tolist(), event_words, strict=True)
         )
         path = plain["path"]
         replans, waits, iterations, expansions, path_switches = (whole(n, "counts") for n in plain["counts"])
@@ -333,7 +333,7 @@ def trace_of(
         return Trace(
             scene=scene, planner=planner, seed=seed, outcome=Outcome(plain["outcome"]), robot=robot,
             tracks=tracks, appears=appears, obstacle_specs=everybody, speed=got["speed"],
-            cause=said(plain, got["cause"]), law=law[0], units=law[1], events=events, replans=replans,
+            cause=words_at(plain, got["cause"]), law=law[0], units=law[1], events=events, replans=replans,
             waits=waits, iterations=iterations, expansions=expansions, path_switches=path_switches,
             path=None if path is None else _path(path, robot[moved], scene),
             last_tick=None if plain["last_tick"] is None else whole(plain["last_tick"], "last_tick"),

@@ -1,13 +1,13 @@
-"""Tracks: the obstacles of a world drawn once, without the robot, the same for everybody.
+"""Tracks: the obstacles of a world drawn once, without the robot, the same for all planners.
 
 The traffic of the simulator itself moves them (:mod:`lampyris.sim.traffic.traffic`), with the world's seed, in a
 world where the robot stands on the start and never leaves it. That robot has no effect: nobody of our own
 making ever covers a cell that the robot covers at its start or goal, whether it is there or not, and nobody
-crosses the way of one that does not move. So nothing that a planner does is in these tracks, and one world
+crosses the path of one that does not move. So nothing that a planner does is in these tracks, and one world
 has one set of them.
 
 In a run they are :class:`lampyris.model.traffic.Recorded`: they wait for nobody. A robot that stands in the
-way of one is hit.
+path of one is hit.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lampyris.model.traffic import Obstacle, RandomWalk, Recorded
 from lampyris.sim.grid.random_walkers import RandomWalkers, alone
 from lampyris.sim.traffic.recorded import check_tracks
 from lampyris.sim.traffic.traffic import Traffic, open_traffic
-from lampyris.sim.world.cell_index import CellIndex, body_shape, robot_shape
+from lampyris.sim.world.cell_index import CellIndex, obstacle_shape, robot_shape
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cells
 
@@ -41,7 +41,7 @@ class Replay:
 
     Attributes
     ----------
-    bodies : what each obstacle is to a run: ``recorded``.
+    obstacles : what each obstacle is to a run: ``recorded``.
 
     Raises
     ------
@@ -61,14 +61,14 @@ class Replay:
         self._space = CellIndex(scene.grid)
         world = Occupancy(self._space, robot_shape(scene, self._space), self._space.number(scene.start))
         self._robot_cover = world.robot_cover
-        crowd = open_traffic(scene, world, seed)
+        traffic = open_traffic(scene, world, seed)
         self._advance: Callable[[int, int], NDArray[np.int64]]
-        self._advance = _by_kernel(crowd) if alone(scene) else _one_by_one(crowd)
-        self.bodies = tuple(Obstacle("recorded", b.radius, False, b.footprint) for b in crowd.bodies)
+        self._advance = _by_kernel(traffic) if alone(scene) else _one_by_one(traffic)
+        self.obstacles = tuple(Obstacle("recorded", b.radius, False, b.footprint) for b in traffic.obstacles)
         self._cells = self._as_cells(np.array([world.where], dtype=np.int64))
 
     def upto(self, ticks: int) -> Cells:
-        """Where everybody is from tick 0 to ``ticks``; int32 (ticks + 1, bodies, 2)."""
+        """Where all obstacles are from tick 0 to ``ticks``; int32 (ticks + 1, obstacles, 2)."""
         over = len(self._cells)
         if ticks >= over:
             more = self._as_cells(self._advance(over, ticks + AT_ONCE))
@@ -79,31 +79,31 @@ class Replay:
         """The same as obstacles of a scene, checked once more as every recorded track is."""
         at = self.upto(ticks).transpose(1, 0, 2).tolist()
         made = tuple(
-            Recorded(tuple((x, y) for x, y in track), body.radius)
-            for track, body in zip(at, self.bodies, strict=True)
+            Recorded(tuple((x, y) for x, y in track), obstacle.radius)
+            for track, obstacle in zip(at, self.obstacles, strict=True)
         )
         radii = dict.fromkeys(one.radius for one in made)
-        of_radius = {r: body_shape(self.scene, self._space, r, None) for r in radii}
+        of_radius = {r: obstacle_shape(self.scene, self._space, r, None) for r in radii}
         shapes = [of_radius[one.radius] for one in made]
         check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), self._robot_cover)
         return made
 
     def _as_cells(self, numbers: NDArray[np.int64]) -> Cells:
-        y, x = np.divmod(numbers.reshape(-1, len(self.bodies)), self._space.stride)
+        y, x = np.divmod(numbers.reshape(-1, len(self.obstacles)), self._space.stride)
         return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)
 
 
-def _by_kernel(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
-    walkers = RandomWalkers(crowd)
+def _by_kernel(traffic: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
+    walkers = RandomWalkers(traffic)
     return lambda first, end: walkers.go(end - first)
 
 
-def _one_by_one(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
+def _one_by_one(traffic: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
     def advance(first: int, end: int) -> NDArray[np.int64]:
         where = []
         for tick in range(first, end):
-            crowd.advance(tick)
-            where.append(list(crowd.world.where))
+            traffic.advance(tick)
+            where.append(list(traffic.world.where))
         return np.array(where, dtype=np.int64)
 
     return advance

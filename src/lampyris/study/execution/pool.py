@@ -117,7 +117,7 @@ class SerialExecutor:
         try:
             data = self._work(letter)
         except Exception as fault:  # Work never raises for what a job does: a bug of ours, and one batch.
-            return [BatchResult(batch, "fault", words=told(fault))]
+            return [BatchResult(batch, "fault", words=fault_text(fault))]
         return [BatchResult(batch, "back", data, time.perf_counter() - began)]
 
     def stop(self, now: bool) -> None:
@@ -219,7 +219,7 @@ class Processes:
         self._send(slot, None, here, __version__)
 
     def _send(self, slot: _Slot, batch: Batch | None, call: Callable[[Any], Any], argument: object) -> None:
-        """Put a call into a worker's queue. What becomes of it is told by another thread."""
+        """Put a call into a worker's queue. Another thread reports the outcome."""
         turn, ended = slot.turn, self._ended
 
         def tell(future: Any) -> None:
@@ -240,13 +240,13 @@ class Processes:
             return self._restart(slot)
         if batch is None:
             if fault is not None:
-                raise _no_start(told(fault))
+                raise _no_start(fault_text(fault))
             slot.ready, slot.starts, slot.since = True, 0, at
             return []
         slot.asked.remove(batch)
         seconds, slot.since = at - slot.since, at
         if fault is not None:
-            return [BatchResult(batch, "fault", seconds=seconds, words=told(fault))]
+            return [BatchResult(batch, "fault", seconds=seconds, words=fault_text(fault))]
         data = future.result()
         if not isinstance(data, bytes):
             return [
@@ -275,7 +275,7 @@ def here(version: str) -> str:
     return __version__
 
 
-def told(fault: BaseException) -> str:
+def fault_text(fault: BaseException) -> str:
     """A fault in one line."""
     return f"{type(fault).__name__}: {fault}" if str(fault) else type(fault).__name__
 

@@ -78,7 +78,7 @@ def run(
         hit it: then it is given the same rows again.
     done : keys that have a row.
     where : see :class:`lampyris.study.execution.execution.Execution`; default this process.
-    progress : is told how far it is, at least every second unless a batch is worked on in this process.
+    progress : is called with how far it is, at least every second unless a batch is worked on in this process.
 
     Raises
     ------
@@ -91,17 +91,17 @@ def run(
     place = where or Execution()
     sitting = _Sitting(study, sink, done, place, progress, _judge or ResultVerifier())
     with _Calm(at_once=place.here) as calm:
-        guests = {who.name: who.origin for who in study.planners if who.origin}
-        return sitting.through(_hands(place, _work or work, sitting.left, guests), calm)
+        third_party = {who.name: who.origin for who in study.planners if who.origin}
+        return sitting.through(_executor(place, _work or work, sitting.left, third_party), calm)
 
 
-def _hands(where: Execution, call: Work, jobs: int, guests: Mapping[str, str]) -> Executor:
+def _executor(where: Execution, call: Work, jobs: int, third_party: Mapping[str, str]) -> Executor:
     """Those who do the work; nobody is woken for nothing."""
     if where.here or not jobs:
         return SerialExecutor(call)
     if where.dask is None:
         return Processes(call, min(where.workers, jobs))
-    return Cluster(call, where.dask, guests)
+    return Cluster(call, where.dask, third_party)
 
 
 class _Sitting:
@@ -128,7 +128,7 @@ class _Sitting:
         self._usable = False
         self._useless = 0
         self._endings: Counter[str] = Counter()
-        self._stored_at = self._told_at = self._began
+        self._stored_at = self._reported_at = self._began
         self._out = 0
 
     @property
@@ -136,12 +136,12 @@ class _Sitting:
         """Runs that have no row, as far as that is known; 0 only if there is none."""
         return max(self._batches.total - self._batches.before, int(self._batches.more))
 
-    def through(self, hands: Executor, calm: _Calm) -> Finished:
+    def through(self, executor: Executor, calm: _Calm) -> Finished:
         """Until every job has a row."""
         now = True
         try:
-            self._report(hands)
-            self._loop(hands, calm)
+            self._report(executor)
+            self._loop(executor, calm)
             self._pending += self._withheld
             now = False
         except BaseException:
@@ -149,9 +149,9 @@ class _Sitting:
             self._store()
             raise
         finally:
-            hands.stop(now)
+            executor.stop(now)
         self._store()
-        self._report(hands)
+        self._report(executor)
         return Finished(
             self._batches.total,
             self._batches.before,
@@ -159,31 +159,31 @@ class _Sitting:
             self._endings["failed"],
             self._endings["refused"],
             self._endings["timeout"],
-            hands.died,
+            executor.died,
             time.perf_counter() - self._began,
         )
 
-    def _loop(self, hands: Executor, calm: _Calm) -> None:
+    def _loop(self, executor: Executor, calm: _Calm) -> None:
         """Ask while there is room, judge what comes, store, tell."""
         while True:
             calm.check()
-            while hands.room(self._batches.seconds):
-                self._batches.workers = max(hands.workers, self._batches.workers)
+            while executor.room(self._batches.seconds):
+                self._batches.workers = max(executor.workers, self._batches.workers)
                 batch = self._batches.take()
                 if batch is None:
                     break
                 self._out += 1
-                hands.ask(batch, self._letters(batch))
+                executor.ask(batch, self._letters(batch))
             if not self._out and not self._batches.more:
                 return
             with calm.waiting():
-                answers = hands.answers(EVERY)
+                answers = executor.answers(EVERY)
             for answer in answers:
                 self._out -= 1
                 self._take(answer)
                 calm.check()
-                self._store_soon(hands)
-            self._store_soon(hands)
+                self._store_soon(executor)
+            self._store_soon(executor)
 
     def _take(self, answer: BatchResult) -> None:
         """Rows of an answer; what has none is asked again."""
@@ -236,7 +236,7 @@ class _Sitting:
             self._pace.came(_entrant(job), None)
         self._withheld.extend(Row(job.key, "failed", error=words[:1000]) for job in batch.jobs)
 
-    def _store_soon(self, hands: Executor) -> None:
+    def _store_soon(self, executor: Executor) -> None:
         """Store and tell if it is time to."""
         now = time.perf_counter()
         if self._usable:
@@ -244,8 +244,8 @@ class _Sitting:
             self._withheld = []
         if self._pending and now - self._stored_at >= EVERY:
             self._store()
-        if self._fresh or now - self._told_at >= BEAT:
-            self._report(hands)
+        if self._fresh or now - self._reported_at >= BEAT:
+            self._report(executor)
 
     def _store(self) -> None:
         """Hand the rows over. A sink that raises gets them no more; one that Ctrl-C hit gets them again."""
@@ -262,9 +262,9 @@ class _Sitting:
                 self._fresh.extend(rows)
         self._stored_at = time.perf_counter()
 
-    def _report(self, hands: Executor) -> None:
+    def _report(self, executor: Executor) -> None:
         """Tell how far it is."""
-        self._told_at = now = time.perf_counter()
+        self._reported_at = now = time.perf_counter()
         if self._tell is None:
             return
         rows, self._fresh = tuple(self._fresh), []
@@ -279,7 +279,7 @@ class _Sitting:
                 self._endings["timeout"],
                 rows,
                 self._pace.left(now, total - done),
-                hands.workers,
+                executor.workers,
             )
         )
 
@@ -354,10 +354,10 @@ def results_of(data: bytes, batch: Batch) -> list[Mapping[str, Any] | None]:
     if len(data) > MAX_ANSWER:
         return none
     try:
-        said = json.loads(data)
+        lock = json.loads(data)
     except (ValueError, RecursionError):
         return none
-    results = said.get("results") if isinstance(said, dict) else None
+    results = lock.get("results") if isinstance(lock, dict) else None
     if not isinstance(results, list) or len(results) > len(batch.jobs):
         return none
     by_key = {result["key"]: result for result in results if isinstance(result, dict) and _keyed(result)}

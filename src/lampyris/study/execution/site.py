@@ -1,7 +1,7 @@
 """Site: where a job takes place, made from its plain data. Worker and judge make the same from the same.
 
 What many jobs share is kept: the place (map, ends, moves, robot) with its exact field, and the world (a place
-with a crowd and a seed) with its traffic. Nothing kept changes a result.
+with a traffic case and a seed) with its traffic. Nothing kept changes a result.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.traffic import Obstacle, ObstacleSpec
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
-from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.mobility import drawn_traffic
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
-from lampyris.sim.world.world import Occupancy as Bodies
+from lampyris.sim.world.world import Occupancy
 from lampyris.study.design.study import canonical
 from lampyris.study.execution.obstacle_tracks import Replay
 from lampyris.typing import Cell, FloatGrid
@@ -43,7 +43,7 @@ _T = TypeVar("_T")
 
 
 class RecentCache(Generic[_T]):
-    """The last few of something that is dear to make, by key.
+    """The last few of something that is costly to make, by key.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Place:
 
     @cached_property
     def to_go(self) -> FloatGrid:
-        """The same in cells, infinity where there is no way."""
+        """The same in cells, infinity where there is no path."""
         return self.field.cost
 
     @cached_property
@@ -97,7 +97,7 @@ class Place:
 
     @property
     def optimal_exact(self) -> int | None:
-        """Exact cost of the best way; None: there is none."""
+        """Exact cost of the best path; None: there is none."""
         x, y = self.scene.start
         exact = int(self.field.exact[y, x])
         return exact if exact >= 0 and free_space(self.scene)[y, x] else None
@@ -112,15 +112,15 @@ class Place:
     def last_tick(self) -> int:
         """The last tick of a simulation that has no limit of its own: the same for every planner.
 
-        Ten times (height + width), and four times the cost of the best way on top, in cells. The loop's own
-        takes the planner's first way instead, and would give one who starts badly more time.
+        Ten times (height + width), and four times the cost of the best path on top, in cells. The loop's own
+        takes the planner's first path instead, and would give one who starts badly more time.
         """
         grid = self.scene.grid
         return 10 * (grid.height + grid.width) + 4 * self.far
 
     @property
     def far(self) -> int:
-        """The cost of the best way in whole cells, 0 if there is none."""
+        """The cost of the best path in whole cells, 0 if there is none."""
         return math.ceil(self.optimal or 0.0)
 
 
@@ -128,7 +128,7 @@ class Place:
 class Opened:
     """Obstacles at tick 0: what they are, the cells they stand on, and those that may come later."""
 
-    bodies: tuple[Obstacle, ...]
+    obstacles: tuple[Obstacle, ...]
     places: tuple[Cell, ...]
     to_come: tuple[Obstacle, ...]
 
@@ -140,7 +140,7 @@ class StudyWorld:
     Parameters
     ----------
     place : where.
-    scene : the same with the crowd as it is specified; without it where an end is blocked: then that is the
+    scene : the same with the traffic as it is specified; without it where an end is blocked: then that is the
         answer, and whether the obstacles would have fitted is no question.
     seed : of all that is drawn.
     replayed : whether obstacles follow tracks drawn beforehand.
@@ -167,14 +167,14 @@ class StudyWorld:
         """
         scene = self.scene
         space = CellIndex(scene.grid)
-        world = Bodies(space, robot_shape(scene, space), space.number(scene.start))
-        crowd = open_traffic(scene, world, self.seed)
+        world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
+        traffic = open_traffic(scene, world, self.seed)
         rest = [
             Obstacle("random-walk", walkers.spec.radius, True, walkers.shape.offsets)
-            for walkers in crowd.walkers
+            for walkers in traffic.walkers
             for _ in range(walkers.spec.count - len(walkers.own))
         ]
-        return Opened(tuple(crowd.bodies), tuple(map(space.cell, world.where)), tuple(rest))
+        return Opened(tuple(traffic.obstacles), tuple(map(space.cell, world.where)), tuple(rest))
 
     def last_tick(self, asked: int | None) -> int:
         """The last tick of a simulation."""
@@ -183,7 +183,7 @@ class StudyWorld:
     def drive_ticks(self, settings: DriveSettings) -> int:
         """Ticks of tracks for a drive: as many as pass until its time limit.
 
-        Without one: until twenty times the time that the best way takes at the obstacles' speed, and two
+        Without one: until twenty times the time that the best path takes at the obstacles' speed, and two
         minutes. A drive that is not over then meets obstacles that stand where they were last.
         """
         one, robot, cell = settings, self.scene.robot, self.scene.grid.resolution
@@ -223,7 +223,7 @@ def world_of(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     Raises
     ------
     InputError : ``JOB``.
-    LampyrisError : as :func:`place_of`; a crowd that cannot be.
+    LampyrisError : as :func:`place_of`; traffic that cannot be placed.
     """
     said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot", "crowd", "seed")
     return _worlds.get(said, lambda: _world(plain, grid), max(grid.blocked.size, WORLD))
@@ -266,7 +266,7 @@ def _world(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     try:
         if all(free[y, x] for x, y in (scene.start, scene.goal)):
             how = {"rate": who["rate"], "radius": who["radius"], "fit": scene}
-            made = crowd(who["kind"], who["count"], grid, seed, **how)
+            made = drawn_traffic(who["kind"], who["count"], grid, seed, **how)
         return StudyWorld(
             place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed"
         )

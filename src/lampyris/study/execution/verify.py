@@ -2,11 +2,11 @@
 
 A worker may be on another machine, and may be wrong. What it sends is a claim: the judge puts it on a scene
 of its own, has the referee look at it by other means than those that made it, compares what it can know
-itself (where the obstacles of this world are, what the best way costs, how many ticks there are), and
+itself (where the obstacles of this world are, what the best path costs, how many ticks there are), and
 measures what is left. Nothing that is stored was measured by a worker, but seconds and bytes.
 
 What it cannot see: counts that leave no trace (expansions, iterations, path_switches), notes of the planner, speeds
-of a simulation that are within the law's range, whether a planner that may miss a way really has missed it,
+of a simulation that are within the law's range, whether a planner that may miss a path really has missed it,
 and whether a run that is said to have failed could not have succeeded.
 """
 
@@ -75,7 +75,7 @@ class ResultVerifier:
             words = str(wrong).removeprefix("error")
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {words}"))
         except (ArithmeticError, LookupError, TypeError, ValueError) as wrong:
-            # Claims of the right form that no noun was made for, such as a cost of 0 where there is a way.
+            # Claims of the right form that no noun was made for, such as a cost of 0 where there is a path.
             what = f"cannot be judged: {type(wrong).__name__}: {wrong}"
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {what}"))
 
@@ -87,7 +87,7 @@ class ResultVerifier:
 
 
 def known(place: Place) -> Known:
-    """What is known of a place before anybody plans."""
+    """What is known of a place before planning."""
     return Known(place.optimal_exact, place.to_go, place.clearance)
 
 
@@ -102,22 +102,22 @@ def _ending(job: Job, result: Any) -> tuple[Ending, str]:
         raise RejectedResult(f"a {type(result).__name__} is no result")
     if result.get("key") != job.key:
         raise RejectedResult(f"the result is of another job, {str(result.get('key'))[:64]!r}")
-    told, error = result.get("ending"), result.get("error")
-    if not isinstance(told, str) or told not in _ENDINGS:
-        raise RejectedResult(f"{str(told)[:64]!r} is no ending")
-    ending = _ENDINGS[told]
+    word, error = result.get("ending"), result.get("error")
+    if not isinstance(word, str) or word not in _ENDINGS:
+        raise RejectedResult(f"{str(word)[:64]!r} is no ending")
+    ending = _ENDINGS[word]
     if ending == "timeout" and job.plain["budget"]["seconds"] is None:
         raise RejectedResult("a timeout without a budget in seconds")
     return ending, _line(error if isinstance(error, str) else "")
 
 
 def _timing(result: Mapping[str, Any]) -> dict[str, float]:
-    told = result.get("timing")
-    if not isinstance(told, Mapping):
+    timing = result.get("timing")
+    if not isinstance(timing, Mapping):
         raise RejectedResult("no timing")
     out: dict[str, float] = {}
     for name in TIMING:
-        value = told.get(name)
+        value = timing.get(name)
         if value is None:
             continue
         if not isinstance(value, int | float) or isinstance(value, bool):
@@ -129,8 +129,8 @@ def _timing(result: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _line(text: str) -> str:
-    told = "".join(c if c.isprintable() else "?" for c in text)
-    return told if len(told) <= MAX_WORDS else f"{told[: MAX_WORDS - 4]} ..."
+    shown = "".join(c if c.isprintable() else "?" for c in text)
+    return shown if len(shown) <= MAX_WORDS else f"{shown[: MAX_WORDS - 4]} ..."
 
 
 def _demand(broken: Violation | None) -> None:
@@ -156,11 +156,11 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published:
         _refuse(f"claims the optimal cost {plan.optimal_exact}; it is {best}")
     _demand(referee.check_plan(plan, scene))
     if plan.path is not None and (best is None or plan.path.exact < best):
-        _refuse(f"a way of cost {plan.path.exact}; the best costs {best}")
+        _refuse(f"a path of cost {plan.path.exact}; the best costs {best}")
     if plan.status is Status.NO_PATH and best is not None and _settles(plain):
-        _refuse(f"no-path by a planner that misses none; there is a way of cost {best}")
+        _refuse(f"no-path by a planner that misses none; there is a path of cost {best}")
     if (plan.path is None) != (profile is None):
-        _refuse("a way without speeds, or speeds without a way")
+        _refuse("a path without speeds, or speeds without a path")
     if profile is not None and plan.path is not None:
         law = _law(plain)
         if profile.law != plain["law"]["name"] or profile.units != laws.named(profile.law).units:
@@ -178,7 +178,7 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published:
 def _settles(plain: Mapping[str, Any]) -> bool:
     """Whether a ``no-path`` of this planner must be true: it is optimal on every map.
 
-    One that sees traffic may find every way closed by the tracks it was given.
+    One that sees traffic may find every path closed by the tracks it was given.
     """
     traits = registry.planner_class(plain["planner"]["name"]).traits
     return traits.optimal and not traits.sees_traffic
@@ -205,7 +205,7 @@ def _simulated(
         planner=plain["planner"]["name"],
         law=(name, laws.named(name).units),
         seed=world.seed,
-        bodies=lambda count: _bodies(world, count),
+        obstacles=lambda count: _obstacles(world, count),
         replayed=replayed if world.replayed else None,
     )
     if trace.ticks > last or (trace.outcome is Outcome.TIMEOUT and trace.ticks < last):
@@ -219,15 +219,15 @@ def _simulated(
 
 def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: StudyWorld) -> None:
     if outcome is Outcome.NO_PATH and world.place.optimal_exact is not None and _settles(plain):
-        _refuse("no-path by a planner that misses none; there is a way")
+        _refuse("no-path by a planner that misses none; there is a path")
 
 
-def _bodies(world: StudyWorld, count: int) -> Sequence[Obstacle]:
+def _obstacles(world: StudyWorld, count: int) -> Sequence[Obstacle]:
     """What so many obstacles of a world are."""
     if world.replayed:
-        made: Sequence[Obstacle] = world.replay.bodies
+        made: Sequence[Obstacle] = world.replay.obstacles
     else:
-        made, more = world.opened.bodies, world.opened.to_come
+        made, more = world.opened.obstacles, world.opened.to_come
         made = [*made, *more[: max(count - len(made), 0)]]
     if len(made) != count:
         _refuse(f"{count} obstacles; this world has another number")
@@ -242,23 +242,25 @@ def _begin_where_they_must(trace: Trace, world: StudyWorld) -> None:
 
 def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
     one = DriveSettings.of(plain["drive"])
-    everybody = world.replay.bodies if world.replayed else (*world.opened.bodies, *world.opened.to_come)
+    everybody = world.replay.obstacles if world.replayed else (*world.opened.obstacles, *world.opened.to_come)
     drive = drive_of(
         evidence,
         world.scene,
         planner=plain["planner"]["name"],
         law=plain["law"]["name"],
         seed=world.seed,
-        footprints={body.radius: body.footprint for body in everybody},
+        footprints={obstacle.radius: obstacle.footprint for obstacle in everybody},
     )
     if drive.period != one.decision_period:
         _refuse(f"a decision every {drive.period!r} s; asked for was every {one.decision_period!r} s")
     if one.time_limit is not None and drive.duration > one.time_limit + drive.period + 1e-9:
         _refuse(f"{drive.duration!r} s; the limit is {one.time_limit!r} s")
-    expected = _bodies(world, len(drive.obstacle_specs))
-    for k, (body, own, track) in enumerate(zip(drive.obstacle_specs, expected, drive.tracks, strict=True)):
-        if (body.kind, body.radius, body.yields) != (own.kind, own.radius, own.yields):
-            _refuse(f"obstacle {k} is a {body.kind} of {body.radius:g} m; in this world a {own.kind}")
+    expected = _obstacles(world, len(drive.obstacle_specs))
+    for k, (obstacle, own, track) in enumerate(
+        zip(drive.obstacle_specs, expected, drive.tracks, strict=True)
+    ):
+        if (obstacle.kind, obstacle.radius, obstacle.yields) != (own.kind, own.radius, own.yields):
+            _refuse(f"obstacle {k} is a {obstacle.kind} of {obstacle.radius:g} m; in this world a {own.kind}")
         cell, speed = world.scene.grid.resolution, one.obstacle_speed
         top = DIAGONAL * (world.scene.robot.v_max if speed is None else speed)
         if track.radius != max(own.radius, 0.5 * cell) or not track.top_speed <= top * (1 + 1e-9):

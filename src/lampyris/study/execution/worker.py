@@ -6,7 +6,7 @@ it.
 
 Endings: ``done``, a result of whatever outcome. ``refused``, a typed error that the question deserves.
 ``timeout``, the budget in seconds was used up: looked at after each plan, each tick and each period, so a
-planner that never answers is not stopped. ``failed``, a fault of ours or of a guest, told in one line.
+planner that never answers is not stopped. ``failed``, a fault of ours or of a third-party planner, reported in one line.
 
 Jobs of one world come one after the other, and what they share is kept: unpacked maps, fields, tracks, and
 the rooms of fast simulations. Nothing that is kept changes a result.
@@ -54,7 +54,7 @@ _runs: RecentCache[fast_simulation.FastRuns] = RecentCache(site.CELLS_KEPT)
 
 
 class RunResult(NamedTuple):
-    """What a job came to: a plan, with the speeds on it if it found a way; a trace; or a drive."""
+    """What a job came to: a plan, with the speeds on it if it found a path; a trace; or a drive."""
 
     noun: Plan | Trace | Drive
     profile: Profile | None = None
@@ -121,8 +121,8 @@ def run_job(plain: Mapping[str, Any], grid: Grid) -> RunResult:
 
 def _read(batch: bytes) -> tuple[Mapping[str, Any], list[Any], bool]:
     try:
-        told = json.loads(batch)
-        grounds, jobs, memory = told["grounds"], told["jobs"], told["memory"]
+        request = json.loads(batch)
+        grounds, jobs, memory = request["grounds"], request["jobs"], request["memory"]
         if isinstance(grounds, Mapping) and isinstance(jobs, list) and isinstance(memory, bool):
             return grounds, jobs, memory
         wrong = "grounds, jobs or memory of another type"
@@ -156,7 +156,7 @@ def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, A
         out["error"] = _line(fault)
     except LampyrisError as refusal:
         out["ending"], out["error"] = "refused", _line(refusal)
-    except (Exception, SystemExit) as fault:  # a guest's planner may raise anything
+    except (Exception, SystemExit) as fault:  # a third-party planner may raise anything
         out["error"] = _line(fault)
     if out["ending"] != "done":
         out["evidence"], out["timing"] = None, _seconds(clock, wall)
@@ -171,8 +171,8 @@ def _line(wrong: BaseException) -> str:
     else:
         code = "MEMORY" if isinstance(wrong, MemoryError) else "FAULT"
         words = f"{type(wrong).__name__}: {' '.join(str(wrong).split())}"
-    told = "".join(c if c.isprintable() else "?" for c in f"{code}: {words}")
-    return told if len(told) <= MAX_WORDS else f"{told[: MAX_WORDS - 4]} ..."
+    text = "".join(c if c.isprintable() else "?" for c in f"{code}: {words}")
+    return text if len(text) <= MAX_WORDS else f"{text[: MAX_WORDS - 4]} ..."
 
 
 def _grid(name: str, resolution: float, grounds: Mapping[str, Any]) -> Grid:
@@ -198,9 +198,9 @@ def _seconds(clock: _Clock, wall: float) -> dict[str, float]:
 
 
 def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, float]:
-    told = ran.noun.timing.get("planning_s")
-    if told is not None:
-        clock.plan_s = float(told)
+    planning_s = ran.noun.timing.get("planning_s")
+    if planning_s is not None:
+        clock.plan_s = float(planning_s)
     return _seconds(clock, wall)
 
 
@@ -240,9 +240,9 @@ def _forget() -> None:
 def _run(plain: Mapping[str, Any], grid: Grid, clock: _Clock) -> RunResult:
     world = world_of(plain, grid)
     try:
-        who, how = plain["planner"], plain["law"]
-        planner = registry.make(who["name"], who["settings"])
-        law = laws.with_settings(how["name"], how["settings"])
+        planner_plain, law_plain = plain["planner"], plain["law"]
+        planner = registry.make(planner_plain["name"], planner_plain["settings"])
+        law = laws.with_settings(law_plain["name"], law_plain["settings"])
         budget = Budget(plain["budget"]["expansions"])
         run = _KINDS[plain["kind"]]
         ticks, patience, driven = plain["ticks"], plain["patience"], dict(plain["drive"])

@@ -14,9 +14,9 @@ from lampyris.study.analysis.findings import Estimate, Summary
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary import per_unit
-from lampyris.study.design.traffic_labels import crowd_words, kind_words
+from lampyris.study.design.traffic_labels import kind_words, traffic_words
 
-RIVALS = ("dstar-lpso", "dstar16-lpso", "ad-gso")
+BASELINES = ("dstar-lpso", "dstar16-lpso", "ad-gso")
 """The dissertation's three methods, in the order of its figures."""
 MAX_RUNS = 12
 """Test runs of a bar chart in the dissertation's form."""
@@ -31,12 +31,14 @@ def _line(e: Estimate, scale: float) -> ErrorBar:
 
 
 def success(summary: Summary) -> list[PageFigure]:
-    """Who came to the goal, crowd by crowd, and over the number of obstacles where that is what differs."""
+    """Who came to the goal, by traffic case, and over the number of obstacles where that is what differs."""
     name = "found" if summary.kind == "plan" else "arrived"
     if not summary.entries or name not in summary.entries[0].own:
         return []
-    rows = {c: [_line(e.own[name], 100) for e in summary.entries if e.crowd == c] for c in summary.crowds}
-    panels = [(crowd_words(c), rows[c]) for c in summary.crowds]
+    rows = {
+        c: [_line(e.own[name], 100) for e in summary.entries if e.traffic == c] for c in summary.traffic_cases
+    }
+    panels = [(traffic_words(c), rows[c]) for c in summary.traffic_cases]
     drawn = study_charts.dots("success", summary.entrants, panels, ALL[name].title, share=True)
     words = "Share of all runs, with Wilson's interval for dependent runs."
     return [PageFigure(drawn, words, wide=True)]
@@ -45,11 +47,11 @@ def success(summary: Summary) -> list[PageFigure]:
 def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
     """Success over the number of obstacles of one kind."""
     name = "found" if summary.kind == "plan" else "arrived"
-    crowds = [c for c in runs.study.crowds if c.count]
-    kinds = {(c.kind, c.rate, c.radius, c.tracks) for c in crowds}
-    if len(crowds) < 2 or len(kinds) != 1 or len(summary.entrants) > MAX_LINES or not runs.has(name):
+    traffic_cases = [c for c in runs.study.traffic_cases if c.count]
+    kinds = {(c.kind, c.rate, c.radius, c.tracks) for c in traffic_cases}
+    if len(traffic_cases) < 2 or len(kinds) != 1 or len(summary.entrants) > MAX_LINES or not runs.has(name):
         return []
-    counts = [float(c.count) if c.kind != "none" else 0.0 for c in runs.study.crowds]
+    counts = [float(c.count) if c.kind != "none" else 0.0 for c in runs.study.traffic_cases]
     order = sorted(range(len(counts)), key=lambda k: counts[k])
     if len(set(counts)) < len(counts):
         return []
@@ -59,7 +61,9 @@ def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
         curves.append((entrant, [_line(own[k], 100) for k in order]))
     drawn = study_charts.density("density", [counts[k] for k in order], curves, ALL[name].title)
     return [
-        PageFigure(drawn, f"{ALL[name].title} over the number of obstacles ({kind_words(crowds[0].kind)}).")
+        PageFigure(
+            drawn, f"{ALL[name].title} over the number of obstacles ({kind_words(traffic_cases[0].kind)})."
+        )
     ]
 
 
@@ -68,15 +72,17 @@ def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansio
     out = []
     for name in names:
         panels = []
-        for k, crowd in enumerate(summary.crowds):
-            some = [e for e in summary.entries if e.crowd == crowd]
+        for k, traffic in enumerate(summary.traffic_cases):
+            some = [e for e in summary.entries if e.traffic == traffic]
             sides = [e.common if summary.common[k] else e.own for e in some]
-            panels.append((crowd_words(crowd), [_line(s[name], ALL[name].scale) for s in sides if name in s]))
+            panels.append(
+                (traffic_words(traffic), [_line(s[name], ALL[name].scale) for s in sides if name in s])
+            )
         if not any(math.isfinite(line.value) for _, lines in panels for line in lines):
             continue
         drawn = study_charts.dots(f"mean-{name}", summary.entrants, panels, ALL[name].title)
         few = ", ".join(f"{n} of {summary.queries * summary.seeds}" for n in summary.common)
-        words = f"Mean {ALL[name].title} with intervals over the worlds that all solved ({few}), by crowd."
+        words = f"Mean {ALL[name].title} with intervals over the worlds that all solved ({few}), by traffic."
         out.append(PageFigure(drawn, words, wide=True))
     return out
 
@@ -93,9 +99,11 @@ def profiles(summary: Summary) -> list[PageFigure]:
             continue
         n = w.profiles[0].n
         title = ALL[w.measure].title
-        name = f"profile-{w.measure}-{summary.crowds.index(w.crowd)}"
+        name = f"profile-{w.measure}-{summary.traffic_cases.index(w.traffic)}"
         drawn = study_charts.profiles(name, curves, f"{title}, times that of the best")
-        words = f"Performance profile by {title}, {crowd_words(w.crowd)}, {n} worlds; failures never arrive."
+        words = (
+            f"Performance profile by {title}, {traffic_words(w.traffic)}, {n} worlds; failures never arrive."
+        )
         out.append(PageFigure(drawn, words))
     return out
 
@@ -107,10 +115,10 @@ def ranks(summary: Summary) -> list[PageFigure]:
         r = o.ranking
         if r.n < 2 or len(summary.entrants) < 3:
             continue
-        name = f"ranks-{o.measure}-{summary.crowds.index(o.crowd)}"
+        name = f"ranks-{o.measure}-{summary.traffic_cases.index(o.traffic)}"
         drawn = pair_charts.critical(name, summary.entrants, r.ranks, r.critical, o.groups)
         words = (
-            f"Average ranks by {ALL[o.measure].title}, {crowd_words(o.crowd)}, {r.n} {summary.unit_many}; "
+            f"Average ranks by {ALL[o.measure].title}, {traffic_words(o.traffic)}, {r.n} {summary.unit_many}; "
             "1 is the best; a bar joins those that do not differ."
         )
         out.append(PageFigure(drawn, words))
@@ -121,8 +129,8 @@ def differences(summary: Summary) -> list[PageFigure]:
     """Paired differences from the reference."""
     out = []
     for name in ("cost", "time_s", "expansions"):
-        for k, crowd in enumerate(summary.crowds):
-            some = [p for p in summary.pairs if p.measure == name and p.crowd == crowd and p.each]
+        for k, traffic in enumerate(summary.traffic_cases):
+            some = [p for p in summary.pairs if p.measure == name and p.traffic == traffic and p.each]
             if not any(any(p.each) for p in some):
                 continue
             drawn = pair_charts.strips(
@@ -134,7 +142,7 @@ def differences(summary: Summary) -> list[PageFigure]:
                 f"{ALL[name].title}, less that of {summary.reference}",
             )
             words = (
-                f"Differences from {summary.reference}, {crowd_words(crowd)}: {_points(summary)}, its box "
+                f"Differences from {summary.reference}, {traffic_words(traffic)}: {_points(summary)}, its box "
                 "median and quartiles; above it the mean with its interval."
             )
             out.append(PageFigure(drawn, words))
@@ -142,18 +150,18 @@ def differences(summary: Summary) -> list[PageFigure]:
 
 
 def trade(summary: Summary, runs: Runs) -> list[PageFigure]:
-    """Gap against expansions: what shorter ways cost."""
+    """Gap against expansions: what shorter paths cost."""
     if not (runs.has("gap") and runs.has("expansions")):
         return []
     out = []
-    for c, crowd in enumerate(summary.crowds):
+    for c, traffic in enumerate(summary.traffic_cases):
         series = []
         for e, entrant in enumerate(summary.entrants):
             x = per_unit(runs.of_solved("expansions")[:, c, :, e])
             y = 100 * per_unit(runs.values["gap"][:, c, :, e])
             series.append((entrant, x.tolist(), y.tolist()))
-        drawn = study_charts.scatter(f"trade-{c}", series, "expansions", "gap to the shortest way (%)")
-        words = f"Work and quality, {crowd_words(crowd)}: {_points(summary)}, the large mark their mean."
+        drawn = study_charts.scatter(f"trade-{c}", series, "expansions", "gap to the shortest path (%)")
+        words = f"Work and quality, {traffic_words(traffic)}: {_points(summary)}, the large mark their mean."
         out.append(PageFigure(drawn, words))
     return out
 
@@ -175,7 +183,7 @@ def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[PageFi
     here = [k for k, w in enumerate(study.worlds) if w.ground.hash == study.worlds[0].ground.hash][:MAX_RUNS]
     if len(three) < 2:
         return []
-    honest = "The same runs by the true length of the way, for all three: what Figure 4.6 says it shows."
+    honest = "The same runs by the true length of the path, for all three: what Figure 4.6 says it shows."
     work = "cpu_s" if timing and runs.has("cpu_s") else "expansions"
     charts = (
         ("4.5", ("iterations",) * 3, "iterations", "Figure 4.5 in its form: iterations of each test run."),
@@ -196,7 +204,7 @@ def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[PageFi
             values = runs.values[name][here, 0, 0, e] if runs.has(name) else np.full(len(here), np.nan)
             series.append((summary.entrants[e], values.tolist()))
         if any(math.isfinite(v) for _, values in series for v in values):
-            where = f"{study.worlds[0].ground.name}, {crowd_words(summary.crowds[0])}, first seed"
+            where = f"{study.worlds[0].ground.name}, {traffic_words(summary.traffic_cases[0])}, first seed"
             drawn = study_charts.bars(
                 f"form-{figure.replace('.', '-').replace(' ', '-')}", groups, series, label, where
             )
@@ -210,8 +218,8 @@ def _three(runs: Runs) -> tuple[list[int], tuple[str, str, str]]:
     first: dict[str, int] = {}
     for k, planner in enumerate(study.planners):
         first.setdefault(planner.name, k * laws)
-    if all(name in first for name in RIVALS):
-        return [first[name] for name in RIVALS], ("cost_to_go", "cost_to_go", "cost")
+    if all(name in first for name in BASELINES):
+        return [first[name] for name in BASELINES], ("cost_to_go", "cost_to_go", "cost")
     return list(range(min(study_charts.BARS, len(runs.entrants)))), ("cost", "cost", "cost")
 
 
@@ -220,6 +228,6 @@ def _cost_note(printed: Sequence[str]) -> str:
         return "Cost of each test run, the same measure for all."
     return (
         "Its cost column held two measures: of the first two methods the sum of the cost-to-go over the "
-        "cells visited, of AD-GSO the length of the way. They cannot be compared; the true costs are in the "
+        "cells visited, of AD-GSO the length of the path. They cannot be compared; the true costs are in the "
         "figure with intervals."
     )

@@ -17,7 +17,7 @@ from lampyris.report.film.simulation_film import film
 from lampyris.study.analysis.findings import Summary
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.design.study import Job
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.execution.worker import TimeUp, run_job
 
 MOST = 3
@@ -33,25 +33,25 @@ class Chosen(NamedTuple):
     """A world, and who is shown in it."""
 
     world: int
-    crowd: int
+    traffic: int
     seed: int
     entrants: tuple[int, ...]
     why: str
 
 
 def choose(summary: Summary, runs: Runs) -> Chosen | None:
-    """The world to be shown: in the last crowd, where the reference and another differ most.
+    """The world to be shown: in the last traffic case, where the reference and another differ most.
 
     Most is: one came to the goal and the other did not; else the greatest difference in time, ticks or cost.
     The first of equals. Film are the reference, that other, and the next in order; None in a study of plans.
     """
     if summary.kind == "plan" or not runs.known:
         return None
-    base, crowd = runs.entrants.index(summary.reference), len(runs.study.crowds) - 1
+    base, traffic = runs.entrants.index(summary.reference), len(runs.study.traffic_cases) - 1
     name = next((n for n in ("time_s", "ticks", "cost") if runs.has(n)), None)
     best: tuple[float, int, int, int] | None = None
-    solved = runs.solved[:, crowd]
-    known = runs.ending[:, crowd] == "done"
+    solved = runs.solved[:, traffic]
+    known = runs.ending[:, traffic] == "done"
     for w, s, e in np.ndindex(solved.shape):
         if e == base or not (known[w, s, e] and known[w, s, base]):
             continue
@@ -59,16 +59,18 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
         if solved[w, s, e] != solved[w, s, base]:
             size = math.inf
         elif name is not None and solved[w, s, e]:
-            size = abs(float(runs.values[name][w, crowd, s, e] - runs.values[name][w, crowd, s, base]))
+            size = abs(float(runs.values[name][w, traffic, s, e] - runs.values[name][w, traffic, s, base]))
         if best is None or size > best[0]:
             best = (size, w, s, e)
     if best is None:
         alone = np.argwhere(known[:, :, base])
-        return Chosen(int(alone[0, 0]), crowd, int(alone[0, 1]), (base,), "the first") if len(alone) else None
+        return (
+            Chosen(int(alone[0, 0]), traffic, int(alone[0, 1]), (base,), "the first") if len(alone) else None
+        )
     size, w, s, other = best
     rest = [e for e in range(len(runs.entrants)) if e not in (base, other) and known[w, s, e]]
     why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {name}"
-    return Chosen(w, crowd, s, (base, other, *rest[: MOST - 2]), why)
+    return Chosen(w, traffic, s, (base, other, *rest[: MOST - 2]), why)
 
 
 class Film(NamedTuple):
@@ -103,13 +105,13 @@ def films(summary: Summary, runs: Runs) -> Films | None:
             data = None
         left -= len(data or b"")
         name = runs.entrants[entrant]
-        outcome = runs.outcome[chosen.world, chosen.crowd, chosen.seed, entrant]
+        outcome = runs.outcome[chosen.world, chosen.traffic, chosen.seed, entrant]
         shown.append(Film(name, str(outcome), f"{name} on {world.ground.name}, {world.query}", data))
     where, seed = f"{world.ground.name}, {world.query}", f"seed {study.seeds[chosen.seed]}"
     if len(chosen.entrants) == 1:
         return Films(f"{where}, {seed}. Run again for this page.", shown)
     words = (
-        f"{where}, {crowd_words(study.crowds[chosen.crowd].label)}, {seed}. Of all worlds of this crowd: "
+        f"{where}, {traffic_words(study.traffic_cases[chosen.traffic].label)}, {seed}. Of all worlds with this traffic: "
         f"{chosen.why}, {summary.reference} beside another. Run again for this page."
     )
     return Films(words, shown)
@@ -119,7 +121,7 @@ def _jobs(runs: Runs, chosen: Chosen) -> list[Job]:
     """The jobs of some entrants in one world, in their order."""
     shape = runs.ending.shape
     wanted = [
-        int(np.ravel_multi_index((chosen.world, chosen.crowd, chosen.seed, e), shape))
+        int(np.ravel_multi_index((chosen.world, chosen.traffic, chosen.seed, e), shape))
         for e in chosen.entrants
     ]
     found = {job.index: job for job in runs.study.jobs() if job.index in wanted}

@@ -19,11 +19,11 @@ from lampyris.study.analysis.findings import Summary
 from lampyris.study.analysis.measures import ALL, TIMING
 from lampyris.study.analysis.runs import Runs, runs_of
 from lampyris.study.analysis.summary import summarise
-from lampyris.study.analysis.summary_tables import crowd_tabs, map_tabs, order_tabs, pair_tabs
+from lampyris.study.analysis.summary_tables import map_tabs, order_tabs, pair_tabs, traffic_tabs
 from lampyris.study.analysis.table import ResultTable
 from lampyris.study.design.serialize import study_plain
 from lampyris.study.design.study import RESULTS, Config, Study, StudyMap, canonical
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.page import figures
 from lampyris.study.page.films import films as films_of
 from lampyris.study.page.summary_text import found, many
@@ -81,7 +81,10 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
         ),
         pictures=[_picture(study, ground) for ground in grounds[:MAPS]],
         more_maps=many(len(grounds) - MAPS, "other map") if len(grounds) > MAPS else "",
-        results=[(_among(crowd), crowd_tabs(summary, k, crowd)) for k, crowd in enumerate(summary.crowds)],
+        results=[
+            (_among(traffic), traffic_tabs(summary, k, traffic))
+            for k, traffic in enumerate(summary.traffic_cases)
+        ],
         quality=_quality(summary, runs) if legible else ((), ()),
         too_many=None if legible else len(summary.entrants),
         differences=(pairs, paired) if pairs or paired else None,
@@ -111,17 +114,20 @@ def _asked(study: Study) -> list[tuple[str, Any]]:
         "drive": "drives in continuous time",
     }  # fmt: skip
     names = list(dict.fromkeys(w.ground.name for w in study.worlds))
-    live = any(c.count and c.tracks == "live" for c in study.crowds)
+    live = any(c.count and c.tracks == "live" for c in study.traffic_cases)
     tracks = (
-        "live: the same draws for everybody, but obstacles yield to the robot, so tracks may part"
+        "live: the same draws for everyone, but obstacles yield to the robot, so tracks may part"
         if live
-        else "replayed: the same for everybody, whatever anybody does"
+        else "replayed: the same for all planners, whatever the others do"
     )
     return [
         ("runs", f"{len(study):,} {kinds[study.kind]}"),
         ("queries", f"{len(study.worlds):,} on {many(len(names), 'map')}"),
-        ("traffic", "; ".join("none" if c.label == "none" else crowd_words(c.label) for c in study.crowds)),
-        ("tracks", tracks if any(c.count for c in study.crowds) else ""),
+        (
+            "traffic",
+            "; ".join("none" if c.label == "none" else traffic_words(c.label) for c in study.traffic_cases),
+        ),
+        ("tracks", tracks if any(c.count for c in study.traffic_cases) else ""),
         ("seeds", f"{', '.join(map(str, study.seeds[:12]))}{', ...' if len(study.seeds) > 12 else ''}"),
         ("root seed", study.root),
         ("moves", study.moves),
@@ -165,8 +171,10 @@ def _picture(study: Study, ground: StudyMap) -> tuple[bytes, str, str]:
     return thumbnail(grid, None, None), f"the map {ground.name}", words
 
 
-def _among(crowd: str) -> str:
-    return "Results without moving obstacles" if crowd == "none" else f"Results among {crowd_words(crowd)}"
+def _among(traffic: str) -> str:
+    return (
+        "Results without moving obstacles" if traffic == "none" else f"Results among {traffic_words(traffic)}"
+    )
 
 
 def _quality(summary: Summary, runs: Runs) -> tuple[list[PageFigure], list[PageFigure]] | None:
@@ -182,7 +190,7 @@ def _outcomes(summary: Summary) -> Tab | None:
     if len(words) < 2:
         return None
     rows: list[tuple[Value, ...]] = [
-        (e.entrant, crowd_words(e.crowd), *(e.outcomes.get(w, 0) for w in words)) for e in summary.entries
+        (e.entrant, traffic_words(e.traffic), *(e.outcomes.get(w, 0) for w in words)) for e in summary.entries
     ]
     note = "Words in capitals are codes of errors: refused by the planner, out of time, or a fault."
     return Tab("outcomes", "How the runs ended", ("", "traffic", *words), tuple(rows), note)

@@ -10,16 +10,16 @@ from lampyris.study.analysis.findings import EntrantFindings, Summary
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary_tables import estimate_text
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 
 
 def found(summary: Summary, runs: Runs) -> list[str]:
     """Sentences: how much was run, who arrived, at what cost, sure differences, what was weakened."""
     out = [_size(summary, runs)]
-    for k, crowd in enumerate(summary.crowds):
-        some = [e for e in summary.entries if e.crowd == crowd and e.runs]
+    for k, traffic in enumerate(summary.traffic_cases):
+        some = [e for e in summary.entries if e.traffic == traffic and e.runs]
         if some:
-            place = "Without moving obstacles" if crowd == "none" else f"Among {crowd_words(crowd)}"
+            place = "Without moving obstacles" if traffic == "none" else f"Among {traffic_words(traffic)}"
             parts = [p for p in (_arrived(summary, some), _cost(summary, k, some)) if p]
             if parts:
                 out.append(f"{place}, {'; '.join(parts)}.")
@@ -38,8 +38,8 @@ def _safety(summary: Summary, runs: Runs) -> list[str]:
         if not runs.has(name):
             continue
         counts = (runs.values[name] > 0).sum(axis=(0, 1, 2)).tolist()
-        told = [f"{n:,} of {who}'s" for who, n in zip(summary.entrants, counts, strict=True) if n]
-        out.append(f"{words} in {_join(told) + ' runs' if told else 'no run'}.")
+        phrases = [f"{n:,} of {who}'s" for who, n in zip(summary.entrants, counts, strict=True) if n]
+        out.append(f"{words} in {_join(phrases) + ' runs' if phrases else 'no run'}.")
     return out
 
 
@@ -49,13 +49,15 @@ def _size(summary: Summary, runs: Runs) -> str:
         ends[word] = ends.get(word, 0) + 1
     other = [f"{ends[w]:,} {w}" for w in ("refused", "timeout", "failed") if ends.get(w)]
     missing = ends.get("", 0)
-    told = f"{summary.known:,} runs" + (f" of {summary.asked:,}, {missing:,} not run yet" if missing else "")
-    told += f": {many(len(summary.entrants), 'method')} on {many(summary.queries, 'query', 'queries')}"
-    told += f" of {many(summary.maps, 'map')}, {many(len(summary.crowds), 'kind')} of traffic, "
+    phrases = f"{summary.known:,} runs" + (
+        f" of {summary.asked:,}, {missing:,} not run yet" if missing else ""
+    )
+    phrases += f": {many(len(summary.entrants), 'method')} on {many(summary.queries, 'query', 'queries')}"
+    phrases += f" of {many(summary.maps, 'map')}, {many(len(summary.traffic_cases), 'kind')} of traffic, "
     return (
-        told + f"{many(summary.seeds, 'seed')}. {_join(other)} of them."
+        phrases + f"{many(summary.seeds, 'seed')}. {_join(other)} of them."
         if other
-        else told + many(summary.seeds, "seed") + "."
+        else phrases + many(summary.seeds, "seed") + "."
     )
 
 
@@ -72,7 +74,7 @@ def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
     name = "found" if summary.kind == "plan" else "arrived"
     if name not in some[0].own:
         return ""
-    verb = "found a way" if name == "found" else "arrived"
+    verb = "found a path" if name == "found" else "arrived"
     shares = {e.own[name].value for e in some}
     if len(shares) == 1:
         share = some[0].own[name]

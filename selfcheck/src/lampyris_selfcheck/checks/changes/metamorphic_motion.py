@@ -171,7 +171,7 @@ def relabel(rng: np.random.Generator, number: int) -> CaseResult:
         return CaseResult(suffix, f"{name}: another answer on the map read from {suffix}", data_of)
     bodies = [ObstacleTrack(k, _track(rng, scene), 0, 1) for k in range(int(rng.integers(2, 6)))]
     mixed = tuple(
-        replace(bodies[k], body=90 - i) for i, k in enumerate(rng.permutation(len(bodies)).tolist())
+        replace(bodies[k], obstacle=90 - i) for i, k in enumerate(rng.permutation(len(bodies)).tolist())
     )
     timed = TIMED[number % 2]
     one, two = (_plan(timed, scene, some) for some in (tuple(bodies), mixed))

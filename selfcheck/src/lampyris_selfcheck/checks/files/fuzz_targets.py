@@ -13,7 +13,7 @@ from lampyris import movingai
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
-from lampyris.io.paths import PathPoints, read_way
+from lampyris.io.paths import PathPoints, read_path_points
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -81,7 +81,7 @@ def _ros_picture(path: Path, k: int) -> MapDocument:
 
 def _way(path: Path, k: int) -> PathPoints:
     """A way, in each unit; on a map."""
-    found = read_way(path, (None, "metres", "cells")[k % 3])
+    found = read_path_points(path, (None, "metres", "cells")[k % 3])
     found.on(valid.PLAIN)
     return found
 

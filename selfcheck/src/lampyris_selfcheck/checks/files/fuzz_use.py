@@ -26,7 +26,7 @@ from lampyris.errors import LampyrisError
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
-from lampyris.io.paths import read_way
+from lampyris.io.paths import read_path_points
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_movers
@@ -159,7 +159,7 @@ def _map(path: Path, rng: np.random.Generator) -> Go:
 
 
 def _path(path: Path, rng: np.random.Generator) -> Go:
-    way = read_way(path, pick(rng, (None, "metres", "cells")))
+    way = read_path_points(path, pick(rng, (None, "metres", "cells")))
     size = float(10.0 ** rng.uniform(-3, 3)) if rng.random() < 0.3 else 1.0
     grid = Grid(pick(rng, use_files.GRIDS), resolution=size)
     points = way.on(grid)

@@ -143,7 +143,7 @@ def off_the_map(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     return replace(asked, cells=(*asked.cells[:k], (cell[0], cell[1]), *asked.cells[k + 1 :]))
 
 
-def wall_on_the_way(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
+def wall_along(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """One of its cells is a wall."""
     return _walled(asked, asked.cells[int(rng.integers(len(asked.cells)))])
 
@@ -185,7 +185,7 @@ TWELVE: tuple[tuple[str, Spoil, frozenset[str]], ...] = (
     ("a jump", jump, frozenset({"step"})),
     ("stands still", stands_still, frozenset({"step"})),
     ("off the map", off_the_map, frozenset({"outside"})),
-    ("a wall on the way", wall_on_the_way, frozenset({"wall"})),
+    ("a wall on the way", wall_along, frozenset({"wall"})),
     ("a corner cut", cut_corner, frozenset({"corner", "knight"})),
     ("wrong counts", wrong_counts, frozenset({"steps"})),
     ("wrong length", wrong_length, frozenset({"cost"})),

@@ -36,7 +36,7 @@ from lampyris.planning.swarm.optimisers.glowworm import GSO, igso
 from lampyris.planning.swarm.optimisers.loop import Optimiser, StoppingRule, maximise
 from lampyris.planning.swarm.optimisers.particle import PSO, apso
 from lampyris.sim.traffic.adversary import Adversary
-from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.mobility import drawn_traffic
 from lampyris_selfcheck.checks.process.canonical import digest
 from lampyris_selfcheck.checks.studies.small_studies import small
 
@@ -191,7 +191,7 @@ def _among(rng: np.random.Generator, most: int) -> Scene:
     grid = _grid(rng, plain=True, least=12, most=most)
     scene = _scene(rng, grid, robot=Robot(), moves=MOVES[("octile", "dissertation")[int(rng.integers(2))]])
     kind = ("random-walk", "patrol", "crossing", "mixed")[int(rng.integers(4))]
-    traffic = crowd(kind, int(rng.integers(1, 6)), grid, int(rng.integers(2**31)), fit=scene)
+    traffic = drawn_traffic(kind, int(rng.integers(1, 6)), grid, int(rng.integers(2**31)), fit=scene)
     return replace(scene, traffic=traffic)
 
 

@@ -14,7 +14,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import SampledPath, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.typing import Floats, Points
 
@@ -78,7 +78,7 @@ def on_curves(rng: np.random.Generator) -> ProfilePath:
     under = np.floor(curve.at(np.linspace(0, curve.length, 2000))[0] + 0.5).astype(int)
     blocked[under[:, 1], under[:, 0]] = False
     scene = Scene(Grid(blocked, resolution=resolution), (0, 0), (1, 1), robot=drawn_robot(rng))
-    ground = _peopled(rng, course_of(curve, resolution / 4.0), scene)
+    ground = _peopled(rng, sample_curve(curve, resolution / 4.0), scene)
     if isinstance(ground.way, SampledPath) and rng.random() < 0.5:
         return ground._replace(way=refined(ground.way, ground.scene))
     return ground

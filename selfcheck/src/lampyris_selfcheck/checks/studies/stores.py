@@ -35,7 +35,7 @@ def study(seeds: int = 10, **more: Any) -> Study:
     return Study(**{
         "name": "small", "kind": "plan", "worlds": tuple(World(g, (0, 0), (7, 5), 9.0) for g in grounds),
         "planners": (Config("astar", {"weight": 1.0}), Config("ad-gso", {"swarm": 8}, "glowworms, 8")),
-        "laws": (Config("constant", {"speed": 1.0}),), "crowds": (StudyTraffic("random-walk", 3),),
+        "laws": (Config("constant", {"speed": 1.0}),), "traffic_cases": (StudyTraffic("random-walk", 3),),
         "seeds": tuple(range(seeds)),
         **more,
     })  # fmt: skip

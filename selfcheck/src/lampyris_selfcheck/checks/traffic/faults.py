@@ -69,7 +69,7 @@ def _fault(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     scene = _scene(rng)
     at = float(rng.uniform(0.0, 9.0))
     lasts = float(rng.uniform(0.2, 4.0)) if rng.random() < 0.3 else math.inf
-    feed = FaultySensor(kind, at, lasts, body=int(rng.integers(3)), goal=scene.goal)
+    feed = FaultySensor(kind, at, lasts, obstacle=int(rng.integers(3)), goal=scene.goal)
     made = _driven(rng, scene, number, feed)
     if made is None:
         tally.count("refused: obstacles do not fit")
@@ -152,11 +152,11 @@ def _since(made: Drive, feed: FaultySensor) -> float | None:
     if feed.kind not in (*_ABOUT_A_BODY, "in-robot"):
         return feed.at
     began = [track.t[0] for track in made.tracks]
-    if feed.body >= len(began):
+    if feed.obstacle >= len(began):
         return None
     if feed.kind in ("jumps", "missing"):
-        return feed.at if began[feed.body] < feed.at - made.period else None
-    return max(feed.at, float(began[feed.body]))
+        return feed.at if began[feed.obstacle] < feed.at - made.period else None
+    return max(feed.at, float(began[feed.obstacle]))
 
 
 def _moves(made: Drive, since: float, until: float, kind: str) -> bool:
@@ -191,7 +191,7 @@ def _could_be_seen(made: Drive, feed: FaultySensor) -> bool:
         until = min(feed.at + feed.lasts, made.duration)
         times = np.linspace(min(feed.at + made.period, until), until, 50)
         return bool((made.at(times)[1] > 0.0).any())
-    return feed.body < len(began) and began[feed.body] < feed.at - made.period
+    return feed.obstacle < len(began) and began[feed.obstacle] < feed.at - made.period
 
 
 def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> str:

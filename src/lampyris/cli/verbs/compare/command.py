@@ -53,7 +53,7 @@ def compare(
         typer.Option(
             "--planners",
             metavar="NAME,...",
-            help="Who plans, settings behind colons: ad-gso,ad-gso:choice=exact "
+            help="The planners, with settings after colons: ad-gso,ad-gso:choice=exact "
             "(default: ad-gso, astar, dstar-lite, theta-star, dstar-lpso; among obstacles sipp too).",
         ),
     ] = None,
@@ -62,7 +62,7 @@ def compare(
         typer.Option(
             "--laws",
             metavar="NAME,...",
-            help="By which speed laws, settings behind colons (default: the preset's); with it the picture "
+            help="The speed laws, with settings after colons (default: the preset's); the picture then "
             "shows speeds.",
         ),
     ] = None,
@@ -75,12 +75,12 @@ def compare(
     live: Annotated[
         bool,
         typer.Option(
-            "--live", help="Obstacles wait for the robot; else everyone meets the very same tracks."
+            "--live", help="Obstacles react to the robot; without it all runs meet the same recorded tracks."
         ),
     ] = False,
-    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", min=1, help="When to stop.")] = None,
+    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", min=1, help="The last tick.")] = None,
     seeds: Annotated[
-        int, typer.Option("--seeds", metavar="N", help="How many worlds: means of N runs each.")
+        int, typer.Option("--seeds", metavar="N", help="Number of worlds: the table shows means over N runs.")
     ] = 1,
     workers: Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Processes.")] = 1,
     picture: Picture = None,
@@ -91,7 +91,7 @@ def compare(
     no_timing: NoTiming = False,
     force: Force = False,
 ) -> None:
-    """Compare a few planners and speed laws in the same world: one table, one picture."""
+    """Compare planners and speed laws in the same world: one table, one picture."""
     from lampyris.cli.request import Request
 
     request = Request(map_options, ends, robot, rules, PlannerOptions("astar"), LawOptions())
@@ -112,12 +112,12 @@ class CompareTraffic:
     live: bool
     ticks: int | None
 
-    def crowd(self) -> StudyTraffic:
+    def traffic(self) -> StudyTraffic:
         """The traffic as a study declares it.
 
         Raises
         ------
-        UsageError : no such mobility; options of a crowd where there is none.
+        UsageError : no such mobility; traffic options without traffic.
         """
         from lampyris.model.traffic import RandomWalk
         from lampyris.sim.traffic.mobility import MOBILITIES
@@ -164,8 +164,8 @@ class CompareRequest:
         from lampyris.io.maps.map_hash import map_hash
         from lampyris.study.design.study import Study, StudyMap, World
 
-        crowd, scene = self.traffic.crowd(), scenario.scene
-        names = self.planners or (AMONG_OBSTACLES if crowd.count else PLANNERS)
+        traffic, scene = self.traffic.traffic(), scenario.scene
+        names = self.planners or (AMONG_OBSTACLES if traffic.count else PLANNERS)
         planners = _entries("--planners", names, _planner)
         by = _entries("--laws", self.laws or scenario.law, _law)
         most = MAX_RUNS // (len(planners) * len(by))
@@ -176,11 +176,11 @@ class CompareRequest:
         ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
         return Study(
             name="compare",
-            kind="simulate" if crowd.count else "plan",
+            kind="simulate" if traffic.count else "plan",
             worlds=(World(ground, scene.start, scene.goal),),
             planners=planners,
             laws=by,
-            crowds=(crowd,),
+            traffic_cases=(traffic,),
             seeds=tuple(range(self.seeds)),
             moves=scene.moves.name,
             robot=asdict(scene.robot),
@@ -226,19 +226,19 @@ def _entries(option: str, text: str, make: Callable[[str, list[str]], Config]) -
 def _planner(name: str, words: list[str]) -> Config:
     """A planner with all its settings."""
     from lampyris.cli.request import parse_settings
-    from lampyris.study.design.config import planner_who
+    from lampyris.study.design.config import planner_config
 
-    return planner_who(name, parse_settings(name, words), label_of(name, words))
+    return planner_config(name, parse_settings(name, words), label_of(name, words))
 
 
 def _law(name: str, words: list[str]) -> Config:
     """A law with all its settings."""
     from lampyris.cli.request import parse_law
     from lampyris.motion.laws import registry as laws
-    from lampyris.study.design.config import law_who
+    from lampyris.study.design.config import law_config
 
     check_choice("LAW", "--laws", name, laws.LAWS)
-    return law_who(name, parse_law(name, words), label_of(name, words))
+    return law_config(name, parse_law(name, words), label_of(name, words))
 
 
 def label_of(name: str, words: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""The picture of ``lampyris compare``: every planner's way in the first world, and speeds along them."""
+"""The picture of ``lampyris compare``: every planner's path in the first world, and speeds along them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.report.charts.speed_chart import line_of
-from lampyris.report.pictures.compare_picture import DrawnPath, Speeds, draw_ways
+from lampyris.report.pictures.compare_picture import DrawnPath, Speeds, draw_paths
 from lampyris.study.design.study import Job, Study
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.execution.worker import TimeUp, run_job
 from lampyris.typing import Floats, Points
 
@@ -25,48 +25,48 @@ NOTHING: Points = np.zeros((0, 2))
 
 
 def draw(study: Study, lines: Sequence[CompareLine], out: Path, *, speeds: bool) -> None:
-    """Run the first world once more, for its ways, and draw them.
+    """Run the first world once more, for its paths, and draw them.
 
-    With one law ``speeds`` draws each planner's; with several the laws of the first planner that found a way.
+    With one law ``speeds`` draws each planner's; with several the laws of the first planner that found a path.
     """
     first = replace(study, seeds=study.seeds[:1])
     jobs = list(first.jobs())
     world, many = study.worlds[0], len(study.laws)
     grid = world.ground.grid
     found = [_run_again(job, grid) for job in jobs[::many]]
-    ways = [
-        DrawnPath(who.called, _result_words(line), xy)
-        for who, line, (xy, _, _) in zip(study.planners, lines[::many], found, strict=True)
+    paths = [
+        DrawnPath(config.called, _result_words(line), xy)
+        for config, line, (xy, _, _) in zip(study.planners, lines[::many], found, strict=True)
     ]
     tracks = next((some for _, _, some in found if some), ())
     shown: list[Speeds] = []
     title = ""
     if speeds and many == 1:
-        title = f"speed along each way, {study.laws[0].called} law"
+        title = f"speed along each path, {study.laws[0].called} law"
         shown = [
-            replace(line, name=who.called, way=k)
-            for k, (who, (_, line, _)) in enumerate(zip(study.planners, found, strict=True))
+            replace(line, name=config.called, path=k)
+            for k, (config, (_, line, _)) in enumerate(zip(study.planners, found, strict=True))
             if line is not None
         ]
     elif speeds:
         k = next((k for k, (_, line, _) in enumerate(found) if line is not None), None)
         if k is not None:
-            title = f"speed along the way of {study.planners[k].called}, by law"
+            title = f"speed along the path of {study.planners[k].called}, by law"
             some = [_run_again(job, grid)[1] for job in jobs[k * many : (k + 1) * many]]
             shown = [
                 replace(line, name=law.called)
                 for law, line in zip(study.laws, some, strict=True)
                 if line is not None
             ]
-    crowd = study.crowds[0]
-    what = "nothing moves" if crowd.label == "none" else f"obstacles: {crowd_words(crowd.label)}"
+    traffic = study.traffic_cases[0]
+    what = "nothing moves" if traffic.label == "none" else f"obstacles: {traffic_words(traffic.label)}"
     words = f"{world.query}  ·  {study.moves} moves  ·  {what}"
     if len(study.seeds) > 1:
         words += f"  ·  the first of {len(study.seeds)} worlds; the numbers are of this one"
-    names = "planner" if len(ways) == 1 else "planners"
-    draw_ways(
-        grid, world.start, world.goal, ways, out, title=f"{len(ways)} {names} on {grid.name or 'a map'}",
-        told=words, speeds=shown, speeds_title=title, tracks=tracks,
+    names = "planner" if len(paths) == 1 else "planners"
+    draw_paths(
+        grid, world.start, world.goal, paths, out, title=f"{len(paths)} {names} on {grid.name or 'a map'}",
+        subtitle=words, speeds=shown, speeds_title=title, tracks=tracks,
     )  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def _result_words(line: CompareLine) -> str:
     good = row.metrics.get("found") or row.metrics.get("arrived")
     words = [] if good else [str(row.metrics.get("outcome") or row.ending)]
     lines = row.metrics.get("length_any_angle")
-    # What is drawn of such a plan are its lines; its cost is of another way, the walk by cells.
+    # What is drawn of such a plan are its lines; its cost is that of another path, the walk by cells.
     words += [f"any-angle length {lines:.2f}"] if isinstance(lines, int | float) else []
     by = " by cells" if isinstance(lines, int | float) else ""
     words += [f"cost{by} {cost:.2f}"] if isinstance(cost, int | float) else []
@@ -87,7 +87,7 @@ def _result_words(line: CompareLine) -> str:
 
 
 def _run_again(job: Job, grid: Any) -> tuple[Points, Speeds | None, tuple[Points, ...]]:
-    """A run once more: its way, its speeds, where obstacles went."""
+    """A run once more: its path, its speeds, where obstacles went."""
     try:
         made = run_job(job.plain, grid)
     except (LampyrisError, TimeUp):
@@ -110,7 +110,7 @@ def _planned(profile: Profile) -> Speeds:
 
 
 def _driven(trace: Trace) -> Speeds | None:
-    """Speed over the way that was really driven, waits at one place."""
+    """Speed over the path that was really driven, waits at one place."""
     if len(trace.robot) < 2:
         return None
     step = np.diff(trace.robot.astype(np.float64), axis=0)

@@ -13,7 +13,7 @@ from lampyris.report.html.table import Tab
 from lampyris.study.analysis.summary_tables import START, places_of
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.otherwise import remark
 
 ANY_ANGLE = ("theta-star", "lazy-theta-star")
@@ -79,8 +79,8 @@ def _outcome(line: CompareLine, metric: str) -> str:
 
 
 def _moving(study: Study) -> str:
-    label = study.crowds[0].label
-    return label if label == "none" else crowd_words(label)
+    label = study.traffic_cases[0].label
+    return label if label == "none" else traffic_words(label)
 
 
 def _values(line: CompareLine, columns: Sequence[Column]) -> list[float | None]:
@@ -174,7 +174,7 @@ def record(
         "goal": list(world.goal),
         "moves": study.moves,
         "kind": study.kind,
-        "crowd": study.crowds[0].label,
+        "crowd": study.traffic_cases[0].label,
         "seeds": len(study.seeds),
         "seed": study.root,
         "rows": [

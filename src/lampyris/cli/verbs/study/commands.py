@@ -43,11 +43,11 @@ app = typer.Typer(
     no_args_is_help=True,
     options_metavar="",
     subcommand_metavar="STUDY [OPTIONS] | ACTION ...",
-    help="Run a study: maps x queries x planners x speed laws x traffic x seeds, in one store that can be "
-    "killed and continued.",
+    help="Run a study: maps x queries x planners x speed laws x traffic x seeds, in one store; an "
+    "interrupted study can be resumed.",
     epilog="`lampyris study run --help` shows the options of `lampyris study STUDY`, `lampyris study list` "
-    "the studies that come ready. Exit codes: 0 every run has its row (failures too), 2 bad words or values "
-    "of the call, 3 bad file or store, 5 limit, 130 interrupted (what was done stays).",
+    "the bundled studies. Exit codes: 0 every run has its row (failures too), 2 wrong "
+    "arguments, 3 bad file or store, 5 limit, 130 interrupted (finished runs are kept).",
 )
 
 StoreFile = Annotated[
@@ -68,15 +68,16 @@ LatexOut = Annotated[
 Timing = Annotated[
     bool,
     typer.Option(
-        "--timing", help="With seconds and memory in what is written: no longer the same bytes each time."
+        "--timing",
+        help="Include time and memory in the output: it is then no longer the same bytes each time.",
     ),
 ]
-Films = Annotated[bool, typer.Option("--films/--no-films", help="Whether the page has a few films.")]
+Films = Annotated[bool, typer.Option("--films/--no-films", help="Whether the report includes a few films.")]
 
 Reference = Annotated[
     str | None,
     typer.Option(
-        "--reference", metavar="NAME", help="Whom the others are compared with (default: the first)."
+        "--reference", metavar="NAME", help="The planner the others are compared with (default: the first)."
     ),
 ]
 
@@ -85,40 +86,47 @@ Reference = Annotated[
 def run(
     study: Annotated[
         str,
-        typer.Argument(metavar="STUDY", help="A study file (.yaml, .json), or the name of a ready study."),
+        typer.Argument(metavar="STUDY", help="A study file (.yaml, .json), or the name of a bundled study."),
     ],
     store: Annotated[
         Path | None,
-        typer.Option("--store", metavar="FILE", help="Where results are kept (default: NAME.study.db here)."),
+        typer.Option(
+            "--store",
+            metavar="FILE",
+            help="Where results are stored (default: NAME.study.db in this folder).",
+        ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: one a core).")
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=1, help="Number of worker processes (default: one per core)."
+        ),
     ] = None,
     dask: Annotated[
         str | None,
         typer.Option(
             "--dask",
             metavar="tcp://HOST:PORT",
-            help="Run on a Dask cluster that is there (the extra `dask`).",
+            help="Run on an existing Dask cluster (the extra `dask`).",
         ),
     ] = None,
     data: Annotated[
         Path | None,
-        typer.Option("--data", metavar="DIR", help="Where a study finds maps and .scen files it names."),
+        typer.Option(
+            "--data", metavar="DIR", help="Folder of the maps and .scen files that the study names."
+        ),
     ] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Begin anew: what the store holds is thrown away.")
-    ] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Start over: discard what the store holds.")] = False,
     again: Annotated[
         str | None,
         typer.Option(
             "--again",
             metavar="ENDINGS",
-            help="Run those again that ended so: failed, timeout or refused, with commas between.",
+            help="Repeat the runs that ended so: failed, timeout or refused, separated by commas.",
         ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", metavar="FILE", help="Write the page of the results (.html).")
+        Path | None, typer.Option("--report", metavar="FILE", help="Write the report (.html).")
     ] = None,
     films: Films = True,
     reference: Reference = None,
@@ -129,12 +137,13 @@ def run(
     allow_outside: AllowOutside = False,
     max_cells: MaxCells = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be run and where it is kept; run nothing.")
+        bool,
+        typer.Option("--dry-run", help="Print what would be run and where it would be stored; run nothing."),
     ] = False,
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Run a study, or continue it; the word `run` may be left out."""
+    """Run a study, or resume it; the word `run` may be omitted."""
     from lampyris.cli.verbs.study.files import StudyOutputs
     from lampyris.cli.verbs.study.running import StudyRequest, run_study
 
@@ -148,7 +157,7 @@ def run(
 
 @app.command("list", cls=Command)
 def list_(json_: Json = False) -> None:
-    """List the studies that come ready."""
+    """List the bundled studies."""
     from lampyris.cli.verbs.study import tables
     from lampyris.study.design import bundled
 
@@ -165,7 +174,7 @@ def write(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy (.yaml).")],
     force: Force = False,
 ) -> None:
-    """Write a copy of a ready study, to be edited."""
+    """Write a copy of a bundled study for editing."""
     from lampyris.io.files import write_file
     from lampyris.study.design import bundled
 
@@ -177,7 +186,7 @@ def write(
 
 @app.command(cls=Command)
 def show(store: StoreFile, json_: Json = False) -> None:
-    """Say what a store holds: the study, how far it is, and its results so far."""
+    """Show what a store holds: the study, its progress and its results so far."""
     _show_store(store, json_)
 
 
@@ -211,7 +220,7 @@ def report(
     ] = False,
     force: Force = False,
 ) -> None:
-    """Write the page of a store's results: tables, figures, a few films; one file without scripts."""
+    """Write the report of a store: tables, figures, a few films; one file without scripts."""
     from lampyris.cli.verbs.study.files import StudyOutputs
 
     file = page_of(store) if page is None else page
@@ -225,19 +234,21 @@ def repair(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="FILE", help="The repaired store (default: in its place; the old one is kept)."
+            "--out",
+            metavar="FILE",
+            help="The repaired store (default: in place of the old one, which is kept).",
         ),
     ] = None,
     study: Annotated[
         str | None,
-        typer.Option("--study", metavar="STUDY", help="The study, where the store's own copy is damaged."),
+        typer.Option("--study", metavar="STUDY", help="The study file, if the store's own copy is damaged."),
     ] = None,
     data: Annotated[
-        Path | None, typer.Option("--data", metavar="DIR", help="Where that study finds its files.")
+        Path | None, typer.Option("--data", metavar="DIR", help="Folder of that study's files.")
     ] = None,
     json_: Json = False,
 ) -> None:
-    """Keep every run of a damaged store that can be read; the study runs the others again."""
+    """Keep every readable run of a damaged store; the study repeats the others."""
     _repair_store(store, out, study, data, json_)
 
 

@@ -21,7 +21,7 @@ from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis.findings import Summary
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
-from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.execution.execution import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
@@ -36,10 +36,10 @@ SHORT = {
 
 
 def sizes(study: Study) -> str:
-    """``30 queries on 6 maps x 3 crowds x 10 seeds x 3 planners x 1 law = 2,700 runs (simulate)``."""
+    """``30 queries on 6 maps x 3 traffic cases x 10 seeds x 3 planners x 1 law = 2,700 runs (simulate)``."""
     parts = (
         f"{plural(len(study.worlds), 'query')} on {plural(len(study.grounds), 'map')}",
-        plural(len(study.crowds), "crowd"),
+        plural(len(study.traffic_cases), "traffic case"),
         plural(len(study.seeds), "seed"),
         plural(len(study.planners), "planner"),
         plural(len(study.laws), "law"),
@@ -58,7 +58,7 @@ def facts(study: Study) -> list[tuple[str, str]]:
         ("maps", ", ".join(ground.name for ground in study.grounds.values())),
         ("planners", ", ".join(who.called for who in study.planners)),
         ("laws", ", ".join(who.called for who in study.laws)),
-        ("crowds", "; ".join(crowd_words(crowd.label) for crowd in study.crowds)),
+        ("traffic", "; ".join(traffic_words(traffic.label) for traffic in study.traffic_cases)),
         ("budget", ", ".join(budget) or "none"),
     ]
     return [(key, value) for key, value in rows if value]
@@ -73,7 +73,7 @@ def record(study: Study, path: Path) -> dict[str, Any]:
         "runs": len(study),
         "maps": len(study.grounds),
         "queries": len(study.worlds),
-        "crowds": [crowd.label for crowd in study.crowds],
+        "crowds": [traffic.label for traffic in study.traffic_cases],
         "seeds": len(study.seeds),
         "planners": [who.called for who in study.planners],
         "laws": [who.called for who in study.laws],
@@ -173,9 +173,9 @@ def print_summary(results: Summary) -> None:
     from lampyris.study.analysis.summary_tables import ANY_ANGLE, estimate_text, sample, starts
 
     lines = False
-    for crowd in results.crowds:
-        title = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
-        some = [entry for entry in results.entries if entry.crowd == crowd and entry.runs]
+    for traffic in results.traffic_cases:
+        title = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
+        some = [entry for entry in results.entries if entry.traffic == traffic and entry.runs]
         if not some:
             text.line(f"{title}: nothing yet")
             continue

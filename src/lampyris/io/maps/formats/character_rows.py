@@ -1,4 +1,4 @@
-"""Maps as rows of characters: one reader for MovingAI and for plain text, told apart by their tables."""
+"""Maps as rows of characters: one reader for MovingAI and for plain text, which differ in their tables."""
 
 from __future__ import annotations
 

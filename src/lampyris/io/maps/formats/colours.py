@@ -26,9 +26,9 @@ from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import (
     BAD,
     BLOCKED,
-    BODY,
     FREE,
     GOAL,
+    OBSTACLE,
     START,
     UNKNOWN,
     CodeGrid,
@@ -41,7 +41,7 @@ from lampyris.io.maps.formats.document import (
 OCCUPIED_FROM = np.float32(0.65)
 FREE_UP_TO = np.float32(0.196)
 
-LEGEND = {(255, 0, 0): START, (255, 215, 0): GOAL, (255, 20, 147): BODY}
+LEGEND = {(255, 0, 0): START, (255, 215, 0): GOAL, (255, 20, 147): OBSTACLE}
 """Colours that are not grey. Black is blocked by the grey rule as well."""
 SHADES = {
     FREE: (255, 255, 255),
@@ -49,7 +49,7 @@ SHADES = {
     UNKNOWN: (205, 205, 205),
     START: (255, 0, 0),
     GOAL: (255, 215, 0),
-    BODY: (255, 20, 147),
+    OBSTACLE: (255, 20, 147),
 }
 """The colour each code is saved in."""
 

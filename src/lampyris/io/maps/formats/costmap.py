@@ -6,7 +6,7 @@ robot whose centre is there touches something) and 254 lethal, both blocked here
 Nav2 publishes a costmap as an occupancy grid, in which there are only 0 to 100 and -1, by a table of its
 own (``costmap_2d_publisher.cpp``): 0, 253, 254 and 255 become 0, 99, 100 and -1, and a value c from 1 to 252
 becomes ``1 + 97 (c - 1) / 251`` in whole numbers, so 1 to 98. :data:`FROM_OCCUPANCY` is the way back. Two or
-three values share an occupancy from 1 to 97, and the dearest of them is taken, ``min(252, 1 + (251 v - 1) /
+three values share an occupancy from 1 to 97, and the costliest of them is taken, ``min(252, 1 + (251 v - 1) /
 97)``: of what was rounded off none is given away for nothing, and there and back again is the same
 occupancy. The road not taken is Nav2's constructor of a Costmap2D from an occupancy grid, ``round(2.54 v)``:
 it is not the inverse of the table, 98 comes back as 249 and 99 as terrain.

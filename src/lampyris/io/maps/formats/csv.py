@@ -32,7 +32,7 @@ _DIGITS = 4
 """Characters of the longest number that can be right: ``-1`` and ``254``, and one zero too many."""
 _HEADER = 64
 """Cells of a first row that are looked at to tell a header from a map."""
-# Possessive, as all patterns for strangers' text: a cell of 20,000 digits and a letter took 8 s.
+# Possessive, as all patterns for untrusted text: a cell of 20,000 digits and a letter took 8 s.
 _FLOAT = re.compile(rb"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 _OCCUPANCY = "0 free, 1 blocked, -1 unknown"
 
@@ -229,7 +229,7 @@ def _wrong(source: FileSource, piece: bytes, shape: _Shape, line: int) -> Except
 
 
 def _ends(source: FileSource, line: int) -> Exception:
-    what = "rows that cannot be told apart"
+    what = "rows that cannot be distinguished"
     return source.error("CSV_ROW", what, f"line {line}", "ends of line: LF or CRLF")
 
 

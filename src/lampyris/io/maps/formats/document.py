@@ -13,7 +13,7 @@ from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT, Grid
-from lampyris.model.traffic import MAX_BODIES, ObstacleSpec, RandomWalk
+from lampyris.model.traffic import MAX_OBSTACLES, ObstacleSpec, RandomWalk
 from lampyris.typing import ByteGrid, Cell
 
 CodeGrid: TypeAlias = NDArray[np.uint8]
@@ -24,7 +24,7 @@ Occupancy: TypeAlias = NDArray[np.int8]
 BYTES_PER_CELL = 8
 """A file may have so many bytes for each cell allowed (16-bit colour with alpha), and a megabyte besides."""
 
-FREE, BLOCKED, UNKNOWN, START, GOAL, BODY = range(6)
+FREE, BLOCKED, UNKNOWN, START, GOAL, OBSTACLE = range(6)
 BAD = 255
 """What a reader's table gives for a value it does not know; never leaves the reader."""
 
@@ -38,9 +38,9 @@ class MapQuery:
     start, goal : cells (x, y).
     gates : how many gate cells every optimal path passes, where that is known.
     label : where it comes from.
-    octile : straight and diagonal steps of the shortest way by octile moves, where that is known.
+    octile : straight and diagonal steps of the shortest path by octile moves, where that is known.
     weighed : the same on a map with terrain, in 63rds, each step weighed by the cell it enters: the cheapest
-        way costs ``(n + m sqrt 2) / 63``. Such a query has no ``octile``.
+        path costs ``(n + m sqrt 2) / 63``. Such a query has no ``octile``.
     """
 
     start: Cell
@@ -52,7 +52,7 @@ class MapQuery:
 
     @property
     def cost(self) -> float | None:
-        """Cost of the best way by octile moves, in cells of plain ground; None where that is not known."""
+        """Cost of the best path by octile moves, in cells of plain ground; None where that is not known."""
         if self.weighed is not None:
             return (self.weighed[0] + self.weighed[1] * math.sqrt(2.0)) / TERRAIN_UNIT
         return None if self.octile is None else self.octile[0] + self.octile[1] * math.sqrt(2.0)
@@ -218,11 +218,14 @@ def document(
     blocked = (codes == BLOCKED) | unknown
     start = _only(codes, START, "start", source)
     goal = _only(codes, GOAL, "goal", source)
-    if int(np.count_nonzero(codes == BODY)) > MAX_BODIES:
+    if int(np.count_nonzero(codes == OBSTACLE)) > MAX_OBSTACLES:
         raise LimitError(
-            "LIMIT", "too many moving obstacles drawn", where=source.name, allowed=f"at most {MAX_BODIES:,}"
+            "LIMIT",
+            "too many moving obstacles drawn",
+            where=source.name,
+            allowed=f"at most {MAX_OBSTACLES:,}",
         )
-    bodies = tuple((int(x), int(y)) for y, x in np.argwhere(codes == BODY))
+    obstacles = tuple((int(x), int(y)) for y, x in np.argwhere(codes == OBSTACLE))
     grid = Grid(
         blocked,
         unknown=unknown if unknown.any() else None,
@@ -235,7 +238,7 @@ def document(
         if layer is not None:
             layer.setflags(write=False)
     return MapDocument(
-        grid, start, goal, bodies, queries, format, reading.notes, reading.occupancy, reading.surface
+        grid, start, goal, obstacles, queries, format, reading.notes, reading.occupancy, reading.surface
     )
 
 

@@ -283,7 +283,7 @@ def write_scen(
     Raises
     ------
     SettingError : SCEN_MAP (a name that no reader would take for one field), SCEN_RANGE (an end outside the
-        map), SCEN_LENGTH (a query whose shortest way is not known), SCEN_LINES (too many).
+        map), SCEN_LENGTH (a query whose shortest path is not known), SCEN_LINES (too many).
     FileError : FILE_WRITE.
     """
     where = os.fspath(path)
@@ -310,7 +310,7 @@ def _length(query: MapQuery | ScenQuery, where: str) -> float:
     if isinstance(query, ScenQuery):
         length = query.length
     elif query.octile is None:
-        raise SettingError("SCEN_LENGTH", "the shortest way is not known", where=where)
+        raise SettingError("SCEN_LENGTH", "the shortest path is not known", where=where)
     else:
         length = query.octile[0] + query.octile[1] * math.sqrt(2)
     if not 0 <= length < 10**15:

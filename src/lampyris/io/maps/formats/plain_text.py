@@ -11,10 +11,19 @@ import re
 
 from lampyris.io.maps.formats.character_rows import read_rows
 from lampyris.io.maps.formats.costmap import no_numbers
-from lampyris.io.maps.formats.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, FileSource, Reading
+from lampyris.io.maps.formats.document import (
+    BLOCKED,
+    FREE,
+    GOAL,
+    OBSTACLE,
+    START,
+    UNKNOWN,
+    FileSource,
+    Reading,
+)
 
 _NUMBERS = re.compile(rb"-?[0-9]{1,4}[ \t]{0,8}[-,;\t0-9\r\n]")
-MEANING = {"#": BLOCKED, ".": FREE, "?": UNKNOWN, "S": START, "G": GOAL, "o": BODY}
+MEANING = {"#": BLOCKED, ".": FREE, "?": UNKNOWN, "S": START, "G": GOAL, "o": OBSTACLE}
 
 
 def read_text(source: FileSource) -> Reading:

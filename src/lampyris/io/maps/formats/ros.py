@@ -12,7 +12,7 @@ does for Nav2: brightness of a colour is Rec. 601 luma, ``(306 R + 601 G + 117 B
 grey of another white, is scaled to 16 bits and divided by 257 downwards. That has not been run beside it.
 
 For planning only the value 0 is free. 1 to 99 (modes scale and raw) are blocked: Nav2's static layer takes
-them for free unless told otherwise, which is no default for a planner that knows nothing of costs. The
+them for free unless specified otherwise, which is no default for a planner that knows nothing of costs. The
 values themselves are in ``MapDocument.occupancy``. -1 is unknown, and blocked. Asked for costmap values, 1 to
 98 are terrain instead, by the inverse of Nav2's own table (:mod:`lampyris.io.maps.formats.costmap`).
 """

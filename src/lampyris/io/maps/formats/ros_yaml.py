@@ -53,7 +53,7 @@ class MapYaml:
 
 @dataclass(slots=True)
 class Doubts:
-    """What Nav2 accepts and a careful person would not: noted, or refused for strangers' files."""
+    """What Nav2 accepts although it is doubtful: noted, or refused for untrusted files."""
 
     strict: bool
     notes: list[str] = field(default_factory=list)
@@ -121,15 +121,15 @@ def _unknown_key(document: YamlDocument, key: str, missing: list[str], doubts: D
     doubts.add(problem, " ".join(("it is left aside;", todo)) if near else "it is left aside")
 
 
-def _number(document: YamlDocument, code: str, allowed: str, *way: str | int) -> float:
+def _number(document: YamlDocument, code: str, allowed: str, *key_path: str | int) -> float:
     value: Any = document.data
-    for step in way:
+    for step in key_path:
         value = value[step]
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     quoted = isinstance(value, str) and re.fullmatch(r"[-+.0-9eE]+", value) is not None
     todo = "take the quotation marks away" if quoted else ""
-    raise document.error(code, f"{shown(value)} is not a number", *way, allowed=allowed, todo=todo)
+    raise document.error(code, f"{shown(value)} is not a number", *key_path, allowed=allowed, todo=todo)
 
 
 def _threshold(document: YamlDocument, key: str) -> float:
@@ -208,7 +208,7 @@ def image_path(document: YamlDocument, name: str, source: FileSource, doubts: Do
     parts = os.path.normpath(wanted)
     path = parts if absolute else os.path.join(folder, parts)
     leaves = absolute or parts == os.pardir or parts.startswith(os.pardir + os.sep)
-    # Links are followed to see where they lead only for strangers: an installed ROS package is made of links.
+    # Links are followed to see where they lead only for untrusted files: an installed ROS package is made of links.
     closed = source.strict or source.confined
     if not (leaves or closed) or source.allow_outside or _inside(path, folder):
         return path

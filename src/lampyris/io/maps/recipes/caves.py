@@ -15,7 +15,7 @@ SETTINGS = (
     ),
     RecipeSetting("rounds", 5, 0, 100, "how often every cell follows the majority around it"),
     RecipeSetting(
-        "doublings", 0, 0, 8, "how often the caves are then enlarged to twice their size and worn anew"
+        "doublings", 0, 0, 8, "how often the caves are then enlarged to twice their size and worn again"
     ),
 )
 WORN = 0.2

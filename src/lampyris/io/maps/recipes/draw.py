@@ -1,4 +1,4 @@
-"""Draws that stay the same for ever: whole numbers straight from PCG64's raw stream.
+"""Draws that stay the same forever: whole numbers straight from PCG64's raw stream.
 
 NumPy promises the raw stream of a bit generator and of SeedSequence, but not that of ``Generator.integers``
 or ``Generator.choice`` from one release to the next (NEP 19). A map that is published by its seed must not

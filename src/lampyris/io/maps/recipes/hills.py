@@ -43,16 +43,16 @@ def hills(
 ) -> tuple[BoolGrid, ByteGrid]:
     """Smooth noise of three wavelengths, cut at heights that give each kind of ground its share of the map.
 
-    What is left free without a way to the rest becomes water too.
+    What is left free without a path to the rest becomes water too.
     """
     land = _heights(draw, width, height, pitch)
     lake, level = _cut(land, water, plain, levels)
     blocked = lake | (draw.units(height, width) < rocks)
     terrain = (dearest * level // levels).astype(np.uint8)
     for _ in range(roads):
-        way = _road(draw, width, height, pitch, road)
-        blocked[way] = False
-        terrain[way] = 0
+        lane = _road(draw, width, height, pitch, road)
+        blocked[lane] = False
+        terrain[lane] = 0
     blocked = keep_largest(blocked)
     terrain[blocked] = 0
     return blocked, terrain
@@ -92,5 +92,5 @@ def _road(draw: Draw, width: int, height: int, pitch: int, wide: int) -> BoolGri
     before = np.append(at[:1], at[:-1])
     first, last = np.minimum(at, before), np.maximum(at, before) + wide - 1
     place = np.arange(across, dtype=np.int32)[:, None]
-    way: BoolGrid = (place >= first) & (place <= last)
-    return way.T if upright else way
+    lane: BoolGrid = (place >= first) & (place <= last)
+    return lane.T if upright else lane

@@ -127,7 +127,7 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
                 hills.SETTINGS,
             ),
             Recipe(
-                "maze", "corridors with one way, or a few, between any two places", maze.maze, maze.SETTINGS
+                "maze", "corridors with one path, or a few, between any two places", maze.maze, maze.SETTINGS
             ),
             Recipe(
                 "office", "corridors with rooms on both sides, doors, desks", office.office, office.SETTINGS

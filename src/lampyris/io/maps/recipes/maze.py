@@ -1,4 +1,4 @@
-"""Mazes: one way between any two places, or a few more."""
+"""Mazes: one path between any two places, or a few more."""
 
 from __future__ import annotations
 

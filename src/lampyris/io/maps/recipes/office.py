@@ -46,8 +46,8 @@ def office(
         )
     blocked = np.ones((height, width), dtype=np.bool_)
     ends = [1 + (height - 1) * k // count for k in range(count + 1)]
-    ways = _ways_across(draw, width, corridor, room, wing)
-    parts = _between(ways, width)
+    corridors = _corridors_across(draw, width, corridor, room, wing)
+    parts = _between(corridors, width)
     for k in range(count):
         low, high = ends[k], ends[k + 1] - 2
         top = low + (high - low + 1 - corridor - 2) // 2
@@ -55,26 +55,26 @@ def office(
         for wall, y0, y1 in ((top, low, top - 1), (top + corridor + 1, top + corridor + 2, high)):
             for x0, x1 in parts:
                 _rooms(draw, blocked, (x0, y0, x1, y1), wall, room, door, open, joined, desks)
-    for x0, x1 in ways:
+    for x0, x1 in corridors:
         blocked[1 : height - 1, x0 : x1 + 1] = False
     return blocked
 
 
-def _ways_across(draw: Draw, width: int, corridor: int, room: int, wing: int) -> list[tuple[int, int]]:
+def _corridors_across(draw: Draw, width: int, corridor: int, room: int, wing: int) -> list[tuple[int, int]]:
     """Corridors across, (first, last) column of each: about evenly apart, none closer than a room."""
     count = max(1, (width - 2) // (wing + corridor))
-    ways = []
+    corridors = []
     for k in range(count):
         low, high = 1 + (width - 2) * k // count, (width - 2) * (k + 1) // count
         spare = max(0, (high - low + 1 - corridor - 2 * room - 2) // 2)
         at = (low + high + 1 - corridor) // 2 + draw.between(-spare, spare)
-        ways.append((at, at + corridor - 1))
-    return ways
+        corridors.append((at, at + corridor - 1))
+    return corridors
 
 
-def _between(ways: list[tuple[int, int]], width: int) -> list[tuple[int, int]]:
+def _between(corridors: list[tuple[int, int]], width: int) -> list[tuple[int, int]]:
     """The columns for rooms beside those corridors and the walls along them."""
-    edges = [-1, *(e for way in ways for e in way), width]
+    edges = [-1, *(edge for pair in corridors for edge in pair), width]
     parts = [(edges[k] + 2, edges[k + 1] - 2) for k in range(0, len(edges), 2)]
     return [(x0, x1) for x0, x1 in parts if x1 > x0]
 

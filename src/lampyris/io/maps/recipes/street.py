@@ -48,7 +48,7 @@ def street(
 ) -> BoolGrid:
     """A bent chessboard of blocks and streets, cut by straight avenues and round streets.
 
-    What is left free without a way to the rest is built over.
+    What is left free without a path to the rest is built over.
     """
     bend = min(bend, block // 2)
     u = np.arange(width, dtype=np.int32)[None, :] + _bent(draw, width, height, block, bend)

@@ -11,7 +11,7 @@ from lampyris.typing import BoolGrid
 SETTINGS = (
     RecipeSetting("depth", 2, 1, 32, "depth of a rack, cells"),
     RecipeSetting("aisle", 3, 1, 64, "width of the aisles between racks, cells"),
-    RecipeSetting("cross", 4, 1, 64, "width of the ways between zones and along the walls, cells"),
+    RecipeSetting("cross", 4, 1, 64, "width of the aisles between zones and along the walls, cells"),
     RecipeSetting("zone", 30, 8, 1024, "side of a zone of racks, cells"),
     RecipeSetting("bay", 4, 1, 64, "length of a rack's bays, cells"),
     RecipeSetting("gaps", 0.08, 0.0, 1.0, "share of the bays that are missing"),
@@ -65,7 +65,7 @@ def warehouse(
 
 
 def _zones(low: int, high: int, side: int, cross: int) -> list[tuple[int, int]]:
-    """Divide low..high into zones of about that side with ways between: (first, last) of each."""
+    """Divide low..high into zones of about that side with aisles between: (first, last) of each."""
     count = max(1, (high - low + 1 + cross) // (side + cross))
     cells = high - low + 1 - (count - 1) * cross
     ends = [low + cells * k // count + k * cross for k in range(count + 1)]

@@ -106,8 +106,8 @@ def norms(vectors: Points) -> Values:
     return root
 
 
-def told(values: ArrayLike, n: int) -> Values:
-    """The values a swarm of n is told, checked; float64, (n,).
+def checked_values(values: ArrayLike, n: int) -> Values:
+    """The values passed to a swarm of n, checked; float64, (n,).
 
     Raises
     ------
@@ -115,5 +115,5 @@ def told(values: ArrayLike, n: int) -> Values:
     """
     array = np.asarray(values, dtype=np.float64)
     if array.shape != (n,) or not np.isfinite(array).all():
-        raise SettingError("VALUES", f"told values of shape {array.shape}", allowed=f"{n} finite numbers")
+        raise SettingError("VALUES", f"values of shape {array.shape}", allowed=f"{n} finite numbers")
     return array

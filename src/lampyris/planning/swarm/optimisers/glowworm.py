@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.scalars import in_range, is_word
 from lampyris.errors import SettingError, shown
-from lampyris.planning.swarm.optimisers.box import Box, Points, Values, norms, told
+from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values, norms
 from lampyris.planning.swarm.optimisers.steps import HORIZON, CoolingStep, DecayingStep, FixedStep, StepRule
 
 CHOICES = ("roulette", "greedy")
@@ -153,7 +153,7 @@ class GlowwormSwarm(Exclusive):
     def tell(self, values: Values) -> None:
         """Take in J at every glowworm, (n,), and let all of them move."""
         s = self.settings
-        light = told(values, s.n)
+        light = checked_values(values, s.n)
         if s.wander > 0:
             light = self._back_home(light)
         self.luciferin = (1.0 - s.rho) * self.luciferin + s.gamma * light

@@ -89,7 +89,7 @@ class OptimiserResult(Generic[Asked]):
     ----------
     best : the row of what was asked that had the best value (a point (d,)); None if nothing was evaluated.
     value : its value, in the function's own sign.
-    iterations, evaluations : rounds told, values asked for.
+    iterations, evaluations : rounds, values computed.
     why : ``iterations``, ``evaluations``, ``patience``, ``target`` or ``watch``: the rule that stopped it.
     best_by_iteration : the best value so far after each round, (iterations,).
     """
@@ -115,7 +115,7 @@ def maximise(
     swarm : from ``settings.start(box, rng)``.
     f : what was asked, n rows, to n finite values.
     stop : when to stop; None: after 250 rounds.
-    watch : asked after each evaluation; True stops before the swarm is told.
+    watch : asked after each evaluation; True stops before the values are returned to the swarm.
     """
     return _search(swarm, f, stop or StoppingRule(), watch, 1.0)
 

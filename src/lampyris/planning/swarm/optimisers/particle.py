@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
-from lampyris.planning.swarm.optimisers.box import Box, Points, Values, told
+from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values
 
 MOST = 100_000
 
@@ -140,7 +140,7 @@ class ParticleSwarm(Exclusive):
 
     Attributes
     ----------
-    iteration : rounds told.
+    iteration : rounds so far.
     positions, speeds : (n, d).
     places, values : (n, d) and (n,); each particle's own best place and its value.
     """
@@ -165,7 +165,7 @@ class ParticleSwarm(Exclusive):
     def tell(self, values: Values) -> None:
         """Take in the value at every particle, (n,), the greater the better, and let all of them move."""
         s, x = self.settings, self.positions
-        now = told(values, s.n)
+        now = checked_values(values, s.n)
         better = now > self.values
         self.values = np.where(better, now, self.values)
         self.places = np.where(better[:, np.newaxis], x, self.places)
