@@ -190,7 +190,7 @@ class LatticeSession(SessionBase):
                     return found, "Stopped improving at the budget."
         except Cancelled:
             own = cancellation.watch()
-            if own is None or own.was_stopped or (own.outer is not None and own.outer.is_over):
+            if own is None or own.was_cancelled or (own.outer is not None and own.outer.is_over):
                 raise
             self.drop(True)
             return found, "Stopped improving at the time limit."
