@@ -144,7 +144,7 @@ def test_the_states_are_those_recorded(seed):
     while one.outcome is None:
         one.step()
         places = [] if one.t == 0 else one.others.truth(one.t).xy.tolist()
-        states.append((one.t, one.xy, one.v, places))
+        states.append((one.t, one.xy, one.state.v, places))
     run = one.drive()
     t = np.array([s[0] for s in states])
     xy, v = run.at(t)

@@ -75,7 +75,7 @@ def test_the_last_command_lands(tracking):
 def test_arrived_is_one_tolerance():
     """The simulation's "at the goal" is the referee's (tests/referee/test_referee_drive_places.py)."""
     one = DriveSimulation(Scene(ROOM, (1, 2), (28, 2)), AStar())
-    end = one.leg.route.length
+    end = one.state.leg.route.length
     assert one._at_goal(end - 0.9 * AT_GOAL)
     assert not one._at_goal(end - 1.1 * AT_GOAL)
 

@@ -85,7 +85,7 @@ def planned(scenario: Scenario) -> tuple[Plan, Profile | None]:
 def simulated(scenario: Scenario, look: Look) -> Trace:
     """The scenario's simulation."""
     run = begin(scenario)
-    share = Share("running", run.last_tick)
+    share = Share("running", run.state.last_tick)
     while run.outcome is None:
         run.tick()
         share(run.now)

@@ -194,7 +194,7 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "goal": list(scenario.scene.goal),
         "causes": list(WORDS),
         "obstacle_specs": [obstacle_record(obstacle) for obstacle in run.traffic.obstacles],
-        "last_tick": run.last_tick,
+        "last_tick": run.state.last_tick,
         "notes": list(scenario.notes),
     }
 

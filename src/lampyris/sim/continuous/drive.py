@@ -37,9 +37,10 @@ from lampyris.planning.base import Budget, Planner
 from lampyris.planning.least_steps import demand_at_least, least_metres
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
-from lampyris.sim.continuous.leg import Leg, covered_cells
+from lampyris.sim.continuous.leg import covered_cells
 from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
+from lampyris.sim.continuous.state import DriveState
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import MotionSource
@@ -104,11 +105,8 @@ class DriveSimulation(Exclusive):
 
     Attributes
     ----------
-    t, s, v : now: seconds, metres along the present leg, m/s.
-    outcome : how it ended; None while it has not.
+    state : where the robot is and what it is about to do.
     others : all obstacles.
-    leg : the present path.
-    decision : the last one.
     """
 
     def __init__(
@@ -133,30 +131,32 @@ class DriveSimulation(Exclusive):
         self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster)
         self.replanner = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
-        self.t = self.s = self.v = 0.0
-        self.outcome: Outcome | None = None
-        self.detail = ""
-        self.decision = Decision(0.0, "start")
-        self.curves: list[Curve] = []
-        self.leg: Leg = self.replanner.nowhere(self.wheel.ceiling)
-        self._steps = 0
+        self.state = DriveState(self.replanner.nowhere(self.wheel.ceiling))
         cell = scene.grid.resolution
         self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
-        self._fault, self._fault_since = "", -1.0
-        self._news = False
         self._begin()
-        self.others.open(sources, None if self.leg.nowhere else self.leg.route)
-        self.optimum = self.leg.seconds if not self.leg.nowhere else None
+        self.others.open(sources, None if self.state.leg.nowhere else self.state.leg.route)
+        self.optimum = self.state.leg.seconds if not self.state.leg.nowhere else None
         self._cut: tuple[str, ...] = ()
-        limit = 60.0 + 10.0 * self.leg.seconds if one.time_limit is None else one.time_limit
+        limit = 60.0 + 10.0 * self.state.leg.seconds if one.time_limit is None else one.time_limit
         self.time_limit = self._within_decisions(limit)
-        self._total = time.perf_counter() - began
-        self._loading = loading.seconds() - loaded
+        self.state.total_s = time.perf_counter() - began
+        self.state.loading_s = loading.seconds() - loaded
+
+    @property
+    def t(self) -> float:
+        """Seconds that are over."""
+        return self.state.t
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; None while it has not."""
+        return self.state.outcome
 
     @property
     def xy(self) -> tuple[float, float]:
         """Where the robot is, cells."""
-        return self.leg.route.at(self.s)
+        return self.state.leg.route.at(self.state.s)
 
     # ---- paths --------------------
 
@@ -171,8 +171,8 @@ class DriveSimulation(Exclusive):
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
-            self.curves.append(self.leg.route.curve)
-            self.train.begin(self.leg)
+            self.state.curves.append(self.state.leg.route.curve)
+            self.train.begin(self.state.leg)
         else:
             self._take(curve)
         if self.scene.start == self.scene.goal:
@@ -180,17 +180,17 @@ class DriveSimulation(Exclusive):
 
     def _take(self, curve: Curve) -> None:
         """Follow a path from its beginning."""
-        self.leg = self.replanner.leg(curve, self.wheel.ceiling)
-        self.s = self.v = 0.0
+        self.state.leg = self.replanner.leg(curve, self.wheel.ceiling)
+        self.state.s = self.state.v = 0.0
         self.waiting.begin()
-        self.train.begin(self.leg)
-        self.curves.append(curve)
+        self.train.begin(self.state.leg)
+        self.state.curves.append(curve)
 
     def _replan(self, why: str) -> None:
         """Ask again from where the robot stands; the old path stays if there is no new one."""
         xy, message = self.xy, self.watch.last
-        self.log.tell(self.t, "replan", xy, why)
-        self._news = False
+        self.log.tell(self.state.t, "replan", xy, why)
+        self.state.map_changed = False
         self.waiting.asked()
         plan, curve = self.replanner.again(xy, message, self._reaction(self.settings.decision_period))
         if not plan and self.replanner.blocked and plan.status in _NEVER:
@@ -223,7 +223,7 @@ class DriveSimulation(Exclusive):
         LimitError : the path alone takes more of them.
         """
         period = self.settings.decision_period
-        needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
+        needed = 0.0 if self.state.leg.nowhere else min(limit, self.state.leg.seconds) / period
         DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead=_LONGER)
         most = DECISIONS.allowed * period
         if limit > most:
@@ -241,51 +241,53 @@ class DriveSimulation(Exclusive):
         ------
         BusyError : another call is at work on this drive.
         """
-        if self.outcome is not None:
+        if self.state.outcome is not None:
             return
         began, loaded = time.perf_counter(), loading.seconds()
-        self._steps += 1
-        end = self._steps * self.settings.decision_period
+        self.state.periods += 1
+        end = self.state.periods * self.settings.decision_period
         self._listen()
-        if self.outcome is None:
-            self.decision = self._decide(end - self.t)
-            segments = self.train.drive(self.t, end, self.s, self.v, self.decision)
-            trajectory = Trajectory(self.leg.route, segments)
+        if self.state.outcome is None:
+            self.state.decision = self._decide(end - self.state.t)
+            segments = self.train.drive(self.state.t, end, self.state.s, self.state.v, self.state.decision)
+            trajectory = Trajectory(self.state.leg.route, segments)
             self._cut_at_goal(trajectory)
-            for obstacle in self.others.move(self.t, end, trajectory):
+            for obstacle in self.others.move(self.state.t, end, trajectory):
                 at, x, y = self.others.roster.corners[obstacle][0]
-                self.log.tell(max(at, self.t), "appear", (x, y), "An obstacle appeared.", obstacle)
+                self.log.tell(max(at, self.state.t), "appear", (x, y), "An obstacle appeared.", obstacle)
             self._contacts(trajectory)
             self._go(trajectory)
-        self._total += time.perf_counter() - began
-        self._loading += loading.seconds() - loaded
+        self.state.total_s += time.perf_counter() - began
+        self.state.loading_s += loading.seconds() - loaded
 
     def _listen(self) -> None:
         """Take in the robot's data, and react to faults in them."""
-        t, xy = self.t, self.xy
+        t, xy = self.state.t, self.xy
         messages = self.feed.tell(t, self.others.truth(t), xy)
-        fault = self.watch.hear(t, messages, xy, self.v > 0.0)
+        fault = self.watch.hear(t, messages, xy, self.state.v > 0.0)
         if self.replanner.update(self.watch.blocked):
-            self._news = True
+            self.state.map_changed = True
             self.log.tell(t, "fault", xy, "An update of the map blocks cells; the path is replanned.")
-        if fault and self._fault_since < 0.0:
-            self._fault, self._fault_since = f"{fault[0].upper()}{fault[1:]}", t
-            self.log.tell(t, "fault", xy, f"{self._fault}.")
-        elif not fault and self._fault_since >= 0.0:
-            self._fault_since = -1.0
+        if fault and self.state.fault_since < 0.0:
+            self.state.fault, self.state.fault_since = f"{fault[0].upper()}{fault[1:]}", t
+            self.log.tell(t, "fault", xy, f"{self.state.fault}.")
+        elif not fault and self.state.fault_since >= 0.0:
+            self.state.fault_since = -1.0
             self.log.tell(t, "fault", xy, "The data can be trusted again.")
-        elif fault and self.v == 0.0 and t - self._fault_since >= self.settings.data_timeout - 1e-9:
-            self._end(Outcome.STOPPED, f"{self._fault}, from {self._fault_since:.4g} s on.")
+        elif (
+            fault and self.state.v == 0.0 and t - self.state.fault_since >= self.settings.data_timeout - 1e-9
+        ):
+            self._end(Outcome.STOPPED, f"{self.state.fault}, from {self.state.fault_since:.4g} s on.")
 
     def _decide(self, period: float) -> Decision:
         brake = -self.scene.robot.d_max
-        if self._fault_since >= 0.0:
+        if self.state.fault_since >= 0.0:
             return Decision(brake, "no data")
-        if self._news:
+        if self.state.map_changed:
             return Decision(brake, "obstacle")
         if self.others.touching:
             return Decision(brake, "moving obstacle", min(self.others.touching))
-        if self.leg.nowhere or self.waiting.stood >= self.settings.patience:
+        if self.state.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
         made = self.wheel.controller.decide(self._state(period))
         # A message may list more obstacles than there are: nobody whom the drive could name.
@@ -295,20 +297,20 @@ class DriveSimulation(Exclusive):
     def _state(self, period: float) -> State:
         one, last = self.settings, self.watch.last
         assert last is not None
-        s, v = self.train.commanded(self.s, self.v)
+        s, v = self.train.commanded(self.state.s, self.state.v)
         return State(
-            t=self.t,
+            t=self.state.t,
             s=s,
             v=v,
-            at=node_at(self.leg, s),
-            leg=self.leg,
+            at=node_at(self.state.leg, s),
+            leg=self.state.leg,
             robot=self.scene.robot,
             message=last,
             still=last.stamp - self.watch.since,
             cells=covered_cells(self.scene, last) if self.wheel.cells else [],
             period=period,
             reaction=self._reaction(period),
-            real=(self.s, self.train.quickest(self.s, self.v)),
+            real=(self.state.s, self.train.quickest(self.state.s, self.state.v)),
             late=not isinstance(self.train, Perfect),
             haste=CATCH_UP if one.tracking == "position" else 1.0,
             noise=one.noise,
@@ -329,8 +331,8 @@ class DriveSimulation(Exclusive):
 
     def _at_goal(self, s: float) -> bool:
         """Whether a robot that stands there has arrived; the referee says the same."""
-        (x, y), (gx, gy) = self.leg.route.at(s), self.scene.goal
-        return not self.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
+        (x, y), (gx, gy) = self.state.leg.route.at(s), self.scene.goal
+        return not self.state.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
     def _contacts(self, trajectory: Trajectory) -> None:
         """The first contact that ends the drive, and every hit before it."""
@@ -358,39 +360,43 @@ class DriveSimulation(Exclusive):
 
     def _go(self, trajectory: Trajectory) -> None:
         """Write down what was driven and go to its end."""
-        leg, decision = max(len(self.curves) - 1, 0), self.decision
+        leg, decision = max(len(self.state.curves) - 1, 0), self.state.decision
         for one in trajectory.segments:
             cause = decision.cause
             if one.v == 0.0 and one.a == 0.0 and cause in ("acceleration", "limit", "braking"):
                 cause = "turn"
             self.log.add(one, leg, cause, decision.cause_index)
-        last, before = trajectory.segments[-1], self.t
-        self.t = last.end
-        self.s, self.v = last.after(self.t)
-        self.others.arrive(self.t)
+        last, before = trajectory.segments[-1], self.state.t
+        self.state.t = last.end
+        self.state.s, self.state.v = last.after(self.state.t)
+        self.others.arrive(self.state.t)
         self.others.let_go(self.xy)
-        if self.outcome is not None:
+        if self.state.outcome is not None:
             return
-        if self.v == 0.0 and self._at_goal(self.s):
+        if self.state.v == 0.0 and self._at_goal(self.state.s):
             self._arrive()
-        elif self.t >= self.time_limit:
-            self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.t:.6g} s, the limit.")
+        elif self.state.t >= self.time_limit:
+            self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.state.t:.6g} s, the limit.")
         else:
-            self._wait(self.t - before)
+            self._wait(self.state.t - before)
 
     def _wait(self, seconds: float) -> None:
         """Ask again, or give up, when obstacles have kept the robot from getting on for long."""
         one, waiting = self.settings, self.waiting
-        kept = waiting.count(self.s, self.decision.cause, seconds)
-        if self.v > 0.0:
+        kept = waiting.count(self.state.s, self.state.decision.cause, seconds)
+        if self.state.v > 0.0:
             return
-        if self._news:
+        if self.state.map_changed:
             self._replan("An update of the map blocks cells.")
         elif kept:
             if not waiting.reported:
                 waiting.reported = True
                 self.log.tell(
-                    self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.cause_index
+                    self.state.t,
+                    "wait",
+                    self.xy,
+                    "The robot waits for obstacles.",
+                    self.state.decision.cause_index,
                 )
             if waiting.waited > one.give_up:
                 where = f"at {self._here()}; the limit is {one.give_up:g} s"
@@ -405,11 +411,11 @@ class DriveSimulation(Exclusive):
     # ---- the story --------------------
 
     def _arrive(self) -> None:
-        self.log.tell(self.t, "arrive", self.xy, Outcome.ARRIVED.sentence)
+        self.log.tell(self.state.t, "arrive", self.xy, Outcome.ARRIVED.sentence)
         self._end(Outcome.ARRIVED, "")
 
     def _end(self, outcome: Outcome, detail: str) -> None:
-        self.outcome, self.detail = outcome, detail
+        self.state.outcome, self.state.detail = outcome, detail
 
     @one_call
     def drive(self) -> Drive:
@@ -420,16 +426,18 @@ class DriveSimulation(Exclusive):
         BusyError : another call is at work on this drive.
         """
         log, replanner = self.log.copy(), self.replanner
-        cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
-        cause_index = -1 if self.outcome is Outcome.ARRIVED else self.decision.cause_index
-        log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, cause_index)
+        cause = "goal" if self.state.outcome is Outcome.ARRIVED else self.state.decision.cause
+        cause_index = -1 if self.state.outcome is Outcome.ARRIVED else self.state.decision.cause_index
+        log.close(
+            self.state.t, self.state.s, self.state.v, max(len(self.state.curves) - 1, 0), cause, cause_index
+        )
         return Drive(
             scene=self.scene,
             planner=replanner.planner.name,
             law=self.wheel.name,
             seed=self.seed,
-            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
-            curves=tuple(self.curves),
+            outcome=Outcome.TIMEOUT if self.state.outcome is None else self.state.outcome,
+            curves=tuple(self.state.curves),
             t=np.array(log.t),
             s=np.array(log.s),
             v=np.array(log.v),
@@ -437,16 +445,20 @@ class DriveSimulation(Exclusive):
             leg=np.array(log.leg, dtype=np.int64),
             cause=tuple(log.cause),
             cause_index=np.array(log.cause_index, dtype=np.int64),
-            tracks=self.others.tracks(self.t),
+            tracks=self.others.tracks(self.state.t),
             obstacle_specs=tuple(self.others.roster.obstacles),
-            moments=tuple(sorted((m for m in log.moments if m.t <= self.t), key=lambda m: m.t)),
+            moments=tuple(sorted((m for m in log.moments if m.t <= self.state.t), key=lambda m: m.t)),
             period=self.settings.decision_period,
             optimum=self.optimum,
             replans=replanner.replans,
             expansions=replanner.expansions,
             error=self.train.error,
-            detail=self.detail,
-            timing={"total_s": self._total, "planning_s": replanner.seconds, "loading_s": self._loading},
+            detail=self.state.detail,
+            timing={
+                "total_s": self.state.total_s,
+                "planning_s": replanner.seconds,
+                "loading_s": self.state.loading_s,
+            },
             notes=(*replanner.notes.all(), *self._cut),
         )
 

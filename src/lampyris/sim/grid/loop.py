@@ -56,8 +56,9 @@ from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.sim.grid.editing import Walls
-from lampyris.sim.grid.following import Following, follow
+from lampyris.sim.grid.following import follow
 from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
+from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
@@ -122,10 +123,8 @@ class Simulation(Exclusive):
 
     Attributes
     ----------
-    now : ticks over.
-    outcome : how it ended; None while it has not.
-    world : where all obstacles are.
-    plan : what the planner said last.
+    state : all that changes from tick to tick besides the places of the obstacles.
+    world : where the robot and all obstacles are.
     """
 
     def __init__(
@@ -136,34 +135,35 @@ class Simulation(Exclusive):
         began, loaded = time.perf_counter(), loading.seconds()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
         settings = SimulationSettings(ticks, patience)
-        self.last_tick = settings.ticks
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
-        self.now = 0
-        self.outcome: Outcome | None = None
-        self.detail = ""
         self.tick_speed = TickSpeed(scene, law)
         space = CellIndex(scene.grid)
         self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         self.traffic = open_traffic(scene, self.world, self.seed)
         self.walls = Walls(scene, self.world, self.traffic)
-        self._news = ""
         self.session = planner.open(self.walls.known, self._stream())
-        self.plan: Plan
         self.notes = Notes()
-        self._on = Following(counted=True)
-        self._patient = self._held = 0
-        self._robot: list[Cell] = [scene.start]
-        self._tracks: list[list[int]] = [[n] for n in self.world.where]
-        self._speed, self._cause = [0.0], ["start"]
-        self._events: list[Event] = []
-        self._gates: set[Cell] = set()
-        self._repaired = False
-        self._replans = self._waits = self._path_switches = self._iterations = self._expansions = 0
-        self._planning_s = self._total_s = self._loading_s = 0.0
+        self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
         self._begin()
-        self._total_s += time.perf_counter() - began
-        self._loading_s += loading.seconds() - loaded
+        self.state.total_s += time.perf_counter() - began
+        self.state.loading_s += loading.seconds() - loaded
+
+    @property
+    def now(self) -> int:
+        """The last tick that is over."""
+        return self.state.now
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; None while it has not."""
+        return self.state.outcome
+
+    @property
+    def plan(self) -> Plan:
+        """The planner's last answer."""
+        assert self.state.plan is not None
+        return self.state.plan
 
     def _stream(self) -> np.random.Generator:
         return np.random.Generator(np.random.PCG64(np.random.SeedSequence((self.seed, 0))))
@@ -174,17 +174,17 @@ class Simulation(Exclusive):
         """The first plan, and whether there is anything to drive at all."""
         scene = self.scene
         self._ask(self._sense())
-        self._started = True
-        if self.last_tick is None:
-            steps = max(len(self._on.route) - 1, 0)
+        self.state.started = True
+        if self.state.last_tick is None:
+            steps = max(len(self.state.following.route) - 1, 0)
             TICKS.demand(steps, "the path", instead="say how many ticks there are")
             most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
-            self.last_tick = min(most, TICKS.allowed)
+            self.state.last_tick = min(most, TICKS.allowed)
         if not self.plan:
             verdict = self._without_traffic() if self.traffic.obstacles else self.plan
             closed = verdict.status is Status.NO_PATH and self.walls.may_open
             if verdict.status in _NEVER and not closed:
-                self._started = False
+                self.state.started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
         if scene.start == scene.goal:
@@ -195,52 +195,54 @@ class Simulation(Exclusive):
         began = loading.cpu()
         session = self.planner.open(self.walls.known, self._stream())
         plan = session.plan(Change(robot=self.scene.start), self.budget)
-        self._planning_s += loading.cpu() - began
-        self._expansions += plan.expansions
+        self.state.planning_s += loading.cpu() - began
+        self.state.expansions += plan.expansions
         return plan
 
     def _sense(self) -> Change:
-        tick = max(self.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
+        tick = max(self.state.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
         known_tracks = (
-            observed_obstacles(self.traffic, self.now) if self.planner.traits.sees_traffic else None
+            observed_obstacles(self.traffic, self.state.now) if self.planner.traits.sees_traffic else None
         )
         return sense(self.world, tick=tick, obstacle_tracks=known_tracks)
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
-        repaired = self._repaired
+        repaired = self.state.repaired
         ahead = self._ahead()
-        plan = self.plan = self.session.plan(self.walls.as_reported(change), self.budget)
+        plan = self.state.plan = self.session.plan(self.walls.as_reported(change), self.budget)
         self.notes.add(plan.notes)
-        self._repaired = plan.repaired
+        self.state.repaired = plan.repaired
         if plan.repaired and not repaired:
-            self._tell("repair", self._robot[-1], "Obstacles in the way count as walls until they leave.")
-        self._planning_s += loading.cpu() - began
-        self._expansions += plan.expansions
+            self._tell(
+                "repair", self.state.cells[-1], "Obstacles in the way count as walls until they leave."
+            )
+        self.state.planning_s += loading.cpu() - began
+        self.state.expansions += plan.expansions
         for gate in plan.gates_met:
-            x, y = self._robot[-1]
+            x, y = self.state.cells[-1]
             if max(abs(gate[0] - x), abs(gate[1] - y)) > 1:
                 continue  # foreseen in the preview; it is found on arrival
-            if gate in self._gates:
+            if gate in self.state.gates_met:
                 continue  # a planner that looks ahead tells of the same gate in every plan until it is passed
-            self._gates.add(gate)
-            self._replans += 1
+            self.state.gates_met.add(gate)
+            self.state.replans += 1
             self._tell("gate", gate, "A gate on the way proved too narrow; replanned.")
-        self._on = follow(plan, self._robot[-1])
-        if ahead is not None and self._on.ahead not in (None, ahead):
-            self._path_switches += 1
+        self.state.following = follow(plan, self.state.cells[-1])
+        if ahead is not None and self.state.following.ahead not in (None, ahead):
+            self.state.path_switches += 1
 
     def _ahead(self) -> Cell | None:
         """The next cell of the present plan if it can be entered now, committed to or not."""
-        cell = self._on.ahead
+        cell = self.state.following.ahead
         return cell if cell is not None and self._step_to(cell) is not None else None
 
     def _planned(self) -> Step | None:
         """The next step of the plan if it is legal now; HOLD if the plan says to wait and that is safe."""
-        if self._on.waits(self.now):
+        if self.state.following.waits(self.state.now):
             return None if self.world.robot_is_met() else HOLD
-        cell = self._on.ahead
-        return self._step_to(cell) if self._on.to_be_driven and cell is not None else None
+        cell = self.state.following.ahead
+        return self._step_to(cell) if self.state.following.to_be_driven and cell is not None else None
 
     def _step_to(self, cell: Cell) -> Step | None:
         """The step into a neighbour, if it is legal now."""
@@ -260,15 +262,15 @@ class Simulation(Exclusive):
         ------
         BusyError : another call is at work on this simulation.
         """
-        if self.outcome is not None:
+        if self.state.outcome is not None:
             return
         began, loaded = time.perf_counter(), loading.seconds()
-        self.now += 1
+        self.state.now += 1
         self._turn()
-        for obstacle in self.traffic.advance(self.now):
-            self._tracks.append([])
+        for obstacle in self.traffic.advance(self.state.now):
+            self.state.tracks.append([])
             self._tell("appear", self.world.space.cell(self.world.where[obstacle]), "An obstacle appeared.")
-        for track, number in zip(self._tracks, self.world.where, strict=True):
+        for track, number in zip(self.state.tracks, self.world.where, strict=True):
             track.append(number)
         step = self._choose()
         if step is None:
@@ -277,85 +279,90 @@ class Simulation(Exclusive):
             self._hold()
         else:
             self._drive(step)
-        if self.outcome is None and self.now == self.last_tick:
-            self._end(Outcome.TIMEOUT, too_late(self.now))
-        self._total_s += time.perf_counter() - began
-        self._loading_s += loading.seconds() - loaded
+        if self.state.outcome is None and self.state.now == self.state.last_tick:
+            self._end(Outcome.TIMEOUT, too_late(self.state.now))
+        self.state.total_s += time.perf_counter() - began
+        self.state.loading_s += loading.seconds() - loaded
 
     def _turn(self) -> None:
         """Walls come and go."""
-        turned = self.walls.turn(self.now, self._on.route[self._on.at :])
+        turned = self.walls.turn(self.state.now, self.state.following.route[self.state.following.at :])
         if turned is not None:
-            self._events += turned.events
-            self._news, self.tick_speed.scene = turned.why, self.walls.scene
+            self.state.events += turned.events
+            self.state.map_news, self.tick_speed.scene = turned.why, self.walls.scene
 
     def _choose(self) -> Step | None:
-        step = None if self._news else self._planned()
+        step = None if self.state.map_news else self._planned()
         if step is not None:
             return step
-        if self._news or self._on.to_be_driven or self._patient or not self._on.route:
-            self._replans += 1
-            self._tell("replan", self._robot[-1], self._why())
-            self._news = ""
+        if (
+            self.state.map_news
+            or self.state.following.to_be_driven
+            or self.state.waiting
+            or not self.state.following.route
+        ):
+            self.state.replans += 1
+            self._tell("replan", self.state.cells[-1], self._why())
+            self.state.map_news = ""
         change = self._sense()
         self._ask(change)
         step = self._planned()
         if step is None and self.world.robot_is_met():
             # No time to wait a step and ask again: a planner that would repair its field then must do so now.
-            self._replans += 1
-            self._tell("replan", self._robot[-1], "An obstacle came onto the robot; asked once more.")
+            self.state.replans += 1
+            self._tell("replan", self.state.cells[-1], "An obstacle came onto the robot; asked once more.")
             self._ask(change)
             step = self._planned()
         return step
 
     def _why(self) -> str:
-        if self._news:
-            return self._news
-        if self._patient or not self._on.route:
+        if self.state.map_news:
+            return self.state.map_news
+        if self.state.waiting or not self.state.following.route:
             return "Asked again after waiting."
-        return f"The next cell, {self._on.ahead}, cannot be entered now; chose again."
+        return f"The next cell, {self.state.following.ahead}, cannot be entered now; chose again."
 
     def _drive(self, step: Step) -> None:
-        came = self._robot[-1]
+        came = self.state.cells[-1]
         self.world.put_robot(step[0])
-        on = self._on
+        on = self.state.following
         on.at += 1
         here = on.route[on.at]
-        self._robot.append(here)
-        self._patient = self._held = 0
+        self.state.cells.append(here)
+        self.state.waiting = self.state.holding = 0
         if not on.counted:
-            self._iterations += self.plan.iterations if self.plan.commit is None else 1
+            self.state.iterations += self.plan.iterations if self.plan.commit is None else 1
             on.counted = True
         if here == self.scene.goal:
-            self._speed.append(0.0)
-            self._cause.append("goal")
+            self.state.speeds.append(0.0)
+            self.state.causes.append("goal")
             self._arrive()
             return
         speed, cause = self.tick_speed.drive([came, *on.route[on.at :]], seen_cells(self.world))
-        self._speed.append(speed)
-        self._cause.append(cause)
+        self.state.speeds.append(speed)
+        self.state.causes.append(cause)
 
     def _hold(self) -> None:
         """Wait because the plan says so."""
         self._stay_here()
-        self._tell("wait", self._robot[-1], "The plan waits here for the path to be clear.")
+        self._tell("wait", self.state.cells[-1], "The plan waits here for the path to be clear.")
         if self.plan.commit is None:
             return
-        self._held += 1
-        if self._held > self.patience:
-            self._give_up(self._held)
+        self.state.holding += 1
+        if self.state.holding > self.patience:
+            self._give_up(self.state.holding)
 
     def _stay_here(self) -> None:
-        self._robot.append(self._robot[-1])
+        self.state.cells.append(self.state.cells[-1])
         self.tick_speed.stop()
-        self._speed.append(0.0)
-        self._cause.append("waiting")
-        self._waits += 1
+        self.state.speeds.append(0.0)
+        self.state.causes.append("waiting")
+        self.state.waits += 1
 
     def _stay(self) -> None:
-        here = self._robot[-1]
+        here = self.state.cells[-1]
         self._stay_here()
-        self._patient += 1
+        self.state.waiting += 1
         if self.world.robot_is_met():
             self._tell("hit", here, Outcome.HIT.sentence)
             self._end(
@@ -366,24 +373,24 @@ class Simulation(Exclusive):
         self._tell(
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
-        if self._patient > self.patience:
-            self._give_up(self._patient)
+        if self.state.waiting > self.patience:
+            self._give_up(self.state.waiting)
 
     def _give_up(self, ticks: int) -> None:
         word = "" if self.plan else self.plan.sentence
-        self._end(Outcome.BLOCKED, gave_up(ticks, self._robot[-1], self.patience, word))
+        self._end(Outcome.BLOCKED, gave_up(ticks, self.state.cells[-1], self.patience, word))
 
     # ---- the story --------------------
 
     def _tell(self, word: str, cell: Cell, sentence: str) -> None:
-        self._events.append(Event(self.now, word, cell, sentence))
+        self.state.events.append(Event(self.state.now, word, cell, sentence))
 
     def _arrive(self) -> None:
         self._tell("arrive", self.scene.goal, Outcome.ARRIVED.sentence)
         self._end(Outcome.ARRIVED, "")
 
     def _end(self, outcome: Outcome, detail: str) -> None:
-        self.outcome, self.detail = outcome, detail
+        self.state.outcome, self.state.detail = outcome, detail
 
     @one_call
     def trace(self) -> Trace:
@@ -393,36 +400,38 @@ class Simulation(Exclusive):
         ------
         BusyError : another call is at work on this simulation.
         """
-        driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
-        route = np.array([self._robot[0], *driven])
+        driven = [b for a, b in zip(self.state.cells, self.state.cells[1:], strict=False) if a != b]
+        route = np.array([self.state.cells[0], *driven])
         grid = self.scene.grid
         return Trace(
             scene=self.scene,
             planner=self.planner.name,
             seed=self.seed,
-            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
-            robot=np.array(self._robot, dtype=np.int32),
-            tracks=tuple(map(self.world.space.cells, self._tracks)),
+            outcome=Outcome.TIMEOUT if self.state.outcome is None else self.state.outcome,
+            robot=np.array(self.state.cells, dtype=np.int32),
+            tracks=tuple(map(self.world.space.cells, self.state.tracks)),
             appears=tuple(self.traffic.appears),
             obstacle_specs=tuple(self.traffic.obstacles),
-            speed=np.array(self._speed),
-            cause=tuple(self._cause),
+            speed=np.array(self.state.speeds),
+            cause=tuple(self.state.causes),
             law=self.tick_speed.name,
             units=self.tick_speed.units,
-            events=tuple(self._events),
-            replans=self._replans,
-            waits=self._waits,
-            path_switches=self._path_switches,
-            iterations=self._iterations,
-            expansions=self._expansions,
-            path=path_of(route, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,
-            detail=self.detail,
+            events=tuple(self.state.events),
+            replans=self.state.replans,
+            waits=self.state.waits,
+            path_switches=self.state.path_switches,
+            iterations=self.state.iterations,
+            expansions=self.state.expansions,
+            path=path_of(route, moves_on(grid, self.scene.moves), grid.terrain)
+            if self.state.started
+            else None,
+            detail=self.state.detail,
             timing={
-                "total_s": self._total_s,
-                "planning_s": self._planning_s,
-                "loading_s": self._loading_s,
+                "total_s": self.state.total_s,
+                "planning_s": self.state.planning_s,
+                "loading_s": self.state.loading_s,
             },
-            last_tick=self.last_tick,
+            last_tick=self.state.last_tick,
             edits=tuple(self.walls.done),
             notes=self.notes.all(),
         )

@@ -22,36 +22,36 @@ def since(run: Simulation, first: int) -> Trace:
     appears = [max(came - first, 0) for came in run.traffic.appears]
     tracks = [
         _cells(track[max(first - came, 0) :], space)
-        for track, came in zip(run._tracks, run.traffic.appears, strict=True)
+        for track, came in zip(run.state.tracks, run.traffic.appears, strict=True)
     ]
     return Trace(
         scene=run.scene,
         planner=run.planner.name,
         seed=run.seed,
         outcome=Outcome.TIMEOUT if run.outcome is None else run.outcome,
-        robot=np.array(run._robot[first:], dtype=np.int32),
+        robot=np.array(run.state.cells[first:], dtype=np.int32),
         tracks=tuple(tracks),
         appears=tuple(appears),
         obstacle_specs=tuple(run.traffic.obstacles),
-        speed=np.array(run._speed[first:]),
-        cause=tuple(run._cause[first:]),
+        speed=np.array(run.state.speeds[first:]),
+        cause=tuple(run.state.causes[first:]),
         law=run.tick_speed.name,
         units=run.tick_speed.units,
         events=(),
-        replans=run._replans,
-        waits=run._waits,
-        path_switches=run._path_switches,
-        iterations=run._iterations,
-        expansions=run._expansions,
+        replans=run.state.replans,
+        waits=run.state.waits,
+        path_switches=run.state.path_switches,
+        iterations=run.state.iterations,
+        expansions=run.state.expansions,
         path=None,
-        detail=run.detail,
-        last_tick=run.last_tick,
+        detail=run.state.detail,
+        last_tick=run.state.last_tick,
     )
 
 
 def events_since(run: Simulation, number: int) -> list[Event]:
     """The events after the first ``number``."""
-    return run._events[number:]
+    return run.state.events[number:]
 
 
 def _cells(track: list[int], space: CellIndex) -> Cells:
