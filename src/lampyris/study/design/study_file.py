@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
 from lampyris.io.scenario.read import read_document
+from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
 from lampyris.study.design import bundled
@@ -135,7 +136,7 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
         tried.faults.give()
     sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "traffic cases": len(traffic_cases)}
     _check_size(parsed, {"queries": _least_queries(file), **sizes})
-    robot = Robot(**file.robot.model_dump())
+    robot = tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
     kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
     _check_kind(file, kind, traffic_cases, tried)
     reader = Worlds(files, tried, robot, moves, file.seed, has_folder)
@@ -153,7 +154,7 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
         traffic_cases=tuple(c for c, _ in traffic_cases),
         seeds=tuple(range(many)) if isinstance(file.seeds, int) else tuple(file.seeds),
         moves=moves,
-        robot=asdict(robot),
+        robot=_settings_of(robot),
         expansions=None if file.budget is None else file.budget.expansions,
         seconds=None if file.budget is None else file.budget.seconds,
         ticks=file.ticks,
@@ -164,6 +165,13 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
         about=" ".join(file.about.split()),
         notes=tuple(reader.notes),
     )
+
+
+def _settings_of(robot: Robot) -> dict[str, Any]:
+    """The robot's settings; its drive and footprint, which planners on cells do not look at, only where given."""
+    usual = asdict(Robot())
+    unread = ("drive", "footprint")
+    return {name: value for name, value in asdict(robot).items() if name not in unread or value != usual[name]}
 
 
 def _least_queries(file: StudyFile) -> int:
