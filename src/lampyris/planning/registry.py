@@ -169,13 +169,17 @@ def row_of(name: str) -> PlannerInfo:
     return PlannerInfo(name, kind.summary, kind.source, kind.traits, settings_of(kind))
 
 
-def list_planners() -> Mapping[str, PlannerInfo]:
-    """Every planner with its traits, settings and source, by name.
+def list_planners(*, poses: bool = False) -> Mapping[str, PlannerInfo]:
+    """Every planner on cells with its traits, settings and source, by name.
+
+    Parameters
+    ----------
+    poses : the planners of poses instead, which :func:`lampyris.plan` alone takes.
 
     A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
     """
     rows = {}
-    for name in names():
+    for name in pose_names() if poses else names():
         try:
             rows[name] = row_of(name)
         except InputError as fault:

@@ -34,7 +34,10 @@ def show_planners(name: str | None, as_json: bool) -> int:
     """List the planners, or say all of one. Returns the exit code."""
     from lampyris.planning.registry import list_planners, planner_class, row_of
 
-    rows = list(list_planners().values()) if name is None else [row_of(name)]
+    if name is None:
+        rows = [*list_planners().values(), *list_planners(poses=True).values()]
+    else:
+        rows = [row_of(name)]
     if as_json:
         records = [
             {
