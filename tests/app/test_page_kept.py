@@ -53,6 +53,7 @@ def settled(page: Any) -> bytes:
     raise AssertionError("the map is drawn for ever")
 
 
+@pytest.mark.nightly
 def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page: Any, tmp_path: Path) -> None:
     own = in_address(page)
     # There and back once before: what is drawn late after the page was opened is then there for good.
@@ -65,6 +66,7 @@ def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page:
     until(page, lambda: picture(page) == empty)
 
 
+@pytest.mark.nightly
 def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_show(page: Any) -> None:
     page.click("#tab-keep")
     says = page.locator("#keep-shows")

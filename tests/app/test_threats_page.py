@@ -197,6 +197,7 @@ def test_no_panel_and_no_action_asks_anybody_else(browser: Any, address: str, tm
     assert wrong == []
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_a_study_and_its_report_ask_nobody_else(browser: Any, address: str) -> None:
     with watched(browser) as (context, wrong):
@@ -295,11 +296,12 @@ def wrong_files(payload: str) -> list[tuple[str, str]]:
 
 
 MOST = [PAYLOADS[k : k + 11] for k in range(0, len(PAYLOADS), 11)]
+FEW = PAYLOADS[:44:9]
 
 
 @needs_chromium
 @pytest.mark.parametrize(
-    "some", sizes.some((one,) for one in MOST), ids=["first", "second", "third", "fourth"]
+    "some", sizes.some((one,) for one in [FEW, *MOST]), ids=["few", "first", "second", "third", "fourth"]
 )
 def test_strange_names_are_shown_as_words(browser: Any, address: str, some: tuple[str, ...]) -> None:
     """Each as a name; of mistakes and of files every kind of the first, and one in turn of every third."""
