@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sizes
 from bad_inputs.pictures import header_only, text_bomb, wide_png
 from lampyris.app.engine import decode as reading
 from lampyris.app.engine.decode import decode, files_of
@@ -23,7 +24,6 @@ from lampyris.app.engine.parse import unpacked
 from lampyris.app.server.library import container
 from lampyris.errors import InternalFault, LampyrisError, LimitError
 from lampyris_selfcheck.reference.files.map_files import png, rows
-from sizes import some
 
 GREY = 0
 SMALL = png(3, 2, 8, GREY, rows([0, 255, 255], [255, 255, 0]))
@@ -150,7 +150,7 @@ BOMBS: dict[str, tuple[str, Callable[[], bytes]]] = {
 """Files by what is wrong with them; their bytes are made when they are asked for."""
 
 
-@pytest.mark.parametrize("name", some(sorted(BOMBS, key="text line".__ne__)))
+@pytest.mark.parametrize("name", sizes.some(sorted(BOMBS, key="text line".__ne__)))
 def test_a_bomb_is_a_typed_answer(name: str) -> None:
     # With every commit ``test_threats_bombs.py`` throws the others, at a whole server.
     file, made = BOMBS[name]

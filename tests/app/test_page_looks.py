@@ -95,12 +95,12 @@ def test_texts_are_read_controls_are_hit_and_named_and_nothing_sticks_out(page: 
         texts += found["texts"]
         targets += found["targets"]
         wrong += [f"{state}, {what}: {one}" for what in ("pale", "small", "out") for one in found[what]]
-        for node in session.send("Accessibility.getFullAXTree")["nodes"]:
-            role = node.get("role", {}).get("value")
-            if node["ignored"] or role not in CONTROLS:
+        for one in session.send("Accessibility.getFullAXTree")["nodes"]:
+            role = one.get("role", {}).get("value")
+            if one["ignored"] or role not in CONTROLS:
                 continue
             controls += 1
-            if not node.get("name", {}).get("value", "").strip():
+            if not one.get("name", {}).get("value", "").strip():
                 wrong.append(f"{state}, no name: {role}")
     assert not wrong, "\n".join(dict.fromkeys(wrong))
     assert min(texts, targets, controls) > 700, (texts, targets, controls)

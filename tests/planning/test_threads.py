@@ -38,6 +38,7 @@ from lampyris.referee import check_plan
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.grid.loop import Simulation
 from lampyris.testing.overlap import Meanwhile, check_overlap
+from sizes import sized
 
 THREADS = 10
 COPIES: dict[str, Callable[[Any], Any]] = {
@@ -113,9 +114,10 @@ def test_a_call_during_another_is_refused_by_every_planner(name: str) -> None:
     check_overlap(small(name))
 
 
+@sized("cases", 15, 30)
 @pytest.mark.parametrize("name", registry.names())
-def test_ten_threads_on_one_session_get_right_answers(name: str) -> None:
-    ten_threads_on_one_session(small(name), scene_of(24), 30)
+def test_ten_threads_on_one_session_get_right_answers(name: str, cases: int) -> None:
+    ten_threads_on_one_session(small(name), scene_of(24), cases)
 
 
 @pytest.mark.nightly

@@ -17,6 +17,7 @@ from lampyris_selfcheck.check import Ask, Outcome, Part
 from lampyris_selfcheck.checks.process import deadline
 from lampyris_selfcheck.checks.process import deadline_processes as processes
 from lampyris_selfcheck.checks.process.deadline_calls import SIDES, call_of, session_of
+from sizes import some
 
 
 def outcome(kind: str, cases: int = 12) -> Outcome:
@@ -51,6 +52,7 @@ class Holding:
         return Plan(Status.LIMIT if budget.stop is None else Status.CANCELLED, "holding")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("by_hand", [False, True])
 def test_a_call_that_keeps_every_other_thread_from_waking_is_seen(by_hand: bool) -> None:
     holding = Holding()
@@ -61,6 +63,7 @@ def test_a_call_that_keeps_every_other_thread_from_waking_is_seen(by_hand: bool)
     assert done.wall > 0.05
 
 
+@pytest.mark.nightly
 def test_a_long_call_is_stopped_and_one_that_ends_before_tries_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -83,7 +86,7 @@ def test_most_calls_are_at_work_when_they_are_to_end(kind: str) -> None:
     assert deadline.CHECK.kinds_for(Ask())[kind].least == {"stopped": 0.9}
 
 
-@pytest.mark.parametrize(("kind", "by_hand"), [("limit", False), ("cancel", True)])
+@pytest.mark.parametrize(("kind", "by_hand"), some([("limit", False), ("cancel", True)]))
 @pytest.mark.parametrize("over", [0, 1, deadline.SOONER, deadline.SOONER + 1])
 def test_a_call_that_is_over_too_soon_is_made_to_end_sooner(
     kind: str, by_hand: bool, over: int, monkeypatch: pytest.MonkeyPatch
@@ -109,7 +112,7 @@ def test_a_call_that_is_over_too_soon_is_made_to_end_sooner(
     assert found.counts.get("ended before", 0) == (over > deadline.SOONER)
 
 
-@pytest.mark.parametrize(("kind", "by_hand"), [("limit", False), ("cancel", True)])
+@pytest.mark.parametrize(("kind", "by_hand"), some([("limit", False), ("cancel", True)]))
 @pytest.mark.parametrize(("size", "readings"), [("commit", 2), ("nightly", 1)])
 def test_a_call_that_answers_late_is_not_made_to_end_sooner(
     kind: str, by_hand: bool, size: str, readings: int, monkeypatch: pytest.MonkeyPatch
@@ -133,7 +136,7 @@ def test_a_call_that_answers_late_is_not_made_to_end_sooner(
     ("late", "asked", "failed"),
     [("", 1, 0), ("y", 4, 0), ("yy", 2, 1), ("yny", 3, 1), ("ynny", 4, 1), ("ynnny", 4, 0)],
 )
-@pytest.mark.parametrize("kind", ["limit", "cancel", "ctrl-c", "app"])
+@pytest.mark.parametrize("kind", some(["ctrl-c", "app", "limit", "cancel"], 3))
 def test_an_answer_of_the_commit_size_is_late_if_it_is_so_twice(
     kind: str, late: str, asked: int, failed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -231,6 +234,7 @@ def test_an_engine_that_went_wrong_is_not_asked_again(monkeypatch: pytest.Monkey
     assert [one.closed for one in made] == [1, 1]
 
 
+@pytest.mark.nightly
 def test_a_wrong_answer_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = GraphSession._answer
 
