@@ -25,6 +25,7 @@ from lampyris.planning import registry
 from lampyris.sim.grid.loop import run
 from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, with_edits
 from lampyris_selfcheck.reference.paths.edits import EditMonitor, reach_of
+from sizes import some
 
 # ---- exhaustively --------------------
 
@@ -33,7 +34,7 @@ def least(blocked, here, goal, offsets, cutting):
     return reach_of(blocked, here, offsets, cutting).get(goal)
 
 
-@pytest.mark.parametrize("name", ["astar", "lpa-star"])
+@pytest.mark.parametrize("name", some(["lpa-star", "astar"]))
 def test_every_edit_of_a_small_room(name):
     """3 x 3, every set of cells at tick 1: the robot arrives exactly where it can, by a best way."""
     cells = [(x, y) for y in range(3) for x in range(3)]
