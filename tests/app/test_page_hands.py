@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,9 +18,9 @@ pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with app(tmp_path_factory.mktemp("home")) as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to, of no map."""
+    return re.sub("&m=.*", "", shared_library)
 
 
 @pytest.fixture

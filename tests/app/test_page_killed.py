@@ -66,6 +66,7 @@ def furnish(page: Any) -> dict[str, Any]:
     return drawn
 
 
+@pytest.mark.nightly
 def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, port=port) as address:

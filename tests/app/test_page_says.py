@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
 
 from sizes import sized
 
@@ -67,10 +66,9 @@ FILES: dict[str, tuple[str, bytes, str]] = {
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own: these tests put maps into its library."""
-    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to."""
+    return shared_library
 
 
 def choose(page: Any, name: str, content: bytes, folder: Path) -> None:

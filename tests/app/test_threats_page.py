@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
 from page_person import until
 from payloads import PAYLOADS, in_html, in_svg
 
@@ -28,10 +28,9 @@ MAKERS = (".googleapis.com", ".google.com", ".gvt1.com")
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own: these tests put maps into its library."""
-    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to."""
+    return shared_library
 
 
 class Elsewhere:
@@ -106,6 +105,7 @@ def arrive(context: Any, address: str) -> Any:
 # ---- nobody else is asked (W9) --------------------
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_the_watch_sees_what_it_should(browser: Any, address: str) -> None:
     """The other half of the tests below: they would pass as well if nothing were watched."""

@@ -96,7 +96,7 @@ def test_curves_of_any_polyline_keep_their_promises(cases: int) -> None:
             assert np.abs(curve.xy[0] - points[0]).max() < 1e-9
         made += 1
         bends += bool((curve.curvature != 0).any())
-    assert made > 0.9 * cases
+    assert made > 0.934 * cases
     assert bends > 0.05 * cases
 
 

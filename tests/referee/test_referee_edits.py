@@ -215,7 +215,7 @@ def test_of_one_mind_with_the_slow_monitor(cases: int) -> None:
         verdict = check_trace(trace)
         assert (verdict is None) == (not faults), (k, verdict, faults[:3])
         found[verdict is None] += 1
-    assert min(found.values()) > 0.2 * cases, found
+    assert min(found.values()) > 0.23 * cases, found
 
 
 def test_a_referee_that_knows_one_map_only_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,7 +108,7 @@ def test_another_rule_of_the_referee_does_not_count(
     monkeypatch.setattr(monitor, judge, lambda run: honest(run) and wrong)
     faults = traces.FAULTS if kind == "traces" else drives.FAULTS
     asked = sum(bool(kind == "drives" or fault.referee) for fault in faults.values())
-    assert run(kind, len(faults)).failed == asked > 8
+    assert run(kind, len(faults)).failed == asked > (20 if kind == "traces" else 8)
 
 
 def test_traces_are_of_every_kind_that_is_judged(wrong_traces: list[tuple[str, Trace]]) -> None:

@@ -19,9 +19,10 @@ NIGHT = {
     "deadline": (),
     # The suite runs once with every commit.
     "flake": (),
-    # A study is killed eight times by ``random``; disks fill in ``full``.
-    "kill": ("study",),
-    "oserrors": ("clock",),
+    # tests/study/test_study_store_system.py kills writers and fills disks.
+    "kill": (),
+    "oserrors": (),
+    "store": ("noise", "processes"),
     # That the engine tells a killed defect from another: planners' are enough.
     "mutants": ("repair", "profile", "sim", "parsers", "referee"),
     "determinism": ("order", "studies"),

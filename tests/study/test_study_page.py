@@ -181,7 +181,9 @@ def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_pat
     assert "by the true length" not in other
 
 
-def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Path) -> None:
+def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     def fewer(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(9.0, arrived=c + e < 4)
 
@@ -192,6 +194,7 @@ def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Pat
         r"<svg[^>]*density.*?</svg>|<svg(?:(?!</svg>).)*moving obstacles.*?</svg>", text, re.DOTALL
     )
     assert all(f">{count}<" in drawn for count in (0, 5, 10))
+    request.getfixturevalue("undrawn")
     for crowds in (some[:2], (*some, StudyTraffic("patrol", 3))):
         assert "over the number of obstacles" not in told(page(study(crowds=crowds), fewer, tmp_path))
 
