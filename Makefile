@@ -66,13 +66,18 @@ test: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
 else
 # Before the suite's workers start, the bytecode and machine code that each would make are made once: kernels are
-# compiled, and beside that the tools and a browser installed, the lint run and the tests collected.
+# compiled while the tools and a browser are installed, and the tests are collected. Lint and types are judged beside
+# that and beside the suite: one of them alone would leave a processor idle for a minute. Theirs is the last word.
 test: $(VENV)/.run
 	@mkdir -p build; { tools/browser.sh; exec $(BIN)/lampyris warm; } >build/warm.txt 2>&1 & warmed=$$!; \
 	trap "kill $$warmed" INT TERM; \
-	$(MAKE) --no-print-directory lint collected || { kill $$warmed; exit 1; }; \
-	wait $$warmed || { cat build/warm.txt; exit 1; }
-	@$(MAKE) --no-print-directory unit
+	$(MAKE) --no-print-directory $(VENV)/.dev || { kill $$warmed; exit 1; }; \
+	$(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & linted=$$!; \
+	trap "kill $$warmed $$linted" INT TERM; \
+	$(MAKE) --no-print-directory collected || { kill $$warmed $$linted; exit 1; }; \
+	wait $$warmed || { cat build/warm.txt; kill $$linted; exit 1; }; \
+	$(MAKE) --no-print-directory unit; tested=$$?; \
+	wait $$linted || tested=1; cat build/lint.txt; exit $$tested
 endif
 
 lint: $(VENV)/.dev

@@ -48,6 +48,7 @@ def check_types(files: list[Path]) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.nightly
 def test_examples_and_blocks_are_typed(tmp_path: Path) -> None:
     files = sorted((ROOT / "examples").glob("*.py"))
     assert len(files) >= 4

@@ -44,6 +44,7 @@ from lampyris.study.store import file as store_file
 from lampyris.study.store.store import Store
 from lampyris_selfcheck.checks.files import fuzz_study
 from lampyris_selfcheck.reference.files.map_files import put
+from sizes import some
 
 SOURCE = Path(lampyris.__file__).parent
 TESTS = Path(__file__).parent
@@ -180,7 +181,11 @@ def code_of(ask: Ask, folder: Path, n: int) -> str:
     return ""
 
 
-@pytest.mark.parametrize("what", LIMITS)
+LONG = {"listed queries", "values of JSON", "values of a way in YAML", "planners that a grid unfolds to"}
+"""For the night: files of a million values, and thousands of planners."""
+
+
+@pytest.mark.parametrize("what", some(sorted(LIMITS, key=LONG.__contains__), len(LIMITS) - len(LONG)))
 def test_one_less_as_much_and_one_more(tmp_path: Path, what: str) -> None:
     limit, ask, code = LIMITS[what]
     for n in (limit - 1, limit):

@@ -12,6 +12,7 @@ import inspect
 import pkgutil
 import re
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import pytest
@@ -66,6 +67,7 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
 }
 
 
+@cache
 def kept() -> dict[str, re.Pattern[str] | re.Pattern[bytes]]:
     """Every pattern of the package that a module keeps, once, but for those of the checks."""
     found: dict[str, re.Pattern[str] | re.Pattern[bytes]] = {}
@@ -88,9 +90,11 @@ def test_every_pattern_is_listed() -> None:
     assert sorted(kept()) == sorted(ASKED)
 
 
-@pytest.mark.parametrize("name", [name for name, how in ASKED.items() if how != OURS])
-def test_no_run_of_a_character_keeps_a_pattern_busy(name: str, timely: Callable[..., Any]) -> None:
-    """Longer and longer runs, at every place of a text that it takes: a second's work would show at once."""
+STRANGERS = [name for name, how in ASKED.items() if how != OURS]
+
+
+def judge(name: str, runs: tuple[int, ...], call: Callable[..., Any]) -> None:
+    """Ask for longer and longer runs, at every place of a text that the pattern takes."""
     pattern, (way, texts) = kept()[name], ASKED[name]
     ask = getattr(pattern, way)
     as_given = str if isinstance(pattern.pattern, str) else lambda text: text.encode("latin-1", "replace")
@@ -98,6 +102,18 @@ def test_no_run_of_a_character_keeps_a_pattern_busy(name: str, timely: Callable[
         for at in range(len(text) + 1):
             for char in sorted({*text[max(0, at - 1) : at + 1], *"1a /\"'\\"}):
                 for end in ("", "\x01", 'x"y'):
-                    for many in (300, 20_000):
-                        long = as_given(text[:at] + char * many + text[at:] + end)
-                        timely(0.25, ask, long)
+                    for many in runs:
+                        call(0.25, ask, as_given(text[:at] + char * many + text[at:] + end))
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_no_run_of_a_character_doubles_a_pattern_s_work(name: str) -> None:
+    """Work that doubles with each of 300 characters has no end."""
+    judge(name, (300,), lambda seconds, ask, long: ask(long))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", STRANGERS)
+def test_no_run_of_a_character_keeps_a_pattern_busy(name: str, timed: Callable[..., Any]) -> None:
+    """A second's work would show at once."""
+    judge(name, (300, 20_000), timed)

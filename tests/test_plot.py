@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 import lampyris
 from lampyris import plot
 from lampyris.errors import SettingError
+from sizes import some
 
 WALLS = np.zeros((4, 6), bool)
 WALLS[1, 2:4] = True
@@ -93,7 +94,7 @@ def colour_at(ax: Axes, x_m: float, y_m: float) -> tuple[int, int, int]:
     return r, g, b
 
 
-@pytest.mark.parametrize("yaw", [0.0, 0.5, math.pi / 2, -2.0])
+@pytest.mark.parametrize("yaw", some([0.5, 0.0, math.pi / 2, -2.0]))
 def test_a_map_is_where_its_cells_are_in_metres(ax: Axes, yaw: float) -> None:
     grid = dataclasses.replace(GRID, origin=(-1.0, 2.0, yaw))
     plot.grid(grid, ax=ax)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import lampyris
+from sizes import some
 
 HEAVY = [
     "numba",
@@ -211,6 +212,7 @@ def test_a_read_only_installation_keeps_code_in_the_users_folder(sealed: Path) -
     assert not done.stderr
 
 
+@pytest.mark.nightly
 def test_what_is_kept_belongs_to_all_files_of_kernels(sealed: Path) -> None:
     """A constant of one is compiled into another, and how it is done stands in a third."""
     count = COUNT + SMALL + "print(json.dumps(sum(made)))"
@@ -275,7 +277,7 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("how", DAMAGES)
+@pytest.mark.parametrize("how", some(DAMAGES))
 def test_damaged_machine_code_does_not_stop_a_kernel(how: str, tmp_path: Path) -> None:
     """It is said where it lies, and what to do."""
     assert last(run(SMALL, NUMBA_CACHE_DIR=str(tmp_path)))

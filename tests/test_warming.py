@@ -29,6 +29,7 @@ from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.warming import wanted, warm
+from sizes import some
 
 
 @pytest.fixture(scope="module")
@@ -128,13 +129,17 @@ WORK = {
 }
 
 
+LONG = ("dissertation", "four-connected", "sixteen-connected", "terrain, octile", "speeds past the unknown")
+"""For the night: of the step sets a commit has the one without and the one with terrain that ask for most."""
+
+
 LEAST = {
     "octile": 30, "dissertation": 30, "four-connected": 20, "sixteen-connected": 20, "terrain, octile": 20,
     "terrain, sixteen": 10, "speeds": 5, "speeds past the unknown": 5,
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", WORK)
+@pytest.mark.parametrize("what", some(sorted(WORK, key=LONG.__contains__), len(WORK) - len(LONG)))
 def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:
     with _jit.recorded() as asked:
         done = WORK[what]()
@@ -178,7 +183,7 @@ print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.fo
     assert size == sum(f.stat().st_size for f in tmp_path.rglob("*.nb[ic]"))
 
 
-@pytest.mark.parametrize("how", ["cut short", "half", "zeros", "flipped", "garbage"])
+@pytest.mark.parametrize("how", some(["cut short", "half", "zeros", "flipped", "garbage"]))
 def test_damaged_code_is_made_anew(how: str, tmp_path: Path) -> None:
     """The file of a kernel that another calls is damaged, too; what an older version left is deleted."""
     code = f"""

@@ -1,6 +1,6 @@
 """Draw the picture of docs/poses.md: a car parks.
 
-    python tools/parking.py docs/img/parking.png
+python tools/parking.py docs/img/parking.png
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ def main(out: str) -> None:
         walls[2:30, 14 + 18 * k : 16 + 18 * k] = True
     grid = lampyris.Grid(walls, resolution=0.25, name="car park")
     footprint = [(3.6, 0.9), (-0.9, 0.9), (-0.9, -0.9), (3.6, -0.9)]
-    robot = lampyris.Robot(footprint=footprint, drive="ackermann", turn_radius=5.0, v_max=3.0, a_max=1.0, d_max=2.0)
+    robot = lampyris.Robot(
+        footprint=footprint, drive="ackermann", turn_radius=5.0, v_max=3.0, a_max=1.0, d_max=2.0
+    )
     scene = lampyris.Scene(grid, start_pose=(4.1, 4.1, 0.0), goal_pose=(15.1, 19.5, np.pi / 2), robot=robot)
     plan = lampyris.plan(scene, "lattice", weight=1.05)
     draw_plan(grid, plan, profile=lampyris.speed_profile(scene, plan), scene=scene, layer="none", out=out)

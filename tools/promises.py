@@ -46,8 +46,9 @@ the exit code. It exits with 0 only if nothing failed, prints the command that a
 and goes on where it was stopped (`--ledger FILE`). Of n drawn cases none failing says, at 95 % confidence,
 that fewer than 3/n of such cases fail: the bound, shown where 1,000 cases ran, of which only the drawn ones
 count in it. All records have the seed that development used too: another is `--seed`. Exhaustive kinds
-leave nothing open. `commit` sizes are part of `make test` (those of `deadline` and `flake` of
-`make check-nightly`), `nightly` of `make check-nightly`, save published `.scen` files, which need `--folder`.
+leave nothing open. `commit` sizes are part of `make test` (those that `tests/selfcheck/test_promises.py` leaves
+to the night of `make check-nightly`), `nightly` of `make check-nightly`, save published `.scen` files, which
+need `--folder`.
 
 This page is made by `python tools/promises.py page` from `promises.toml` and `promises.jsonl`; `code` is the
 state of the package that a check measured (`lampyris selfcheck --json` prints it), and *earlier code* is any

@@ -28,6 +28,13 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="session")
+def shared_library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of another app on env-3, for tests that put maps into its library; each under names of its own."""
+    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
+        yield found
+
+
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """Chromium, without a window; one for all tests of a worker, each of which has contexts of its own."""
     driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

@@ -11,6 +11,7 @@ from io import BytesIO
 from typing import Any
 from urllib.parse import parse_qs
 
+from page_browser import SOON
 from PIL import Image, ImageChops
 
 Cell = tuple[int, int]
@@ -51,8 +52,8 @@ def moment(page: Any) -> int:
 
 
 def until(page: Any, true: Callable[[], bool]) -> None:
-    """Wait for something, a minute at most."""
-    end = time.monotonic() + 60
+    """Wait for something, as long as for a step of the browser at most."""
+    end = time.monotonic() + SOON / 1000
     while not true():
         assert time.monotonic() < end, "it did not come to that"
         page.wait_for_timeout(25)
@@ -61,6 +62,17 @@ def until(page: Any, true: Callable[[], bool]) -> None:
 def later(page: Any, milliseconds: int) -> None:
     """Wait by a timer of the page: its own timers that were due before are over, however slow it is."""
     page.evaluate("time => new Promise((over) => setTimeout(over, time))", milliseconds)
+
+
+def loaded(page: Any) -> None:
+    """Wait until half a second has brought no further file or answer.
+
+    Playwright's ``networkidle`` counts the page's icon, of which it does not always hear that it has come.
+    """
+    came, before = "performance.getEntriesByType('resource').length", -1
+    while (now := page.evaluate(came)) != before:
+        before = now
+        later(page, 500)
 
 
 PACK = """async () => {

@@ -53,7 +53,7 @@ def ground(frame: np.ndarray, x: int, y: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("what", some(["webp", "gif"]))
-@pytest.mark.parametrize("layer", ["cost", "luciferin", "clearance", "expanded", "reach"])
+@pytest.mark.parametrize("layer", some(["luciferin", "reach", "cost", "clearance", "expanded"], 2))
 def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:
     bare, shown = film(what), film(what, layer=layer)
     assert len(bare) == len(shown)

@@ -13,6 +13,8 @@ import pytest
 from page_browser import needs_chromium
 from page_person import click, draw, in_address, later
 
+from sizes import some
+
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
 
@@ -46,6 +48,7 @@ def wall(page: Any) -> None:
     draw(page, [(1, 40), (8, 40)])
 
 
+@pytest.mark.nightly
 def test_looking_at_another_map_does_not_take_the_place_of_a_drawing(context: Any, address: str) -> None:
     page = opened(context, address)
     wall(page)
@@ -77,6 +80,7 @@ def test_each_tab_has_a_draft_of_its_own(context: Any, address: str) -> None:
 CHECKED = [[x, y] for y in range(100, 400) for x in range(y % 2, 512, 2)]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("runs", [False, True])
 def test_large_drawings_are_in_the_address(context: Any, address: str, runs: bool) -> None:
     """Old links list the cells, ours write runs within rows; both are read, and what is written is short."""
@@ -96,6 +100,7 @@ def test_large_drawings_are_in_the_address(context: Any, address: str, runs: boo
     assert len(page.url) < 4_000, "runs are short"
 
 
+@pytest.mark.nightly
 def test_an_address_that_cannot_hold_it_says_so_and_the_tab_keeps_it(context: Any, address: str) -> None:
     page = opened(context, address)
     wall(page)
@@ -121,7 +126,7 @@ def test_an_address_that_cannot_hold_it_says_so_and_the_tab_keeps_it(context: An
     assert in_address(page)["start"] == [3, 30]
 
 
-@pytest.mark.parametrize("rows", [[1, 2, 1e12], [1, 2, None], [0, 0, 1 << 22, 1, 0, 1]])
+@pytest.mark.parametrize("rows", some([[1, 2, 1e12], [1, 2, None], [0, 0, 1 << 22, 1, 0, 1]]))
 def test_a_damaged_drawing_is_a_sentence(context: Any, address: str, rows: list[Any]) -> None:
     page = context.new_page()
     edit = {"tick": 0, "blocked": {"rows": rows}, "freed": []}

@@ -78,6 +78,7 @@ def test_a_run_that_cannot_be_made_again_ends_before_the_wall(tab: Any) -> None:
     assert fact(tab, "Outcome")
 
 
+@pytest.mark.nightly
 def test_the_old_run_is_not_looked_at_while_the_new_one_is_waited_for(tab: Any) -> None:
     stood = stand(tab)
     held: list[Any] = []
@@ -119,6 +120,7 @@ def test_the_last_map_that_was_clicked_is_the_one_that_comes(tab: Any) -> None:
     assert in_address(tab)["map"] == "env-1"
 
 
+@pytest.mark.nightly
 def test_a_stroke_ends_where_its_map_does(tab: Any) -> None:
     go = late(tab, "**/api/maps/env-5")
     tab.get_by_role("button", name="env-5").click()
@@ -134,6 +136,7 @@ def test_a_stroke_ends_where_its_map_does(tab: Any) -> None:
     assert (now["map"], now["edits"]) == ("env-5", [])
 
 
+@pytest.mark.nightly
 def test_a_map_that_is_not_there_is_not_taken_for_the_one_before(tab: Any, address: str) -> None:
     click(tab, (4, 4))
     refuse(tab, "**/api/maps/env-5", times=1)
@@ -154,6 +157,7 @@ def test_a_map_that_is_not_there_is_not_taken_for_the_one_before(tab: Any, addre
     assert "cannot" not in tip.inner_text()
 
 
+@pytest.mark.nightly
 def test_an_address_with_another_map_is_followed_in_the_same_tab(tab: Any, address: str) -> None:
     """It was left alone, and written over."""
     click(tab, (4, 4))

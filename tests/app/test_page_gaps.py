@@ -73,6 +73,7 @@ def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Pa
     assert getattr(made.map, "settings", None) == {"density": 0.1}
 
 
+@pytest.mark.nightly
 def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) -> None:
     page.get_by_role("button", name="Make a map").click()
     box = page.get_by_role("group", name="Make a map")
@@ -181,6 +182,7 @@ def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: A
 # ---- layers of large maps --------------------
 
 
+@pytest.mark.nightly
 def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> None:
     """Answers are held back for longer than anybody used to wait, and the seed changes again and again."""
     page.get_by_label("Cost", exact=True).check()
@@ -211,6 +213,7 @@ def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> Non
 # ---- studies of worlds that change --------------------
 
 
+@pytest.mark.nightly
 def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page: Any) -> None:
     made = {**in_address(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
     opened(page, made)
@@ -230,6 +233,7 @@ def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page
 # ---- runs side by side --------------------
 
 
+@pytest.mark.nightly
 def test_side_by_side_each_map_has_its_own_run_and_the_walls_of_the_moment(
     page: Any,
 ) -> None:

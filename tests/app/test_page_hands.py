@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,15 +11,16 @@ from typing import Any
 import pytest
 from page_browser import app, needs_chromium
 from page_person import addressed, in_address, later, until
+from test_page_play import needs_node, node
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with app(tmp_path_factory.mktemp("home")) as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to, of no map."""
+    return re.sub("&m=.*", "", shared_library)
 
 
 @pytest.fixture
@@ -110,59 +112,61 @@ def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> 
     assert in_address(page)["edits"] == [edit]
 
 
-def test_lines_and_strokes_are_what_they_say(page: Any) -> None:
+STROKES = """
+import { line, brush } from "./brush.js";
+import { applyEdits, withStroke } from "./ground.js";
+let state = 12345;
+const draw = (n) => {
+  state = (state * 1103515245 + 12345) % 2147483648;
+  return Math.floor(state / 65536) % n;
+};
+const wrong = [];
+for (let round = 0; round < 400; round++) {
+  const a = [draw(40), draw(40)], b = [draw(40), draw(40)];
+  const cells = line(a, b);
+  const long = Math.max(Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]));
+  if (cells.length !== long + 1) wrong.push(['long', a, b]);
+  if (String([cells[0], cells.at(-1)]) !== String([a, b])) wrong.push(['ends', a, b]);
+  const size = Math.hypot(b[0] - a[0], b[1] - a[1]);
+  cells.forEach(([x, y], k) => {
+    const [px, py] = cells[Math.max(k - 1, 0)];
+    if (k && Math.max(Math.abs(x - px), Math.abs(y - py)) !== 1) wrong.push(['gap', a, b]);
+    const off = size ? Math.abs((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / size : 0;
+    if (off > 0.5 + 1e-9) wrong.push(['off', a, b, off]);
+  });
+}
+for (let size = 1; size <= 9; size++) {
+  const cells = brush(size), keys = new Set(cells.map(String));
+  if (keys.size !== cells.length || !keys.has('0,0')) wrong.push(['brush', size]);
+}
+for (let round = 0; round < 200; round++) {
+  const width = 7, base = Uint8Array.from({ length: 42 }, () => draw(3));
+  let edits = [];
+  const ticks = [0, 0, 4, 9];
+  for (let k = 0; k < 4; k++) {
+    const tick = ticks[draw(4)];
+    const before = new Uint8Array(42), now = new Uint8Array(42), after = new Uint8Array(42);
+    applyEdits(base, edits.filter((e) => e.tick < tick), tick, width, before);
+    applyEdits(base, edits, tick, width, now);
+    const stroke = new Map(Array.from({ length: draw(9) }, () => [draw(42), draw(2)]));
+    edits = withStroke(edits, tick, stroke, before, width);
+    applyEdits(base, edits, tick, width, after);
+    for (const [cell, value] of stroke) now[cell] = value;
+    if (String(now) !== String(after)) wrong.push(['stroke', round, k]);
+    if (edits.some((e, j) => j && e.tick <= edits[j - 1].tick)) wrong.push(['order', round]);
+  }
+}
+console.log(JSON.stringify(wrong.slice(0, 5)));
+"""
+
+
+@needs_node
+def test_lines_and_strokes_are_what_they_say(tmp_path: Path) -> None:
     """Lines are connected and never further than half a cell off; strokes painted are strokes applied."""
-    wrong = page.evaluate(
-        """async () => {
-          const { line, brush } = await import('/static/brush.js');
-          const { applyEdits, withStroke } = await import('/static/ground.js');
-          let state = 12345;
-          const draw = (n) => {
-            state = (state * 1103515245 + 12345) % 2147483648;
-            return Math.floor(state / 65536) % n;
-          };
-          const wrong = [];
-          for (let round = 0; round < 400; round++) {
-            const a = [draw(40), draw(40)], b = [draw(40), draw(40)];
-            const cells = line(a, b);
-            const long = Math.max(Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]));
-            if (cells.length !== long + 1) wrong.push(['long', a, b]);
-            if (String([cells[0], cells.at(-1)]) !== String([a, b])) wrong.push(['ends', a, b]);
-            const size = Math.hypot(b[0] - a[0], b[1] - a[1]);
-            cells.forEach(([x, y], k) => {
-              const [px, py] = cells[Math.max(k - 1, 0)];
-              if (k && Math.max(Math.abs(x - px), Math.abs(y - py)) !== 1) wrong.push(['gap', a, b]);
-              const off = size ? Math.abs((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / size : 0;
-              if (off > 0.5 + 1e-9) wrong.push(['off', a, b, off]);
-            });
-          }
-          for (let size = 1; size <= 9; size++) {
-            const cells = brush(size), keys = new Set(cells.map(String));
-            if (keys.size !== cells.length || !keys.has('0,0')) wrong.push(['brush', size]);
-          }
-          for (let round = 0; round < 200; round++) {
-            const width = 7, base = Uint8Array.from({ length: 42 }, () => draw(3));
-            let edits = [];
-            const ticks = [0, 0, 4, 9];
-            for (let k = 0; k < 4; k++) {
-              const tick = ticks[draw(4)];
-              const before = new Uint8Array(42), now = new Uint8Array(42), after = new Uint8Array(42);
-              applyEdits(base, edits.filter((e) => e.tick < tick), tick, width, before);
-              applyEdits(base, edits, tick, width, now);
-              const stroke = new Map(Array.from({ length: draw(9) }, () => [draw(42), draw(2)]));
-              edits = withStroke(edits, tick, stroke, before, width);
-              applyEdits(base, edits, tick, width, after);
-              for (const [cell, value] of stroke) now[cell] = value;
-              if (String(now) !== String(after)) wrong.push(['stroke', round, k]);
-              if (edits.some((e, j) => j && e.tick <= edits[j - 1].tick)) wrong.push(['order', round]);
-            }
-          }
-          return wrong.slice(0, 5);
-        }"""
-    )
-    assert wrong == []
+    assert node(tmp_path, STROKES) == []
 
 
+@pytest.mark.nightly
 def test_everything_by_keyboard(page: Any) -> None:
     press = page.keyboard.press
     press("1")
@@ -201,6 +205,7 @@ def test_everything_by_keyboard(page: Any) -> None:
     assert not page.locator("#help").is_visible()
 
 
+@pytest.mark.nightly
 def test_a_link_is_the_state(page: Any, browser: Any) -> None:
     page.mouse.click(*at(page, (8, 3)))
     page.get_by_role("tab", name="Traffic").click()
@@ -222,6 +227,7 @@ def test_a_link_is_the_state(page: Any, browser: Any) -> None:
         other.close()
 
 
+@pytest.mark.nightly
 def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     page.locator("#layers label").filter(has_text="Luciferin").click()
     page.keyboard.press("m")
@@ -239,6 +245,7 @@ def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     assert page.locator("#layers label").filter(has_text="Luciferin").locator("input").is_checked()
 
 
+@pytest.mark.nightly
 def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any) -> None:
     page.keyboard.press("r")
     page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
@@ -255,6 +262,7 @@ def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any
     assert in_address(page)["edits"] == []
 
 
+@pytest.mark.nightly
 def test_files_become_maps_or_a_sentence(page: Any, wrong: list[str], tmp_path: Path) -> None:
     rows = [b"\xfe" * 20 if y != 5 else b"\x00" * 15 + b"\xfe" * 5 for y in range(12)]
     (tmp_path / "hall.pgm").write_bytes(b"P5 20 12 255\n" + b"".join(rows))
@@ -302,6 +310,7 @@ def test_two_fingers_pinch_and_paint_nothing(page: Any) -> None:
     until(page, lambda: page.inner_text("#zoom output") == before)
 
 
+@pytest.mark.nightly
 def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -324,6 +333,7 @@ def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> Non
         assert address.split("#")[1] in tab.url, "the address has the new token"
 
 
+@pytest.mark.nightly
 def test_what_was_told_of_a_run_is_forgotten_with_what_is_cut_off_it(page: Any) -> None:
     """Back to the start and a wall undone within a frame: there are fewer events than were counted."""
     page.keyboard.press("r")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
 from page_person import in_address, later, until
 from PIL import Image
 
@@ -18,10 +17,9 @@ CROWD = [{"kind": "random-walk", "count": 12}]
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own: these tests put maps into its library."""
-    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to."""
+    return shared_library
 
 
 def opened(page: Any, scenario: dict[str, Any], tmp_path: Path) -> None:
@@ -53,6 +51,7 @@ def settled(page: Any) -> bytes:
     raise AssertionError("the map is drawn for ever")
 
 
+@pytest.mark.nightly
 def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page: Any, tmp_path: Path) -> None:
     own = in_address(page)
     # There and back once before: what is drawn late after the page was opened is then there for good.
@@ -65,6 +64,7 @@ def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page:
     until(page, lambda: picture(page) == empty)
 
 
+@pytest.mark.nightly
 def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_show(page: Any) -> None:
     page.click("#tab-keep")
     says = page.locator("#keep-shows")
@@ -83,13 +83,13 @@ def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_sh
 
 
 def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:
-    Image.new("L", (9, 7), 255).save(tmp_path / "hall.png")
-    page.locator("input[type=file]").first.set_input_files(str(tmp_path / "hall.png"))
-    card = page.locator(".map-card", has_text="hall")
+    Image.new("L", (9, 7), 255).save(tmp_path / "attic.png")
+    page.locator("input[type=file]").first.set_input_files(str(tmp_path / "attic.png"))
+    card = page.locator(".map-card", has_text="attic")
     card.wait_for()
-    page.get_by_role("button", name="Delete the map hall.png").click()
-    page.get_by_role("button", name="Bring back hall.png").wait_for()
+    page.get_by_role("button", name="Delete the map attic.png").click()
+    page.get_by_role("button", name="Bring back attic.png").wait_for()
     assert card.count() == 0
-    page.get_by_role("button", name="Bring back hall.png").click()
+    page.get_by_role("button", name="Bring back attic.png").click()
     card.wait_for()
-    assert page.get_by_role("button", name="Bring back hall.png").count() == 0
+    assert page.get_by_role("button", name="Bring back attic.png").count() == 0

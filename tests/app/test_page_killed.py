@@ -66,6 +66,7 @@ def furnish(page: Any) -> dict[str, Any]:
     return drawn
 
 
+@pytest.mark.nightly
 def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, port=port) as address:
@@ -98,6 +99,7 @@ def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_pat
         assert int(fact(page, "Tick").split()[0]) > stood
 
 
+@pytest.mark.nightly
 def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, "office-400", port=port) as address:
@@ -173,6 +175,7 @@ def test_the_next_start_s_map_does_not_take_the_place_of_what_was_drawn(
         assert in_address(page) == drawn
 
 
+@pytest.mark.nightly
 def test_an_old_tab_that_is_loaded_again(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, port=port) as address:

@@ -35,6 +35,7 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
     assert page.get_by_label("nt", exact=True).input_value() == "10"
 
 
+@pytest.mark.nightly
 def test_a_rule_of_a_law_opens_its_own_settings(page: Any) -> None:
     page.click("#tab-settings")
     page.click("#settings .law .settings summary")
@@ -96,6 +97,7 @@ def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any)
     assert in_address(page) == before
 
 
+@pytest.mark.nightly
 def test_a_tour_that_is_cut_short_gives_it_back_too(page: Any, address: str) -> None:
     before = in_address(page)
     page.click("#tab-learn")
@@ -124,6 +126,7 @@ def test_steps_are_the_record_of_the_plan(page: Any) -> None:
     assert page.get_by_role("button", name="Show its steps").is_visible()
 
 
+@pytest.mark.nightly
 def test_a_scenario_file_is_saved_under_its_name(page: Any, tmp_path: Path) -> None:
     page.click("#tab-keep")
     with page.expect_download() as waiting:

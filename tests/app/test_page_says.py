@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
+
+from sizes import sized
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -28,14 +29,14 @@ BOX = [[x, y] for x in range(24, 30) for y in range(22, 30) if x in (24, 29) or 
 
 PLANS: dict[str, tuple[dict[str, Any], str, str]] = {
     "start on a wall": ({"start": [12, 1]}, "The start (12, 1) is blocked", "Drag S to a free cell"),
-    "goal on a wall": ({"goal": [12, 1]}, "The goal (12, 1) is blocked", "Drag G to a free cell"),
-    "start outside": ({"start": [99, 1]}, "(99, 1) is outside the map (allowed: x 0 to 49", "Undo"),
     "goal walled in": (
         {"edits": [{"tick": 0, "blocked": BOX, "freed": []}]},
         "walls separate (28, 7) from (26, 26)",
         "Erase a wall",
     ),
     "robot too large": ({"robot": {"radius": 3}}, "the robot's radius is 3 m", "make the robot smaller"),
+    "goal on a wall": ({"goal": [12, 1]}, "The goal (12, 1) is blocked", "Drag G to a free cell"),
+    "start outside": ({"start": [99, 1]}, "(99, 1) is outside the map (allowed: x 0 to 49", "Undo"),
     "no such planner": ({"planner": "nobody"}, "no planner is called 'nobody' (allowed: ad-gso", "Undo"),
     "setting out of range": (
         {"planner": {"name": "ad-gso", "settings": {"nt": 0}}},
@@ -51,24 +52,23 @@ PLANS: dict[str, tuple[dict[str, Any], str, str]] = {
 
 FILES: dict[str, tuple[str, bytes, str]] = {
     "no map": ("thing.pdf", b"%PDF-1.4 nothing", "thing.pdf: this is PDF (allowed: PNG"),
-    "empty": ("empty.png", b"", "empty.png: the file is empty"),
-    "cut picture": ("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", "cut.png: the "),
-    "words": ("notes.txt", b"#..\nhello\n", "notes.txt: line 2 "),
     "ROS map without its picture": (
         "m.yaml",
         ROS,
         "open m.yaml and far.png together",
     ),
-    "no scenario": ("some.json", b'{"width": 3}', "some.json"),
     "scenario of no map": ("s.json", b'{"version": 1, "map": "nowhere"}', "nowhere: there is no such map"),
+    "empty": ("empty.png", b"", "empty.png: the file is empty"),
+    "cut picture": ("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", "cut.png: the "),
+    "words": ("notes.txt", b"#..\nhello\n", "notes.txt: line 2 "),
+    "no scenario": ("some.json", b'{"width": 3}', "some.json"),
 }
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own: these tests put maps into its library."""
-    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to."""
+    return shared_library
 
 
 def choose(page: Any, name: str, content: bytes, folder: Path) -> None:
@@ -88,8 +88,11 @@ def said(page: Any, words: str, where: str) -> str:
     return text
 
 
-def test_a_scenario_that_cannot_be_planned_says_why_and_what_to_do(quiet: Any, tmp_path: Path) -> None:
-    for what, (change, words, remedy) in PLANS.items():
+@sized("many", 3, len(PLANS))
+def test_a_scenario_that_cannot_be_planned_says_why_and_what_to_do(
+    quiet: Any, tmp_path: Path, many: int
+) -> None:
+    for what, (change, words, remedy) in [*PLANS.items()][:many]:
         choose(quiet, "s.json", json.dumps({**GOOD, **change}).encode(), tmp_path)
         said(quiet, words, "#status .st-now")
         assert remedy in quiet.inner_text("#status .st-next"), what
@@ -107,6 +110,7 @@ def test_runs_that_do_not_arrive_say_what_to_change(page: Any, tmp_path: Path) -
     assert "Allow more ticks" in page.inner_text("#status .st-next")
 
 
+@pytest.mark.nightly
 def test_what_was_weakened_is_said_of_plans_runs_and_comparisons(page: Any, tmp_path: Path) -> None:
     weak = "min_clearance 10 was weakened to 0 cells: no path to the goal keeps more"
     asked = {"name": "ad-gso", "settings": {"min_clearance": 10, "choice": "exact"}}
@@ -149,9 +153,12 @@ def quiet(browser: Any, address: str) -> Any:
     context.close()
 
 
-def test_files_that_are_no_maps_say_which_and_why_and_change_nothing(quiet: Any, tmp_path: Path) -> None:
+@sized("many", 3, len(FILES))
+def test_files_that_are_no_maps_say_which_and_why_and_change_nothing(
+    quiet: Any, tmp_path: Path, many: int
+) -> None:
     before = quiet.inner_text("#where")
-    for name, content, words in FILES.values():
+    for name, content, words in [*FILES.values()][:many]:
         choose(quiet, name, content, tmp_path)
         said(quiet, words, "#notes .note.bad")
         for button in quiet.locator("#notes .note button").all():
@@ -160,6 +167,7 @@ def test_files_that_are_no_maps_say_which_and_why_and_change_nothing(quiet: Any,
     assert quiet.inner_text("#status .st-now") == "A path was found."
 
 
+@pytest.mark.nightly
 def test_more_obstacles_than_fit_are_counted(quiet: Any, tmp_path: Path) -> None:
     crowd = {**GOOD, "obstacles": [{"kind": "random-walk", "count": 9000}]}
     choose(quiet, "s.json", json.dumps(crowd).encode(), tmp_path)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
 from page_person import Cell, aim, changed, click, draw, fact, in_address, moment, picture
 from PIL import Image
 
@@ -34,9 +34,9 @@ DROP = """files => {
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with app(tmp_path_factory.mktemp("home"), "guide") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to, on another map."""
+    return re.sub("m=[^&]*", "m=guide", shared_library)
 
 
 @pytest.fixture
@@ -88,7 +88,8 @@ def of_the_run(page: Any) -> dict[str, str]:
     return {name: fact(page, name) for name in ("Tick", "Cost driven", "Digest")}
 
 
-def test_a_walk(page: Any, browser: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("films", [["WebP"], pytest.param(["GIF", "WebP"], marks=pytest.mark.nightly)])
+def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> None:
     page.get_by_role("button", name="env-3", exact=False).click()
     page.locator("#where").get_by_text("env-3").wait_for()
     click(page, (4, 4))
@@ -165,9 +166,9 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path) -> None:
 
     # Film, link, scenario.
     page.get_by_role("tab", name="Keep").click()
-    for what, kind in [("WebP", "WEBP"), ("GIF", "GIF")]:
+    for what in films:
         with Image.open(save(page, what, tmp_path)) as film:
-            assert (film.format, film.is_animated) == (kind, True)
+            assert (film.format, film.is_animated) == (what.upper(), True)
             first = film.convert("RGB")
             film.seek(film.n_frames - 1)
             assert film.n_frames > 20
@@ -265,6 +266,7 @@ def test_files_of_a_robot_are_planned_on(page: Any, tmp_path: Path) -> None:
     page.locator("#where").get_by_text("20 × 30, 0.05 m a cell").wait_for()
 
 
+@pytest.mark.nightly
 def test_a_wrong_file_gives_a_sentence(page: Any, wrong: list[str], tmp_path: Path) -> None:
     files = {
         "noise.png": (bytes((7 * k * k + 3) % 251 for k in range(900)), "not a PNG, BMP or PGM"),

@@ -102,6 +102,7 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     assert fact(page, "Obstacles") == "9"
 
 
+@pytest.mark.nightly
 def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
     legend = page.locator("#layers .ly-legend")
     page.get_by_label("Reach", exact=True).check()
@@ -116,6 +117,7 @@ def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
     legend.wait_for(state="hidden")
 
 
+@pytest.mark.nightly
 def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
     legend, layers = page.locator("#layers .ly-legend"), page.locator("#layers")
     page.get_by_label("Cost", exact=True).check()
@@ -134,6 +136,7 @@ def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
     assert legend.is_hidden()
 
 
+@pytest.mark.nightly
 def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")
@@ -158,6 +161,7 @@ def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: A
     assert line["y"] + line["height"] <= plot["y"] + plot["height"] - 13
 
 
+@pytest.mark.nightly
 def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
     """To a 255th of the layer's range, as they are sent, and three figures, as they are told."""
     made = in_address(page)

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from app_server import World, own, run
 from page_browser import app, needs_chromium
+from page_person import loaded
 
 STATIC = files("lampyris.app").joinpath("static")
 NOT_OURS = "uplot.js"
@@ -168,8 +169,7 @@ def arrive(tab: Any, address: str) -> None:
     tab.wait_for_selector("body.ready")
     tab.wait_for_selector("#status >> text=found")
     tab.wait_for_selector(".ch-plot canvas")
-    tab.wait_for_timeout(300)
-    tab.wait_for_load_state("networkidle")
+    loaded(tab)
 
 
 @needs_chromium
@@ -194,6 +194,7 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
     assert scales.sum < ALL, scales.files
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_a_panel_that_cannot_be_loaded_says_so_and_comes_when_the_server_is_back(
     tab: Any, tmp_path: Path

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import app, needs_chromium
+from page_browser import needs_chromium
 from page_person import until
 from payloads import PAYLOADS, in_html, in_svg
 
@@ -28,10 +28,9 @@ MAKERS = (".googleapis.com", ".google.com", ".gvt1.com")
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own: these tests put maps into its library."""
-    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
-        yield found
+def address(shared_library: str) -> str:
+    """Of the app whose library is written to."""
+    return shared_library
 
 
 class Elsewhere:
@@ -106,6 +105,7 @@ def arrive(context: Any, address: str) -> Any:
 # ---- nobody else is asked (W9) --------------------
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_the_watch_sees_what_it_should(browser: Any, address: str) -> None:
     """The other half of the tests below: they would pass as well if nothing were watched."""
@@ -197,6 +197,7 @@ def test_no_panel_and_no_action_asks_anybody_else(browser: Any, address: str, tm
     assert wrong == []
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_a_study_and_its_report_ask_nobody_else(browser: Any, address: str) -> None:
     with watched(browser) as (context, wrong):
@@ -296,11 +297,12 @@ def wrong_files(payload: str) -> list[tuple[str, str]]:
 
 
 MOST = [PAYLOADS[k : k + 11] for k in range(0, len(PAYLOADS), 11)]
+FEW = PAYLOADS[:44:9]
 
 
 @needs_chromium
 @pytest.mark.parametrize(
-    "some", sizes.some((one,) for one in MOST), ids=["first", "second", "third", "fourth"]
+    "some", sizes.some((one,) for one in [FEW, *MOST]), ids=["few", "first", "second", "third", "fourth"]
 )
 def test_strange_names_are_shown_as_words(browser: Any, address: str, some: tuple[str, ...]) -> None:
     """Each as a name; of mistakes and of files every kind of the first, and one in turn of every third."""

@@ -12,16 +12,20 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import TypeAlias
+from typing import Any, TypeAlias
 from unittest import mock
 
+import typer.main
+
 from lampyris.cli import main
+from lampyris.cli.app import app, plain_help
 from lampyris_selfcheck.reference.files.watching import memory
 
 Content: TypeAlias = bytes | Callable[[], bytes]
 """A file's bytes; a function where they are large, so that they are made only when asked for."""
 
 PLAN_ENDS = ("--start", "0,0", "--goal", "0,0")
+GET_COMMAND = typer.main.get_command
 
 
 @dataclass(frozen=True)
@@ -122,11 +126,21 @@ class Outcome:
     """Bytes of memory that were in use at the most, above what was before; -1 where that cannot be told."""
 
 
+@cache
+def tree() -> Any:
+    """The tree of verbs and options. Typer makes it anew at each call, which takes five sixths of a short one."""
+    plain_help()
+    return GET_COMMAND(app)
+
+
 def run(*words: str) -> Outcome:
     """Run the real command line's ``main`` in this process and folder."""
     # Real files: what goes wrong with standard output is repaired by its number.
     with NamedTemporaryFile("w", encoding="utf-8") as out, io.StringIO() as err:
-        with mock.patch.object(sys, "argv", ["lampyris", *words]), memory() as grown:
+        once = mock.patch.object(
+            typer.main, "get_command", lambda asked: tree() if asked is app else GET_COMMAND(asked)
+        )
+        with once, mock.patch.object(sys, "argv", ["lampyris", *words]), memory() as grown:
             began = time.process_time()
             with redirect_stdout(out), redirect_stderr(err):
                 try:

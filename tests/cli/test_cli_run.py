@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import signal
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 import pytest
 
-from lampyris.cli import main
+from bad_inputs.case import run
 
 MAIN = "from lampyris.cli import main; main()"
 ENDS = ("--start", "0,0", "--goal", "0,0")
@@ -30,13 +27,8 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def call(*words: str) -> tuple[int, str, str]:
     """The command line in this process: exit code, stdout, stderr."""
-    out, err = io.StringIO(), io.StringIO()
-    argv = mock.patch.object(sys, "argv", ["lampyris", *words])
-    with argv, redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as done:
-        main()
-    code = done.value.code
-    assert isinstance(code, int)
-    return code, out.getvalue(), err.getvalue()
+    done = run(*words)
+    return done.exit, done.out, done.err
 
 
 def same_again(

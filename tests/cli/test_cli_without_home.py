@@ -12,6 +12,7 @@ import pytest
 
 from lampyris.app.server import library
 from lampyris.errors import FileError
+from sizes import some
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="homes of Linux")
 
@@ -48,15 +49,17 @@ def test_the_app_starts_and_keeps_uploads_among_temporary_files(tmp_path: Path) 
 
 @pytest.mark.parametrize(
     "words",
-    [
-        ("plan", "guide", "--picture", "p.png", "--csv", "-"),
-        ("simulate", "guide", "--obstacles", "1", "--film", "f.gif"),
-        ("compare", "guide", "--planners", "astar"),
-        ("maps", "make", "maze", "--out", "m.png"),
-        ("planners",),
-    ],
+    some(
+        [
+            ["plan", "guide", "--picture", "p.png", "--csv", "-"],
+            ["simulate", "guide", "--obstacles", "1", "--film", "f.gif"],
+            ["compare", "guide", "--planners", "astar"],
+            ["maps", "make", "maze", "--out", "m.png"],
+            ["planners"],
+        ]
+    ),
 )
-def test_other_verbs_need_no_home(tmp_path: Path, words: tuple[str, ...]) -> None:
+def test_other_verbs_need_no_home(tmp_path: Path, words: list[str]) -> None:
     with started(tmp_path, *words) as running:
         _, said = running.communicate(timeout=120)
     assert running.returncode == 0, said

@@ -226,4 +226,9 @@ def test_the_command_tells_place_and_exits_1(tmp_path: Path) -> None:
     done = subprocess.run([*command, "--source", str(tmp_path)], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "motion/law.py:3: bits: math.hypot; rounded as the system likes; instead: " in done.stdout
+
+
+@pytest.mark.nightly  # with every commit `make lint` runs it
+def test_the_command_exits_0_where_nothing_is_found() -> None:
+    command = [sys.executable, str(TOOLS / "lint_determinism.py")]
     assert subprocess.run(command, capture_output=True, check=False).returncode == 0

@@ -247,7 +247,7 @@ def test_roads_are_plain_ground_from_side_to_side(seed: int) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("recipe", [r for r in RECIPES if r != "gates"])
-def test_four_million_cells_take_seconds(recipe: str, timely: Callable[..., Any]) -> None:
+def test_four_million_cells_take_seconds(recipe: str, timed: Callable[..., Any]) -> None:
     make(recipe, 60, 60, 1)  # what there is to import
-    blocked = timely(5, make, recipe, 2048, 2048, 1)
+    blocked = timed(5, make, recipe, 2048, 2048, 1)
     assert label(~blocked)[1] == 1 or recipe == "random"

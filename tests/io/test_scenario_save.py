@@ -21,6 +21,7 @@ from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, R
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.scenarios import completed
+from sizes import sized, some
 
 
 @pytest.fixture(autouse=True)
@@ -100,11 +101,12 @@ def some_scenario(rng: np.random.Generator, k: int) -> lampyris.Scenario:
     return lampyris.Scenario(scene, **given, seed=int(rng.integers(2**63 - 1)), name=name, map=source)
 
 
+@sized("cases", 60, 120)
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
-def test_load_of_save_is_the_same_scenario(ending: str) -> None:
+def test_load_of_save_is_the_same_scenario(ending: str, cases: int) -> None:
     rng = np.random.default_rng(29)
     kinds: set[tuple[str, bool]] = set()
-    for k in range(120):
+    for k in range(cases):
         x = some_scenario(rng, k)
         target = Path(f"s{k}{ending}")
         assert lampyris.save_scenario(x, target) == ()
@@ -235,7 +237,7 @@ def test_zones_and_drives_are_saved_and_are_part_of_what_decides() -> None:
         lampyris.save_scenario(replace(x, zones=None), "t.yaml")
 
 
-@pytest.mark.parametrize("ending", [".yaml", ".json"])
+@pytest.mark.parametrize("ending", some([".yaml", ".json"]))
 def test_what_cannot_be_saved_is_said(ending: str) -> None:
     free = np.zeros((2, 3), bool)
 

@@ -131,6 +131,7 @@ print(json.dumps(told))
 """
 
 
+@pytest.mark.nightly
 def test_a_plan_that_compiles_says_how_long_that_took_and_plans_no_longer(tmp_path: Path) -> None:
     """Really compiled, in a process and a folder of its own."""
     env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

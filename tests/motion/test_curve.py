@@ -19,6 +19,7 @@ from lampyris.motion.geometry.curve import curve_of, polyline_of
 from lampyris.motion.geometry.string_pulling import lines_of, pull_straight
 from lampyris.referee import check_curve
 from reference.kernel_forms import use
+from sizes import some
 
 OPEN = Grid(np.zeros((21, 21), dtype=bool))
 SLOW = Robot(v_max=1.0, a_lat_max=0.5)  # A bend of 2 m at top speed.
@@ -342,7 +343,7 @@ def test_terrain_keeps_the_way_as_it_is() -> None:
     assert curve_of(points, Grid(np.zeros((21, 21), dtype=bool), terrain=terrain), SLOW).length > 15.0
 
 
-@pytest.mark.parametrize(("form", "trials"), [("plain", 60), ("compiled", 1200)])
+@pytest.mark.parametrize(("form", "trials"), [*some([("compiled", 400), ("compiled", 1200)]), ("plain", 60)])
 def test_lines_and_arcs_against_many_points(form: str, trials: int, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, form)
     rng = np.random.default_rng(12)

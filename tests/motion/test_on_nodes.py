@@ -13,6 +13,7 @@ from lampyris.motion.profile import feasible_profile
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.typing import Floats
+from sizes import sized
 
 
 def case(k: int) -> tuple[SampledPath, Profile, Profile, Robot]:
@@ -45,9 +46,10 @@ def place(profile: Profile, t: Floats) -> Floats:
     return out
 
 
-def test_it_is_the_same_motion() -> None:
+@sized("cases", 25, 60)
+def test_it_is_the_same_motion(cases: int) -> None:
     more = 0
-    for k in range(60):
+    for k in range(cases):
         course, still, found, robot = case(k)
         made = with_nodes(found, still, course, robot.a_max)
         t = np.linspace(0, found.duration, 500)
@@ -64,12 +66,13 @@ def test_it_is_the_same_motion() -> None:
         for s in (course.s, found.s):
             assert np.abs(made.s[:, None] - s).min(axis=0).max() < 1e-5
         more += len(made.s) - len(found.s)
-    assert more > 200
+    assert more > 3.34 * cases
 
 
-def test_causes_say_what_holds_each_node() -> None:
+@sized("cases", 25, 60)
+def test_causes_say_what_holds_each_node(cases: int) -> None:
     words: set[str] = set()
-    for k in range(60):
+    for k in range(cases):
         course, still, found, robot = case(k)
         made = with_nodes(found, still, course, robot.a_max)
         for n, word in enumerate(made.cause):

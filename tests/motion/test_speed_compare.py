@@ -29,6 +29,7 @@ from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.referee import check_motion, check_profile
 from lampyris.referee.caps import check_caps
 from lampyris.typing import Floats
+from sizes import sized
 
 METRIC = tuple(name for name in laws.names() if name != "dissertation")
 OURS = ("physical", "uncertainty", "blind", "cloud")
@@ -111,9 +112,10 @@ def test_every_cause_of_ours_turns_up() -> None:
     assert {"limit", "curvature", "clearance", "zone", "turn"} <= seen
 
 
+@sized("cases", 8, 25)
 @pytest.mark.parametrize("law", [*OURS, "constant"])
-def test_ours_is_never_faster_than_the_optimum_nor_slower_than_one_speed(law: str) -> None:
-    for course, scene in courses(4, 25):
+def test_ours_is_never_faster_than_the_optimum_nor_slower_than_one_speed(law: str, cases: int) -> None:
+    for course, scene in courses(4, cases):
         best = laws.profile(course, scene, law="optimum")
         made = laws.profile(course, scene, law=law)
         assert (made.v <= at_nodes(best, course) * (1 + 1e-12)).all()

@@ -22,6 +22,7 @@ from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.surroundings import reach_of, room
+from sizes import sized
 
 LONG = np.longdouble
 NAN = float("nan")
@@ -193,11 +194,12 @@ def bent_curve(rng: np.random.Generator, res: float) -> Curve:
     return Curve(np.array(xy), np.array(heading), np.array(lengths), np.array(curvature), (at[0], at[1]), res)
 
 
-def test_room_is_never_more_than_there_is() -> None:
+@sized("cases", 40, 120)
+def test_room_is_never_more_than_there_is(cases: int) -> None:
     """Between nodes too, on lines and arcs, however far apart the nodes are."""
     rng = np.random.default_rng(504)
     told = 0.0
-    for k in range(120):
+    for k in range(cases):
         res = (1.0, 0.1)[k % 2]
         curve = bent_curve(rng, res)
         blocked = rng.random((30, 30)) < 0.03
@@ -214,7 +216,7 @@ def test_room_is_never_more_than_there_is() -> None:
                 else:
                     assert there > 4.0 * res * (1 - 1e-9)
             told += math.isfinite(there)
-    assert told > 300
+    assert told > 2.5 * cases
 
 
 # ---- laws --------------------------------------------------------------------------------------------

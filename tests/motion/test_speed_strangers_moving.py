@@ -40,6 +40,8 @@ from lampyris.referee.geometry.lines_and_arcs import joins, nearest_wall, segmen
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "referee"))
 from drive_builders import random_curve
 
+from sizes import sized
+
 NAN = float("nan")
 
 
@@ -68,10 +70,11 @@ def free_polyline(rng: np.random.Generator, blocked: np.ndarray, most: int) -> n
     return np.array(points)
 
 
-def test_curves_of_any_polyline_keep_their_promises() -> None:
+@sized("cases", 150, 300)
+def test_curves_of_any_polyline_keep_their_promises(cases: int) -> None:
     rng = np.random.default_rng(511)
     made = bends = 0
-    for k in range(300):
+    for k in range(cases):
         height, width = (int(v) for v in rng.integers(3, 25, 2))
         blocked = rng.random((height, width)) < float(rng.choice((0.0, 0.05, 0.2, 0.4)))
         res = float(rng.choice((0.05, 1.0, 3.0)))
@@ -93,8 +96,8 @@ def test_curves_of_any_polyline_keep_their_promises() -> None:
             assert np.abs(curve.xy[0] - points[0]).max() < 1e-9
         made += 1
         bends += bool((curve.curvature != 0).any())
-    assert made > 280
-    assert bends > 15
+    assert made > 0.934 * cases
+    assert bends > 0.05 * cases
 
 
 @pytest.mark.parametrize(
@@ -146,10 +149,11 @@ def somebody(rng: np.random.Generator, curve: Curve, s: float) -> ObstacleStates
     )
 
 
-def test_after_every_push_braking_is_safe() -> None:
+@sized("cases", 170, 500)
+def test_after_every_push_braking_is_safe(cases: int) -> None:
     rng = np.random.default_rng(512)
     bound = resort = 0
-    for k in range(500):
+    for k in range(cases):
         res = float(rng.choice((0.1, 1.0)))
         curve = bent_curve(rng, res)
         course = sample_curve(curve, float(rng.choice((0.05, 0.3, 2.0))) * res)
@@ -177,14 +181,15 @@ def test_after_every_push_braking_is_safe() -> None:
         after = max(v + found.a * period, 0.0)
         to = s + (period * (v + 0.5 * found.a * period) if after > 0 else -0.5 * v * v / min(found.a, -1e-9))
         assert after**2 <= np.interp(to, course.s, ceiling) * (1 + 1e-9) + 1e-12, k
-    assert bound > 100
-    assert resort < 250
+    assert bound > 0.2 * cases
+    assert resort < 0.5 * cases
 
 
-def test_at_the_cap_nobody_comes_near_before_the_robot_stands() -> None:
+@sized("cases", 50, 150)
+def test_at_the_cap_nobody_comes_near_before_the_robot_stands(cases: int) -> None:
     rng = np.random.default_rng(513)
     asked = 0
-    for k in range(150):
+    for k in range(cases):
         res = float(rng.choice((0.1, 1.0)))
         curve = bent_curve(rng, res)
         course = sample_curve(curve, float(rng.choice((0.1, 1.0))) * res)
@@ -200,7 +205,7 @@ def test_at_the_cap_nobody_comes_near_before_the_robot_stands() -> None:
             left = least_gap(curve, robot, movers, float(course.s[i]), float(cap[i]), 0.0, settings.reaction)
             assert left >= settings.margin - 1e-9 * res, (k, i)
             asked += bool(cap[i] < robot.v_max)
-    assert asked > 300
+    assert asked > 2 * cases
 
 
 def test_knowledge_that_is_no_number_is_none() -> None:
@@ -236,11 +241,12 @@ def walkers(rng: np.random.Generator, curve: Curve, count: int) -> list[Track]:
     return tracks
 
 
-def test_ways_through_tracks_touch_nobody() -> None:
+@sized("cases", 30, 90)
+def test_ways_through_tracks_touch_nobody(cases: int) -> None:
     """Judged as drives: limits, discs against discs; and never quicker than with nobody about."""
     rng = np.random.default_rng(514)
     minded = blocked = 0
-    for k in range(90):
+    for k in range(cases):
         res = float(rng.choice((0.2, 1.0)))
         start = (int(rng.integers(8, 16)), int(rng.integers(8, 16)))
         curve = random_curve(rng, start, 24, res, int(rng.integers(1, 5)))
@@ -265,5 +271,5 @@ def test_ways_through_tracks_touch_nobody() -> None:
         verdict = check_drive(drive)
         assert verdict is None, (k, verdict)
         minded += "wait" in p.cause or "moving obstacle" in p.cause
-    assert minded > 8
-    assert blocked < 45
+    assert minded > 0.09 * cases
+    assert blocked < 0.5 * cases

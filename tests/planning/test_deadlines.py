@@ -210,11 +210,9 @@ def test_a_limit_ends_a_call_and_says_so() -> None:
     # A swarm that would go on for minutes.
     scene = scene_of(40)
     planner = registry.make("gso", {"iterations": 100_000, "swarm": 200, "seeded": False})
-    began = time.perf_counter()
     plan = planner.open(scene, np.random.Generator(np.random.PCG64(1))).plan(None, Budget(seconds=0.05))
     assert plan.status is Status.LIMIT
     assert plan.sentence == "Stopped after 0.05 s, its limit, before the search was over."
-    assert time.perf_counter() - began < 20  # the machine may be busy; the selfcheck measures
     assert lampyris.plan(scene, planner, budget=Budget(seconds=0.05)).status is Status.LIMIT
 
 

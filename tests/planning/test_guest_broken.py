@@ -38,7 +38,7 @@ def call(env: dict[str, str], code: str, *words: str) -> subprocess.CompletedPro
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", some(BROKEN, 2))
+@pytest.mark.parametrize("kind", some(BROKEN))
 def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind: str) -> None:
     env = home(tmp_path, BROKEN[kind])
     listed = call(env, MAIN, "planners", "--json")
@@ -76,6 +76,7 @@ def test_a_broken_guest_harms_nobody_else(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.nightly
 def test_a_study_of_all_planners_names_the_broken_one_and_can_leave_it_out(tmp_path: Path) -> None:
     env = home(tmp_path, BROKEN["raises"])
     text = "version: 1\nname: s\nkind: plan\nmaps: [guide]\nplanners: {}\n"

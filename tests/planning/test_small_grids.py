@@ -11,13 +11,15 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.referee import check_plan
 from lampyris_selfcheck.reference.paths.search import cost_of, distances, verdict
+from sizes import sized
 
 CELLS = list(product(range(3), repeat=2))
 
 
-def test_a_sample_through_the_front_door() -> None:
+@sized("cases", 300, 600)
+def test_a_sample_through_the_front_door(cases: int) -> None:
     rng = np.random.default_rng(1)
-    for _ in range(600):
+    for _ in range(cases):
         blocked = rng.integers(2, size=(3, 3)).astype(bool)
         free = (~blocked).tolist()
         start, goal = CELLS[rng.integers(9)], CELLS[rng.integers(9)]

@@ -23,6 +23,7 @@ from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.planning.living_map import LivingMap
 from lampyris.sim.grid.loop import Simulation
+from sizes import sized
 
 MAPS = 6
 
@@ -71,9 +72,10 @@ def life(number: int) -> tuple[Scene, list[tuple[Change, Grid]]]:
     return Scene(grid, start, goal, moves, robot), changes
 
 
+@sized("cases", 2, MAPS)
 @pytest.mark.parametrize("planner", PLANNERS, ids=labels)
-def test_a_session_restores_terrain_as_a_session_opened_anew_has_it(planner: Planner) -> None:
-    for number in range(MAPS):
+def test_a_session_restores_terrain_as_a_session_opened_anew_has_it(planner: Planner, cases: int) -> None:
+    for number in range(cases):
         scene, changes = life(number)
         session = planner.open(scene, np.random.default_rng(1))
         session.plan()

@@ -29,6 +29,7 @@ from lampyris.testing import check_planner
 from lampyris_selfcheck.reference.paths.any_angle import all_lines, clearance, sees, shortest
 from lampyris_selfcheck.reference.paths.search import distances
 from reference.kernel_forms import use
+from sizes import sized
 
 PUBLISHED = LazyThetaStar(put_back=False)
 PLANNERS: list[Planner] = [ThetaStar(), LazyThetaStar(), PUBLISHED]
@@ -48,9 +49,10 @@ def plan_of(planner: Planner, scene: Scene) -> Plan:
 # ---- how long ----------------------------------------------------------------------------------
 
 
+@sized("cases", 1, 3)
 @each
-def test_the_contract(planner: Planner) -> None:
-    check_planner(planner, cases=3)
+def test_the_contract(planner: Planner, cases: int) -> None:
+    check_planner(planner, cases=cases)
 
 
 def test_settings() -> None:

@@ -39,6 +39,7 @@ from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.grid.loop import Simulation
 from lampyris.testing.overlap import Meanwhile, check_overlap
 from lampyris.testing.questions import Failures
+from sizes import sized
 
 THREADS = 10
 COPIES: dict[str, Callable[[Any], Any]] = {
@@ -116,9 +117,10 @@ def test_a_call_during_another_is_refused_by_every_planner(name: str) -> None:
     assert failures.report() == ""
 
 
+@sized("cases", 15, 30)
 @pytest.mark.parametrize("name", registry.names())
-def test_ten_threads_on_one_session_get_right_answers(name: str) -> None:
-    ten_threads_on_one_session(small(name), scene_of(24), 30)
+def test_ten_threads_on_one_session_get_right_answers(name: str, cases: int) -> None:
+    ten_threads_on_one_session(small(name), scene_of(24), cases)
 
 
 @pytest.mark.nightly

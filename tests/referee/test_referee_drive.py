@@ -29,6 +29,7 @@ from lampyris.model.traffic import Obstacle
 from lampyris.referee import certify, check_drive
 from lampyris.referee.drive import measure
 from lampyris_selfcheck.reference.motion.drive_monitor import watch
+from sizes import sized
 
 
 def judge(drive: Drive) -> str | None:
@@ -103,9 +104,10 @@ def visitor(drive: Drive, back: bool = True) -> Track:
 # ---- lawful drives -----------------------------------------------------------------------------------
 
 
-def test_lawful_drives_pass() -> None:
+@sized("cases", 20, 60)
+def test_lawful_drives_pass(cases: int) -> None:
     rng = np.random.default_rng(21)
-    for k in range(60):
+    for k in range(cases):
         res = (1.0, 0.05, 2.5)[k % 3]
         drive = good_drive(rng, legs=1 + k % 3, obstacles=k % 5, resolution=res)
         assert check_drive(drive) is None, k

@@ -19,6 +19,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee import certify, check_profile
+from sizes import sized
 
 ROBOTS = (
     Robot(),
@@ -45,9 +46,10 @@ def query(
     return replace(scene, robot=robot), path
 
 
-def test_lawful_profiles_pass() -> None:
+@sized("cases", 100, 300)
+def test_lawful_profiles_pass(cases: int) -> None:
     rng = np.random.default_rng(11)
-    for k in range(300):
+    for k in range(cases):
         scene, path = query(k, rng, least=1)
         assert judge(physical(path, scene), path, scene) is None
         assert judge(dissertation(path, scene), path, scene) is None
@@ -216,18 +218,21 @@ PHYSICAL: list[tuple[Corruption, str]] = [
 ]
 
 
+@sized("cases", 40, 100)
 @pytest.mark.parametrize(("corrupt", "rule"), PHYSICAL, ids=lambda c: getattr(c, "__name__", ""))
-def test_every_corruption_of_a_physical_profile_is_caught_by_its_rule(corrupt: Corruption, rule: str) -> None:
+def test_every_corruption_of_a_physical_profile_is_caught_by_its_rule(
+    corrupt: Corruption, rule: str, cases: int
+) -> None:
     rng = np.random.default_rng(28)
     met = 0
-    for k in range(100):
+    for k in range(cases):
         scene, path = query(k, rng)
         good = physical(path, scene)
         bad = corrupt(good, path, scene, rng)
         if bad is not None:
             met += 1
             assert judge(bad, path, scene) == rule, (k, path.cells.tolist(), bad.v.tolist())
-    assert met >= 20
+    assert met >= cases / 5
 
 
 # ---- corruptions of the dissertation's law ----

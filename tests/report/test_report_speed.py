@@ -230,6 +230,11 @@ def test_a_drive_is_a_film_in_its_own_time(tmp_path: Path) -> None:
     assert (tmp_path / "a.webp").read_bytes() == (tmp_path / "b.webp").read_bytes()
     # Fast pieces of the way are bright, the robot stands on the goal.
     assert (np.abs(last - (0, 114, 178)).max(axis=2) < 30).sum() > 50
+
+
+@pytest.mark.nightly
+def test_a_film_of_a_long_drive_is_bounded(tmp_path: Path) -> None:
+    drive = sample_drive()
     slow = replace(drive, t=drive.t * 20, v=drive.v / 20, a=drive.a / 400)
     seen: list[int] = []
     film_drive(slow, tmp_path / "c.gif", progress=seen.append)

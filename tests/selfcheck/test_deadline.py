@@ -146,6 +146,7 @@ def test_an_engine_that_went_wrong_is_not_asked_again(monkeypatch: pytest.Monkey
     assert [one.closed for one in made] == [1, 1]
 
 
+@pytest.mark.nightly
 def test_a_wrong_answer_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = GraphSession._answer
 

@@ -14,18 +14,39 @@ from lampyris_selfcheck.checks.process import mutants
 ASK = Ask()
 
 
-MARKS = {"flake": [pytest.mark.source, pytest.mark.nightly], "deadline": [pytest.mark.nightly]}
-"""Marks of a check's tests. An installed package has no tests to shuffle, and the suite runs once with every commit.
-What judges by time is for the night: ``tests/planning/test_deadlines.py`` counts the work between two looks at the
-clock.
-"""
+NIGHT = {
+    # What judges by time: tests/planning/test_deadlines.py counts the work between two looks at the clock.
+    "deadline": (),
+    # The suite runs once with every commit.
+    "flake": (),
+    # tests/study/test_study_store_system.py kills writers and fills disks.
+    "kill": (),
+    "oserrors": (),
+    "store": ("noise", "processes"),
+    # That the engine tells a killed defect from another: planners' are enough.
+    "mutants": ("repair", "profile", "sim", "parsers", "referee"),
+    "determinism": ("order", "studies"),
+    # The others' loop is that of ``gso`` to ``pso``.
+    "swarm": ("lpso", "apso", "ipso", "pso-apf", "dstar-lpso"),
+}
+"""Kinds of checks that are for the night; without a name all of the check's."""
+EVERY_COMMIT = ("planner", "repair", "profile", "sim", "parsers", "referee")
+"""Groups of seeded defects that the suite of every commit must detect; the others every night."""
+
+
+def _by_night(name: str, kind: str) -> bool:
+    return name in NIGHT and (kind in NIGHT[name] or not NIGHT[name])
 
 
 def _cases() -> list[ParameterSet]:
+    source = {"flake": [pytest.mark.source]}  # an installed package has no tests to shuffle
     return [
-        pytest.param(name, kind, marks=MARKS.get(name, []))
+        pytest.param(
+            name, kind, marks=[*source.get(name, []), *[pytest.mark.nightly] * _by_night(name, kind)]
+        )
         for name in registry.NAMES
-        for kind in registry.check(name).kinds_for(ASK)
+        for kind, one in registry.check(name).kinds_for(ASK).items()
+        if one.commit
     ]
 
 
@@ -33,15 +54,20 @@ def _cases() -> list[ParameterSet]:
 def test_the_promise_holds(name: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     check = registry.check(name)
-    if not check.kinds_for(ASK)[kind].commit:
-        pytest.skip("this kind has larger sizes only")
     result = runner.run(check, ASK, runner.Range(only=kind))
     told = [f"{f.kind} {f.number}: {f.what}" for f in result.outcome.failures[:5]]
     assert result.holds, "\n".join([*told, *result.lacks])
 
 
-def test_every_seeded_defect_is_detected_by_what_runs_with_every_commit() -> None:
+def test_every_seeded_defect_of_the_main_job_is_detected_by_what_runs_with_every_commit() -> None:
     """That its cases are within the commit size of the check is said where the defects are tested."""
-    judges = {defect.check for group in mutants.GROUPS for defect in mutants.defects(group)}
+    assert set(EVERY_COMMIT) <= set(mutants.GROUPS)
+    judges = {(one.check, one.kind) for group in EVERY_COMMIT for one in mutants.defects(group)}
     assert judges
-    assert not judges & MARKS.keys()
+    assert not [judge for judge in judges if _by_night(*judge)]
+
+
+def test_what_is_for_the_night_is_there() -> None:
+    """Or a kind that has another name runs with every commit, or none does."""
+    for name, kinds in NIGHT.items():
+        assert set(kinds) < set(registry.check(name).kinds_for(ASK)), name

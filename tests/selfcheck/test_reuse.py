@@ -51,7 +51,7 @@ def test_lives_are_eventful() -> None:
 def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(FieldRepairer, "_own_state")
     monkeypatch.delattr(FieldRepairer, "_take_state")
-    assert lives("ad-gso").failed
+    assert lives("ad-gso", each=1).failed
 
 
 def test_a_packed_map_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:

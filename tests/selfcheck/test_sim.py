@@ -18,13 +18,14 @@ from lampyris_selfcheck.checks.traffic import sim
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
 from lampyris_selfcheck.checks.traffic.sim import CHECK, faults_of
 from lampyris_selfcheck.reference.motion.tick_speed import gains
+from sizes import some
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:
     return runner.run(CHECK, Ask(), runner.Range(only=kind, first=first, cases=count)).outcome
 
 
-@pytest.mark.parametrize(("kind", "count"), [("fast", 60), ("walk", 48), ("edits", 24), ("drive", 4)])
+@pytest.mark.parametrize(("kind", "count"), some([("edits", 24), ("fast", 60), ("walk", 48), ("drive", 4)]))
 def test_it_holds_and_steps_are_made(kind: str, count: int) -> None:
     seen = run(kind, count, first=1)
     assert (seen.cases, seen.failed) == (count, 0), seen.failures

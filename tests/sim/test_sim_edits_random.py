@@ -26,6 +26,7 @@ from lampyris.sim.grid.loop import run
 from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, with_edits
 from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 from lampyris_selfcheck.reference.paths.search import distances
+from sizes import some
 
 # ---- exhaustively --------------------
 
@@ -37,7 +38,7 @@ def least(walls, here, goal):
     return None if counts is None else counts[:2]
 
 
-@pytest.mark.parametrize("name", ["astar", "lpa-star"])
+@pytest.mark.parametrize("name", some(["lpa-star", "astar"]))
 def test_every_edit_of_a_small_room(name):
     """3 x 3, every set of cells at tick 1: the robot arrives exactly where it can, by a best way."""
     cells = [(x, y) for y in range(3) for x in range(3)]

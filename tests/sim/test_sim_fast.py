@@ -18,6 +18,7 @@ from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.referee import check_trace
 from lampyris.sim.grid import fast_simulation, loop
 from reference.kernel_forms import use
+from sizes import some
 
 
 def same(a: Trace, b: Trace) -> str:
@@ -56,7 +57,7 @@ LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30
 
 
 @pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
-@pytest.mark.parametrize("name", ["env-1", "env-3", "env-6", "caves-64", "rooms-20"])
+@pytest.mark.parametrize("name", some(["env-1", "caves-64", "rooms-20", "env-3", "env-6"], 3))
 def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
     elsewhere = 0
     for k, crowd in enumerate(CROWDS):

@@ -26,6 +26,7 @@ from lampyris.study.design.study_file import load_study
 from lampyris.study.execution import cluster as clustering
 from lampyris.study.execution.execution import Execution
 from lampyris.study.execution.run import run
+from sizes import some
 
 HERE = Path(__file__).resolve().parent
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
@@ -176,7 +177,7 @@ def test_a_scheduler_that_dies_or_that_has_no_workers_is_told() -> None:
 
 
 @needs_dask
-@pytest.mark.parametrize("version", ["9.9.9", None], ids=["another", "none"])
+@pytest.mark.parametrize("version", some(["9.9.9", None]), ids=["another", "none"])
 def test_a_worker_with_another_version_is_refused(tmp_path: Path, version: str | None) -> None:
     fake = tmp_path / "lampyris"
     fake.mkdir()

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from summary_samples import by_chance, metrics, rows, study
 
 from lampyris.errors import FileError, UsageError
@@ -34,6 +36,16 @@ def page(one: Study, make: object, tmp_path: Path, **more: object) -> str:
     return out.read_text("utf-8")
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made and not drawn, which takes nearly all of a page's time: its own words are judged."""
+
+    def savefig(figure: Figure, out: TextIO, **how: object) -> None:
+        out.write('<svg width="1" height="1"></svg>')
+
+    monkeypatch.setattr(Figure, "savefig", savefig)
+
+
 def told(words: str) -> str:
     return " ".join(" ".join(read(words).words).split())
 
@@ -48,12 +60,14 @@ def test_the_same_results_are_the_same_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> None:
     one, make = study(), by_chance(1)
     assert "CPU (s)" not in page(one, make, tmp_path)
     assert "0.25" in page(one, make, tmp_path, timing=True)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
     one = study(
         about="Which is shorter?",
@@ -69,6 +83,7 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
         assert wanted in words, wanted
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     one = study(
         traffic_cases=(StudyTraffic("patrol", 1), StudyTraffic("random-walk", 5), StudyTraffic("crossing", 2)),
@@ -85,6 +100,7 @@ def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     assert {c.label for c in one.traffic_cases} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("maps", "queries", "says"),
     [
@@ -98,6 +114,7 @@ def test_a_page_says_how_far_its_intervals_reach(maps: int, queries: int, says: 
     assert f"An interval {says}" in words.partition("How it is counted")[2]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_says_who_collided(tmp_path: Path) -> None:
     def make(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(10.0 + e, collisions=2 if (w, e) == (1, 2) else 0, hits=0)
@@ -107,6 +124,7 @@ def test_a_page_says_who_collided(tmp_path: Path) -> None:
     assert "An obstacle ran into the robot in no run." in words
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
     """A cell with an interval is in a table that says how many; one of other runs says so itself."""
     text = page(study(queries=4), by_chance(5, 0.5), tmp_path)
@@ -147,6 +165,7 @@ def test_poor_studies_have_sound_pages(
     assert not re.search(r"\bnan\b|\binf\b|\bNone\b.*\bNone\b.*\[", words)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_study_that_has_not_begun_has_a_page(tmp_path: Path) -> None:
     words = told(page(study(), lambda *_: None, tmp_path))
     assert "0 runs of 72, 72 not run yet" in words
@@ -154,6 +173,7 @@ def test_a_study_that_has_not_begun_has_a_page(tmp_path: Path) -> None:
     assert "36 runs of 72, 36 not run yet" in half
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_path: Path) -> None:
     one = study(("dstar-lpso", "dstar16-lpso", "ad-gso"), traffic_cases=ONE_CROWD)
     words = told(page(one, by_chance(2, 0.0), tmp_path))
@@ -164,7 +184,9 @@ def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_pat
     assert "by the true length" not in other
 
 
-def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Path) -> None:
+def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     def fewer(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(9.0, arrived=c + e < 4)
 
@@ -175,12 +197,14 @@ def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Pat
         r"<svg[^>]*density.*?</svg>|<svg(?:(?!</svg>).)*moving obstacles.*?</svg>", text, re.DOTALL
     )
     assert all(f">{count}<" in drawn for count in (0, 5, 10))
+    request.getfixturevalue("undrawn")
     for traffic_cases in (some[:2], (*some, StudyTraffic("patrol", 3))):
         assert "over the number of obstacles" not in told(
             page(study(traffic_cases=traffic_cases), fewer, tmp_path)
         )
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_of_very_many_entrants_there_are_tables_and_no_figures(tmp_path: Path) -> None:
     planners = tuple(f"p{k}" for k in range(90))
     one = study(planners, maps=1, queries=2, seeds=1, traffic_cases=ONE_CROWD)

@@ -171,7 +171,9 @@ def _settings_of(robot: Robot) -> dict[str, Any]:
     """The robot's settings; its drive and footprint, which planners on cells do not look at, only where given."""
     usual = asdict(Robot())
     unread = ("drive", "footprint")
-    return {name: value for name, value in asdict(robot).items() if name not in unread or value != usual[name]}
+    return {
+        name: value for name, value in asdict(robot).items() if name not in unread or value != usual[name]
+    }
 
 
 def _least_queries(file: StudyFile) -> int:
