@@ -202,7 +202,7 @@ def test_of_one_mind_with_the_slow_monitor(cases: int) -> None:
         trace = replace(trace, scene=replace(trace.scene, edits=tuple(some)))
         monitor = OfWalls(trace)
         turned = [Edit(t, tuple(sorted(w)), tuple(sorted(f))) for t, (w, f) in sorted(monitor.turned.items())]
-        held = [Event(t, "wall", min(c), "0 cells") for t, c in monitor.held.items()]
+        held = [Event(t, "wall", min(c), "0 cells") for t, c in monitor.kept.items()]
         held = [e for e in held if not any(x.tick == e.tick and x.blocked for x in turned)]
         events = sorted((*trace.events, *told(turned), *held), key=lambda e: e.tick)
         trace = replace(trace, edits=tuple(turned), events=tuple(events))
