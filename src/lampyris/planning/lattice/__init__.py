@@ -1,0 +1,1 @@
+"""Planners of poses on a state lattice: cells and headings, joined by motion primitives."""
