@@ -45,6 +45,20 @@ def test_it_is_the_first_node_that_is_so_far_away(form: str, monkeypatch: pytest
     assert moved > 300
 
 
+@pytest.mark.parametrize("n", [63, 64, 65, 128, 4096, 4097, 8256])
+@pytest.mark.parametrize("distance", [0.5, 0.6])
+def test_blocks_end_where_the_path_leaves(n: int, distance: float) -> None:
+    """Ties, lengths of whole blocks, and a path that leaves for one node, the last of a block or any other."""
+    for away in sorted({n - 1, n // 2, 63 % n, 64 % n, 4095 % n, 4096 % n}):
+        xy = np.array([[0.0, 0.0], [0.5, 0.0]])[np.arange(n) % 2]
+        xy[away] = (0.0, 3.0)
+        node = rpp.nodes_ahead(xy, distance, np.arange(n, dtype=np.int64))
+        for k in sorted({0, 1, away // 2, max(away - 1, 0), away, min(away + 1, n - 1)}):
+            dx, dy = (xy[k:] - xy[k]).T
+            far = dx * dx + dy * dy >= distance * distance
+            assert node[k] == (k + int(np.argmax(far)) if far.any() else n - 1)
+
+
 class Counted(list[float]):
     """A list that counts how often it is read."""
 
@@ -71,8 +85,9 @@ def test_a_folded_path_takes_no_quadratic_number_of_reads(monkeypatch: pytest.Mo
     assert 0 < work[1] < 6 * work[0], work
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-12, 1e-6])
 def test_the_deviation_of_a_folded_path_compares_no_quadratic_number_of_pairs(
-    monkeypatch: pytest.MonkeyPatch,
+    noise: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     squares, work = deviation_of._squares, []
     for n in (1000, 4000):
@@ -83,6 +98,8 @@ def test_the_deviation_of_a_folded_path_compares_no_quadratic_number_of_pairs(
             return squares(*given)
 
         monkeypatch.setattr(deviation_of, "_squares", counted)
-        assert deviation_of.deviation(folded(n), folded(n) + 0.1, 0.25) == pytest.approx(np.hypot(0.1, 0.1))
+        path = folded(n) + np.random.default_rng(n).normal(scale=1.0, size=(n, 2)) * noise
+        found = deviation_of.deviation(path, path + 0.1, 0.25)
+        assert found == pytest.approx(np.hypot(0.1, 0.1), abs=1e-4)
         work.append(sum(pairs))
     assert 0 < work[1] < 6 * work[0], work

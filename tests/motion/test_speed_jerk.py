@@ -266,13 +266,30 @@ def test_systems_of_five_diagonals(form: str, monkeypatch: pytest.MonkeyPatch) -
         assert solve_banded(worse, first.copy(), second.copy(), right.copy()) == 0
 
 
+def _floats(digits: str) -> np.ndarray:
+    return np.array([float.fromhex(f"0x{word}") for word in digits.split()])
+
+
 @pytest.mark.parametrize("left", [0.0, 1e6, -1e6])
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_a_start_that_is_outside_the_limits_is_left_alone(left: float, form: str, monkeypatch: Any) -> None:
     """What scratch memory held before must not matter."""
     use(monkeypatch, form)
-    ds = np.array([0.1, 0.1, 0.1])
-    x, top = np.array([0.0, 0.5, 0.5, 0.0]), np.array([0.0, 0.4, 0.6, 0.0])
-    scratch = (x.copy(), np.empty(ROWS * 4), *np.empty((8, 2)), np.full(2, left))
-    assert descend(x, ds, top, np.array([1.0, 1.0, 1.0]), True, 0.1, 1.0, 5, *scratch) == 0
-    assert x.tolist() == [0.0, 0.5, 0.5, 0.0]
+    # Outside the limit on jerk by a rounding error: nodes are 1e-9 m apart.
+    before = _floats(
+        "1.f7ef95ab951e4p-8 1.f7efa713538d0p-8 1.91e05c6c9be8ap-8 1.91e0773edde18p-8 1.0cd5668da971fp-6 "
+        "1.0cd56d4240033p-6 1.0cd573f6d6947p-6 1.0cd57aab6d245p-6 0.0p+0"
+    )
+    ds = _floats(
+        "1.12e0be826d695p-30 1.26ecb50313b63p+3 1.12e0be826d695p-30 1.d057210371d05p+1 1.12e0be826d695p-30 "
+        "1.12e0be826d695p-30 1.12e0be826d695p-30 1.72c91fa3077efp+1"
+    )
+    top = _floats(
+        "1.f7ef95ab951e4p-8 1.f7efccbdded7cp-8 1.769aeddad001dp-5 1.769af4bd19390p-5 1.f624230cba48ap-2 "
+        "1.f62423070432bp-2 1.f62423e34d599p-2 1.f62424bf96807p-2 0.0p+0"
+    )
+    limits = _floats("1.9a506e51280a2p+2 1.546b1856bd234p-3 1.dedebeb377d29p+1")
+    x, inner = before.copy(), len(before) - 2
+    scratch = (x.copy(), np.empty(ROWS * len(x)), *np.empty((8, inner)), np.full(2, left))
+    assert descend(x, ds, top, limits, False, 1.0, 0.0, 12, *scratch) == 0
+    assert x.tolist() == before.tolist()

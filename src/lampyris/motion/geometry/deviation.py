@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from lampyris.typing import Floats, Points
 
+_SAME = 1e-4
+"""Share of the step by which two points or lines may differ that are looked at once."""
 _PAIRS = 8_192
 """Pairs of a disc and a line that are looked at together: what stays in the processor's cache."""
 
@@ -20,7 +22,7 @@ def deviation(a: Points, b: Points, step: float) -> float:
     """The greatest distance of either polyline from the other, in the unit of their points.
 
     Looked at are the corners of both and points no farther apart than ``step`` between them, so it may be
-    more by at most half of that. Points are gathered in discs, two of which lie in a larger one; a line that
+    more by at most half of that (and a ten-thousandth of it where lines lie on one another). Points are gathered in discs, two of which lie in a larger one; a line that
     is too far from a disc to be the nearest of any point in it is not looked at below. Near linear along
     paths, and the number of points to 1.5 where all lines cross each other.
 
@@ -29,7 +31,8 @@ def deviation(a: Points, b: Points, step: float) -> float:
     a, b : float64 (n, 2), (m, 2); n, m >= 1.
     step : > 0.
     """
-    return max(_farthest(_dense(a, step), b), _farthest(_dense(b, step), a))
+    same = _SAME * step
+    return max(_farthest(_dense(a, step), b, same), _farthest(_dense(b, step), a, same))
 
 
 def _lengths(points: Points) -> Floats:
@@ -79,13 +82,20 @@ def _along_curve(xy: Points) -> NDArray[np.int64]:
     return np.argsort(at[:, 0] | (at[:, 1] << np.uint64(1)), kind="stable")
 
 
-def _farthest(points: Points, line: Points) -> float:
-    """The greatest distance of the points from the polyline."""
+def _once(rows: Floats, same: float) -> Floats:
+    """The first of the rows that are alike to within ``same``, as a path to and fro has them again and again."""
+    _, first = np.unique(np.rint(rows / same), axis=0, return_index=True)
+    once: Floats = rows[first]
+    return once
+
+
+def _farthest(points: Points, line: Points, same: float) -> float:
+    """The greatest distance of the points from the polyline; what differs by less than ``same`` is one."""
     begin, end = (line[:-1], line[1:]) if len(line) > 1 else (line, line)
-    # Points and lines that occur again and again, as on a path to and fro, would all be equally near.
-    lines_once = np.unique(np.hstack((begin, end)), axis=0)
+    # Of lines that lie on one another all would be nearest, and none could be left out.
+    lines_once = _once(np.hstack((begin, end)), same)
     begin, end = lines_once[:, :2], lines_once[:, 2:]
-    discs, worst = _Discs(np.unique(points, axis=0)), 0.0
+    discs, worst = _Discs(_once(points, same)), 0.0
     # A level, numbers of discs, rising, and for each a line that may be the nearest of one of its points.
     todo = [(len(discs.radius) - 1, np.zeros(len(begin), dtype=np.int64), np.arange(len(begin)))]
     while todo:
