@@ -328,6 +328,7 @@ def test_a_job_that_is_cancelled_before_its_turn_is_not_begun() -> None:
     assert told == [(1, "CANCELLED"), (2, "CANCELLED")]
 
 
+@pytest.mark.nightly
 @LINUX
 def test_processor_time_has_its_limit() -> None:
     async def ask() -> Any:

@@ -216,6 +216,7 @@ def test_a_picture_says_where_terrain_is_not_seen(tmp_path: Path, monkeypatch: p
     assert foot.get_window_extent(FigureCanvasAgg(seen[0]).get_renderer()).x1 <= seen[0].bbox.x1
 
 
+@pytest.mark.nightly
 def test_terrain_is_the_ground_where_there_is_no_landscape(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

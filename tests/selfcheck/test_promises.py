@@ -23,6 +23,7 @@ NIGHT = {
     "kill": (),
     "oserrors": (),
     "store": ("noise", "processes"),
+    "fuzz": ("store", "store-repair"),
     # That the engine tells a killed defect from another: planners' are enough.
     "mutants": ("repair", "profile", "sim", "parsers", "referee"),
     "determinism": ("order", "studies"),
