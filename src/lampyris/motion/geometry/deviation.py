@@ -22,9 +22,10 @@ def deviation(a: Points, b: Points, step: float) -> float:
     """The greatest distance of either polyline from the other, in the unit of their points.
 
     Looked at are the corners of both and points no farther apart than ``step`` between them, so it may be
-    more by at most half of that (and a ten-thousandth of it where lines lie on one another). Points are gathered in discs, two of which lie in a larger one; a line that
-    is too far from a disc to be the nearest of any point in it is not looked at below. Near linear along
-    paths, and the number of points to 1.5 where all lines cross each other.
+    more by at most half of that (and a ten-thousandth of it where lines lie on one another). Points are
+    gathered in discs, two of which lie in a larger one; a line that is too far from a disc to be the nearest of
+    any point in it is not looked at below. Near linear along paths, and the number of points to 1.5 where all
+    lines cross each other.
 
     Parameters
     ----------
