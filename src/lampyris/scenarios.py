@@ -145,7 +145,7 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
     robot, usual = scenario.scene.robot, Robot()
     given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
     if scenario.drive is not None:
-        return ("jerk_max binds profiles, not drives",) if "jerk_max" in given else ()
+        return ("jerk_max limits profiles, not drives",) if "jerk_max" in given else ()
     if laws.named(scenario.law).units != "m/s":
         idle = [name for name in given if name != "radius"]
         idle += ["zones"] if scenario.scene.zones is not None else []

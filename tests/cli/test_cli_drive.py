@@ -53,7 +53,7 @@ def test_a_drive_is_told_whole() -> None:
 
 
 def test_a_limit_on_jerk_is_told_not_to_bind_a_drive() -> None:
-    note = "note: jerk_max binds profiles, not drives\n"
+    note = "note: jerk_max limits profiles, not drives\n"
     plain = run(*CALL, "--json", "--no-timing")
     limited = run(*CALL, "--jerk-max", "0.1", "--save-scenario", "a.yaml", "--json", "--no-timing")
     assert note in limited.err
@@ -63,7 +63,7 @@ def test_a_limit_on_jerk_is_told_not_to_bind_a_drive() -> None:
     # A push changes from one period to the next by more than a tenth of the limit would let it.
     assert np.abs(np.diff(a)).max() > 10 * 0.1 * np.diff(t).min()
     assert note in run("run", "a.yaml", "--json", "--no-timing").err
-    assert "it binds profiles, not drives" in " ".join(run("drive", "--help").out.split())
+    assert "it limits profiles, not drives" in " ".join(run("drive", "--help").out.split())
 
 
 @pytest.mark.parametrize("more", [("--smooth", "none"), ("--obstacles", "10", "--chart", "drive.png")])
