@@ -11,7 +11,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Map": ("resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones"),
         "Ends": ("start", "goal", "start-m", "goal-m", "path", "units"),
         "Robot": (
-            "preset", "moves", "robot", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
+            "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
             "tracking", "period", "command-period", "delay", "lag",
         ),
         "Planner and speed": (

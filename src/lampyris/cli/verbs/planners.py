@@ -100,5 +100,5 @@ def print_planner(row: PlannerInfo, description: str) -> None:
 
 
 def _traits(row: PlannerInfo) -> list[str]:
-    words = ("optimal", "incremental", "stochastic", "sees_traffic")
+    words = ("optimal", "incremental", "stochastic", "sees_traffic", "plans_headings")
     return [word.replace("_", " ") for word in words if getattr(row.traits, word)]

@@ -48,18 +48,18 @@ class Format:
     read: Callable[[FileSource], Reading]
 
 
-FORMATS = (
+_IMAGES = (
     Format("png", (".png",), lambda head: head.startswith(image.MAGIC), image.read_png),
     Format("bmp", (".bmp", ".dib"), bmp.looks_like, bmp.read_bmp),
     Format("pgm", (".pgm", ".pbm", ".ppm", ".pnm"), pgm.looks_like, pgm.read_pgm),
-    Format("numpy", (".npy",), lambda head: head.startswith(npy.MAGIC), npy.read_npy),
-    Format("csv", csv_file.SUFFIXES, csv_file.looks_like, csv_file.read_csv),
-    Format("movingai", (".map",), movingai.looks_like, movingai.read_map),
 )
-_CSV, _MOVINGAI = FORMATS[-2:]
+_NUMPY = Format("numpy", (".npy",), lambda head: head.startswith(npy.MAGIC), npy.read_npy)
+_CSV = Format("csv", csv_file.SUFFIXES, csv_file.looks_like, csv_file.read_csv)
+_MOVINGAI = Format("movingai", (".map",), movingai.looks_like, movingai.read_map)
+FORMATS = (*_IMAGES, _NUMPY, _CSV, _MOVINGAI)
 ROS = Format("ros", ros.SUFFIXES, ros.looks_like, ros.read_ros)
 TEXT = Format("text", (".txt",), lambda head: True, plain_text.read_text)
-_PICTURES = tuple(s for f in FORMATS[:3] for s in f.suffixes)
+_PICTURES = tuple(s for f in _IMAGES for s in f.suffixes)
 
 
 def load_map(

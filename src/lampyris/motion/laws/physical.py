@@ -219,13 +219,14 @@ def _guest(name: str, build: Callable[[SampledPath, Scene, Any, Around], list[Ca
     return row
 
 
+_uncertainty, _blind = _guest("uncertainty", uncertainty_cap), _guest("blind", blind_cap)
 TABLE: tuple[Rule, ...] = (
     _limit,
     _curvature,
     _clearance,
     _zones,
-    _guest("uncertainty", uncertainty_cap),
-    _guest("blind", blind_cap),
+    _uncertainty,
+    _blind,
     _obstacles,
     _moving,
     _guest("three_speed", three_speed_cap),
@@ -234,7 +235,7 @@ TABLE: tuple[Rule, ...] = (
 )
 """The rules, in the order in which ties are decided."""
 
-STATIC = TABLE[:6]
+STATIC: tuple[Rule, ...] = (_limit, _curvature, _clearance, _zones, _uncertainty, _blind)
 """Those that neither what moves nor the goal changes: the map's and the robot's."""
 
 

@@ -1,4 +1,4 @@
-"""The guide: asks the planner, and turns its answers into paths to drive."""
+"""The replanner of a drive: asks the planner, and turns its answers into paths to drive."""
 
 from __future__ import annotations
 

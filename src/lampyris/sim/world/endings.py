@@ -23,16 +23,25 @@ def why(found: Plan | Trace | Drive, scene: Scene) -> str:
         if not scene.grid.blocked[y, x]:
             metres = float(clearance(scene.grid)[y, x])
             where = f"({x}, {y}) is free, but {metres:.3g} m from a wall"
-            return f"The {what} {where}; the robot's radius is {radius:g} m."
+            return f"The {what} {where}; {_size(scene)} is {radius:g} m."
         if unknown is not None and unknown[y, x]:
             return f"The {what} ({x}, {y}) is unknown to the map, which counts as blocked."
         return f"The {what} ({x}, {y}) is blocked."
     if word == Status.NO_PATH.value:
-        size = f"The robot's radius is {radius:g} m." if radius > 0 else ""
+        size = f"{_size(scene).capitalize()} is {radius:g} m." if radius > 0 else ""
         # Searches of the whole map have counted on the way and say so.
         regions = "" if " region" in found.sentence else _regions(scene)
         return " ".join(part for part in (found.sentence, regions, size) if part)
     return found.detail
+
+
+def _size(scene: Scene) -> str:
+    """What the radius is of."""
+    return (
+        "the robot's radius"
+        if scene.robot.footprint is None
+        else "the radius of the circle around its footprint"
+    )
 
 
 def _regions(scene: Scene) -> str:
