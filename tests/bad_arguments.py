@@ -104,6 +104,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "ObstacleStates": {"xy": xy, "radius": np.ones(2), "top_speed": np.ones(2)},
         "Track": {"t": np.array([0.0, 1.0]), "xy": xy, "radius": 1.0, "top_speed": 1.0},
         "Adversary": {"top_speed": 1.0}, "FaultySensor": {"kind": "stops", "at": 1.0},
+        "PosePath": {"poses": np.zeros((2, 3)), "gears": np.zeros(1, dtype=int), "cost_m": 0.0, "lower_bound_m": 0.0},
         "Box": {"low": [0.0], "high": [1.0]},
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},

@@ -77,7 +77,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "planners compared": (
         comparison.MOST_CONFIGS,
-        lambda n: comparison._who(
+        lambda n: comparison._configs(
             [{"name": "x", "label": f"{k}"} for k in range(n)], "p", OWN, lambda *a: OWN
         ),
         "LIMIT",

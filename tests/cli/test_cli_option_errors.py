@@ -102,7 +102,10 @@ def test_every_verb_with_numbers_is_tried() -> None:
         (("maps", "make", "maze", "-o", "m.txt", "--seed", "-1"), "error[SEED]: --seed: -1"),
         (("compare", "guide", "--planners", "gso:swarm=0"), "error[SWARM]: --planners: gso:swarm=0: "),
         (("plan", "guide", "--start-m", "99,99"), "error[START_OUTSIDE]: --start-m: "),
-        (("plan", "guide", "--start-m", "nan,1"), "error[TYPE]: --start-m: 'nan,1'; allowed: two finite"),
+        (
+            ("plan", "guide", "--start-m", "nan,1"),
+            "error[TYPE]: --start-m: 'nan,1'; allowed: two or three finite",
+        ),
         (("plan", "guide", "--robot", ""), "error[FILE]: --robot: ''; allowed: "),
         (
             ("compare", "guide", "--planners", "astar,ad-gso:nt=x"),

@@ -155,7 +155,8 @@ def test_everything_is_decided() -> None:
     ]  # fmt: skip
     assert said["planner"]["settings"] == asdict(registry.make("ad-gso"))
     assert said["law"] == {"name": "physical", "settings": laws.settings_of("physical")}
-    assert said["robot"] == asdict(lampyris.Robot())
+    assert said["robot"] | {"footprint": None} == asdict(lampyris.Robot())
+    assert "footprint" not in said["robot"]
     assert said["obstacles"] == [{"kind": "random-walk", "count": 3, "rate": None, "radius": 0.0}]
     assert said["simulate"] == {"ticks": trace.last_tick, "patience": 50}
     first = lampyris.plan(scene)

@@ -38,6 +38,17 @@ def test_an_outline_that_is_none_is_refused(given: object, words: str) -> None:
     assert caught.value.code == "ROBOT_FOOTPRINT"
 
 
+@pytest.mark.parametrize(("n", "fits"), [(2, False), (3, True), (63, True), (64, True), (65, False)])
+def test_an_outline_has_3_to_64_vertices(n: int, fits: bool) -> None:
+    turns = 2 * np.pi * np.arange(n) / n
+    polygon = np.column_stack((np.cos(turns), np.sin(turns)))
+    if fits:
+        assert len(footprint_of(polygon)) == n
+    else:
+        with pytest.raises(SettingError, match="3 to 64"):
+            footprint_of(polygon)
+
+
 def test_a_footprint_has_one_orientation_and_sets_the_radius() -> None:
     square = rectangle_of([2.0, 1.0])
     clockwise = footprint_of(square[::-1])

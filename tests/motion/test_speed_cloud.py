@@ -184,7 +184,7 @@ def test_nodes_beyond_the_horizon_are_not_judged() -> None:
 def test_a_course_of_one_node() -> None:
     full = way()
     point = SampledPath(full.s[:1], full.xy[:1], full.heading[:1], full.curvature[:1], full.stop[:1], 0.2)
-    found = cap(one((4, 20), (0, 0)), samples=point)
+    found = cap(one((4, 20), (0, 0)), course=point)
     assert found is not None
     assert found.v.shape == (1,)
 

@@ -444,7 +444,7 @@ def test_hemmed_in_for_good_says_so_and_waits_for_a_gap() -> None:
     for _ in range(3):
         plan = session.plan(Change(obstacles=wall))
         assert plan.status is Status.HEMMED_IN
-        assert "close every way" in plan.detail
+        assert "close every path" in plan.detail
     assert session.plan(Change()).status is Status.FOUND
 
 

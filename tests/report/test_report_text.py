@@ -119,7 +119,7 @@ def test_jump_tables_list_rings_and_mark_the_choice() -> None:
     )
     assert first.chosen == 0
     assert "along the parents" in first.note
-    assert "cheapest way" in tables[1].note
+    assert "cheapest path" in tables[1].note
     lines = text(first).splitlines()
     assert lines[0].startswith("Iteration 1: at (1,1), luciferin 6.000; 2 accepted in 3 rings")
     assert lines[1].split() == ["ring", "accepted", "luciferin", "probability", "chosen"]

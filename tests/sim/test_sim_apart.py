@@ -99,7 +99,7 @@ def test_no_two_obstacles_overlap_whatever_the_robot_does(kind: str, seed: int) 
             until, push = k + int(rng.integers(3, 25)), float(rng.choice([0.5, 0.5, -1.0, -1.0])) * resolution
         going = Trajectory(route, split(t, end, s, v, push if v < resolution or push < 0.0 else 0.0, None))
         crowd.advance(t, end, going)
-        s, v = going.stretches[-1].after(end)
+        s, v = going.segments[-1].after(end)
         if s > 11.0 * resolution:
             s = 0.0
     tracks = list(roster.tracks(end, crowd._at))

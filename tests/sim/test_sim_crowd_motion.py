@@ -110,7 +110,7 @@ def test_who_yields_never_runs_into_a_robot_that_stands(seed):
             until, push = k + int(rng.integers(3, 25)), float(rng.choice([0.5, 0.5, -1.0, -1.0]))
         going = Trajectory(route, split(t, end, s, v, push if v < 1.0 or push < 0.0 else 0.0, None))
         legs = crowd.advance(t, end, going)
-        s, v = going.stretches[-1].after(end)
+        s, v = going.segments[-1].after(end)
         if s > 12.0:
             break
         for row in legs:

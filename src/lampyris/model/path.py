@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.arrays import cells_of, numbers_of, whole_of
+from lampyris._core.predicates import numbers
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT
@@ -139,9 +140,10 @@ class PosePath(Value):
         gears = whole_of("pose_path", "gears", self.gears, (max(len(poses) - 1, 0),)).astype(np.int8)
         gears.setflags(write=False)
         object.__setattr__(self, "gears", gears)
-        if not len(poses):
+        if len(poses) == 0:
             raise SettingError("ARRAY", "no pose", where="pose_path.poses", allowed="at least one")
-        if not 0 <= self.lower_bound_m <= self.cost_m < math.inf:
+        costs = numbers((self.lower_bound_m, self.cost_m), (2,))
+        if costs is None or not 0 <= costs[0] <= costs[1] < math.inf:
             raise SettingError(
                 "ARRAY",
                 f"{shown(self.lower_bound_m)} and {shown(self.cost_m)}",

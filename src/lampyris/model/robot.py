@@ -19,7 +19,7 @@ Polygon = tuple[tuple[float, float], ...]
 """Vertices (x ahead, y to the left), metres, counterclockwise."""
 
 MOST_VERTICES = 64
-_GREATEST = 1e6
+_REACH = 1e6
 DRIVES = ("differential", "ackermann", "omnidirectional")
 
 
@@ -129,7 +129,7 @@ def footprint_of(given: object, where: str = "robot.footprint") -> Polygon:
     pairs = "3 to 64 pairs [x, y] of metres, each within 1e6"
     listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else given
     array = numbers(listed, (None, 2))
-    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= _GREATEST).all():
+    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= _REACH).all():
         raise refuse(shown(given), pairs)
     points = [(float(x), float(y)) for x, y in array.tolist()]
     edges = list(zip(points, points[1:] + points[:1], strict=True))
@@ -160,7 +160,7 @@ def rectangle_of(given: object, where: str = "robot.rectangle") -> Polygon:
 
     listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else given
     sides = numbers(listed, (2,))
-    if sides is None or not ((sides > 0) & (sides <= _GREATEST)).all():
+    if sides is None or not ((sides > 0) & (sides <= _REACH)).all():
         allowed = "[length, width], metres, each above 0, at most 1e6"
         raise SettingError("ROBOT_FOOTPRINT", shown(given), where=where, allowed=allowed)
     x, y = (sides / 2).tolist()

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
+from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, of_kind, shown
 from lampyris.planning.base import Planner, Traits
 
 GROUP = "lampyris.planners"
@@ -178,6 +178,7 @@ def list_planners(*, poses: bool = False) -> Mapping[str, PlannerInfo]:
 
     A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
     """
+    of_kind("poses", poses, bool)
     rows = {}
     for name in pose_names() if poses else names():
         try:

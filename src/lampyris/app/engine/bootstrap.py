@@ -31,7 +31,8 @@ def hello() -> dict[str, Any]:
         "version": __version__,
         "planners": [_planner(row) for row in registry.list_planners().values()],
         "laws": [_law(row) for row in laws.LAWS.values()],
-        "robot": [_setting(key, value, Robot, key) for key, value in defaults_of(Robot).items()],
+        # The app plans on cells, and planners on cells do not look at the drive.
+        "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items() if key != "drive"],
         "moves": list(MOVES),
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,8 @@ from lampyris.typing import Floats, Points
 
 _SAME = 1e-4
 """Share of the step by which two points or lines may differ that are looked at once."""
+_OF_ALL = 1e-5
+"""No more than this share of what both polylines cover."""
 _PAIRS = 8_192
 """Pairs of a disc and a line that are looked at together: what stays in the processor's cache."""
 
@@ -32,7 +36,8 @@ def deviation(a: Points, b: Points, step: float) -> float:
     a, b : float64 (n, 2), (m, 2); n, m >= 1.
     step : > 0.
     """
-    same = _SAME * step
+    both = np.concatenate((a, b))
+    same = min(_SAME * step, _OF_ALL * float(np.ptp(both, axis=0).max())) or math.ulp(1.0)
     return max(_farthest(_dense(a, step), b, same), _farthest(_dense(b, step), a, same))
 
 
