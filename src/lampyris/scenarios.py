@@ -144,6 +144,8 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
     """Sentences on limits of the robot that a scenario sets and its run does not keep."""
     robot, usual = scenario.scene.robot, Robot()
     given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
+    if scenario.planner in registry.pose_names():
+        given = [name for name in given if name not in ("radius", "footprint", "drive", "turn_radius")]
     if scenario.drive is not None:
         return ("jerk_max limits profiles, not drives",) if "jerk_max" in given else ()
     if laws.named(scenario.law).units != "m/s":

@@ -11,6 +11,8 @@ from shapely import affinity
 from shapely.geometry import Polygon as Shape
 from shapely.geometry import box
 
+import lampyris
+from lampyris._core.cancellation import CancelToken
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
@@ -218,3 +220,39 @@ def test_changes_of_the_map_obstacles_and_the_robot() -> None:
     assert moved.pose_path.cost_m < 8.0
     fresh = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
     assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT
+
+
+def test_an_anytime_search_keeps_its_path_when_its_time_is_out() -> None:
+    walls = np.zeros((400, 400), dtype=bool)
+    walls[60:, 200] = True
+    robot = Robot(footprint=FOOTPRINTS["square"], drive="ackermann", turn_radius=6.0)
+    scene = Scene(Grid(walls), start_pose=(20.5, 20.5, 0.0), goal_pose=(380.5, 20.5, 1.0), robot=robot)
+    prefer_compiled_search(scene)
+    plan = lampyris.plan(scene, "lattice", anytime=True, weight=20.0, budget=Budget(seconds=0.4))
+    assert plan.status is Status.FOUND
+    assert plan.bound is not None
+    assert plan.bound <= 20.0
+    stop = CancelToken()
+    stop.set()
+    assert lampyris.plan(scene, "lattice", anytime=True, budget=Budget(stop=stop)).status is Status.CANCELLED
+
+
+def prefer_compiled_search(scene: Scene) -> None:
+    """Have the kernels loaded, so that the seconds are for searching."""
+    assert lampyris.plan(scene, "lattice", weight=20.0)
+
+
+def test_a_goal_beside_a_wall_or_with_a_tolerance_across_one_is_reached() -> None:
+    walls = np.zeros((20, 40), dtype=bool)
+    walls[:10] = True
+    walls[:, 20] = True
+    robot = Robot(footprint=((2.0, 2.0), (-2.0, 2.0), (-2.0, -2.0), (2.0, -2.0)))
+    for y in np.arange(7.0, 9.0, 0.1):
+        scene = Scene(Grid(walls), start_pose=(4.5, 4.5, 0.0), goal_pose=(9.5, float(y), 0.0), robot=robot)
+        plan = planned(scene, weight=1.0)
+        assert plan.status in (Status.FOUND, Status.GOAL_OCCUPIED), y
+        assert plan.status is Status.FOUND or y > 7.9
+    across = Scene(Grid(walls), start_pose=(4.5, 4.5, 0.0), goal_pose=(20.5, 4.5, 0.0), robot=robot)
+    assert planned(across).status is Status.GOAL_OCCUPIED
+    assert planned(across, goal_tolerance=5.0).status is Status.FOUND
+    assert planned(across, goal_tolerance=1e3).status is Status.FOUND

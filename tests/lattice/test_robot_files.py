@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -28,6 +29,7 @@ CAR = "rectangle: [1.2, 0.5]\ndrive: ackermann\nturn_radius: 0.9\nv_max: 1.5\n"
         ([(1, 1), (2, 1), (2, 2), (1, 2)], "is not inside"),
         ([(0, 1), (0, -1), (1, 0)], "is not inside"),
         ([(1, 1), (1, 1), (-1, 1), (-1, -1)], "twice in a row"),
+        ([(1e-300, 1e-300), (-1e-300, 1e-300), (0, -1e-300)], "twice in a row"),
         ([(1, 1), (-1, 1), (-1, -1), (-1, 1)], "edges"),
         ([(k, 1) for k in range(70)], "3 to 64 pairs"),
     ],
@@ -62,8 +64,11 @@ def test_a_footprint_has_one_orientation_and_sets_the_radius() -> None:
     )
     assert area > 0
     assert Robot(footprint=square).inscribed_radius == 0.5
-    with pytest.raises(SettingError, match="a footprint or a radius"):
-        Robot(radius=0.2, footprint=square)
+    assert (
+        dataclasses.replace(Robot(footprint=square), footprint=clockwise).radius
+        == Robot(footprint=square).radius
+    )
+    assert Robot(radius=9.0, footprint=square).radius == pytest.approx(math.hypot(1, 0.5))
 
 
 def test_scenes_take_poses() -> None:
@@ -100,7 +105,7 @@ def test_plan_of_a_robot_file_prints_poses(tmp_path: Path) -> None:
     assert Path(picture).stat().st_size > 10_000
     again = json.loads(call("run", save, "--json", "--no-timing").stdout)
     assert again["poses"] == record["poses"]
-    assert Path(csv).read_text().startswith("x_m,y_m,yaw,v,t_s")
+    assert Path(csv).read_text().startswith("x_m,y_m,yaw,v,gear,t_s")
 
 
 @pytest.mark.parametrize(
@@ -108,6 +113,7 @@ def test_plan_of_a_robot_file_prints_poses(tmp_path: Path) -> None:
     [
         ("rectangle: [1.2]\n", "robot.yaml"),
         ("rectangle: [1.2, -1]\n", "length, width"),
+        ("rectangle: [1e-300, 1e-300]\n", "length, width"),
         ("rectangle: [1, 1]\nradius: 0.3\n", "radius and rectangle together"),
         ("drive: tracks\n", "differential"),
         ("footprint: [[1, 1], [2, 2]]\n", "3 to 64 pairs"),
@@ -122,8 +128,40 @@ def test_a_wrong_robot_file_is_named(tmp_path: Path, text: str, words: str) -> N
     assert "robot.yaml" in done.stderr
 
 
+def test_verbs_on_cells_drive_a_footprint_as_the_disc_around_it(tmp_path: Path) -> None:
+    (tmp_path / "small.yaml").write_text("rectangle: [0.6, 0.4]\n")
+    done = {}
+    for robot in (f"--robot {tmp_path}/small.yaml", f"--radius {math.hypot(0.3, 0.2)}"):
+        found = [
+            json.loads(call(*f"{words} {robot} --json --no-timing".split()).stdout)
+            for words in (
+                "drive env-6 --planner astar --obstacles 0",
+                "plan env-6 --planner ad-gso --set min_clearance=1",
+                "simulate env-6 --planner astar --obstacles 2",
+            )
+        ]
+        done[robot[:8]] = found
+        assert [one.get("outcome", one.get("status")) for one in found] == ["arrived", "found", "arrived"]
+    both = [[one.get("t"), one.get("cells"), one.get("robot")] for found in done.values() for one in found]
+    assert both[0][:2] == both[3][:2]
+    assert both[1][:2] == both[4][:2]
+    assert both[2] == both[5]
+    grid = lampyris.Grid(np.zeros((9, 20), dtype=bool))
+    scene = Scene(grid, (1, 4), (18, 4), robot=Robot(footprint=rectangle_of([0.6, 0.4])))
+    assert lampyris.smooth(scene, lampyris.plan(scene, "astar")).s[-1] == pytest.approx(17.0)
+
+
+def test_motions_of_more_than_a_thousand_cells_are_refused(tmp_path: Path) -> None:
+    for radius, code in ((2000.0, 0), (1e5, 5)):
+        (tmp_path / "wide.yaml").write_text(f"rectangle: [1, 1]\ndrive: ackermann\nturn_radius: {radius}\n")
+        words = f"plan guide --robot {tmp_path}/wide.yaml --planner lattice --start-m 2.5,9.5,0 --goal-m 3.5,9.5,0"
+        done = call(*words.split())
+        assert done.returncode in ((0, 4) if code == 0 else (5,)), done.stderr
+    assert "LATTICE_REACH" in done.stderr
+
+
 def test_verbs_on_cells_refuse_a_planner_of_poses() -> None:
-    for verb in ("simulate", "drive"):
-        done = call(verb, "env-6", "--planner", "lattice", "--obstacles", "1")
+    for verb in ("simulate", "drive", "speed"):
+        done = call(verb, "env-6", "--planner", "lattice")
         assert done.returncode == 2
         assert "lattice plans poses" in done.stderr

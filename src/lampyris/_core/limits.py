@@ -100,6 +100,28 @@ LIMITS = (MEMORY, PATH, NODES, TICKS, DECISIONS)
 
 PER_CELL = 100
 """Bytes that planners take for a cell of the map and of its border at the most."""
+PER_STATE = 11
+"""Bytes of a state of a lattice."""
+
+
+def demand_states(height: int, width: int, border: int, headings: int, planner: str) -> None:
+    """Refuse a search of cells and headings that would take more memory than is allowed.
+
+    Parameters
+    ----------
+    height, width : of the map, cells.
+    border : cells around the map that the robot's motions may reach.
+    headings : states of a cell.
+    planner : its name.
+
+    Raises
+    ------
+    LimitError : ``MEMORY``.
+    """
+    cells = (height + 2 * border) * (width + 2 * border)
+    needed = -(-cells * (PER_CELL + headings * PER_STATE) // 2**20)
+    what = f"planning with {planner} on {width:,} x {height:,} cells, {headings} headings and motions of {border:,} cells"
+    MEMORY.demand(needed, what, instead="take a smaller map or a coarser resolution")
 
 
 def demand_memory(height: int, width: int, border: int, what: str) -> None:

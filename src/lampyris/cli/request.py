@@ -72,6 +72,8 @@ class Request:
             from lampyris.io.scenario.robot_file import read_robot
 
             given["footprint"] = read_robot(path).get("footprint")
+            if given["footprint"] is not None and given["radius"]:
+                raise UsageError("OPTIONS", "--radius beside the footprint of --robot", allowed="one of them")
         return Robot(**given)
 
     def planner_settings(self) -> dict[str, Any]:

@@ -180,7 +180,17 @@ class PosePath(Value):
         length = ends[at + 1] - ends[at]
         share = np.where(length > 0, (s - ends[at]) / np.where(length > 0, length, 1.0), 1.0)
         turned = yaw[at] + np.clip(share, 0.0, 1.0) * (yaw[at + 1] - yaw[at])
-        return -(np.remainder(math.pi - turned, 2 * math.pi) - math.pi)
+        return math.pi - np.remainder(math.pi - turned, 2 * math.pi)
+
+    def gear_at(self, s: Floats) -> NDArray[np.int64]:
+        """How it is driven at distances driven, metres: 1 ahead, -1 in reverse; of a change, what comes after it."""
+        driven = self.gears != 0
+        if not driven.any():
+            return np.zeros(len(s), dtype=np.int64)
+        ends = np.cumsum(self.step_lengths[driven])
+        at = np.minimum(np.searchsorted(ends, s, side="right"), len(ends) - 1)
+        gears: NDArray[np.int64] = self.gears[driven][at].astype(np.int64)
+        return gears
 
     @property
     def reversals(self) -> int:

@@ -30,7 +30,7 @@ class Robot(Noun):
     Parameters
     ----------
     radius : radius of its disc; 0 fits any free cell. With a footprint it is the distance from the base to the
-        farthest vertex, and set from it: what plans for discs keeps that far from walls.
+        farthest vertex, whatever was given: what plans for discs keeps that far from walls.
     v_max : greatest speed.
     a_max : greatest acceleration.
     d_max : greatest braking.
@@ -46,7 +46,7 @@ class Robot(Noun):
     Raises
     ------
     SettingError : ``ROBOT_LIMIT``: a limit out of its range (beyond 1e6 it is a wrong unit); ``ROBOT_FOOTPRINT``: an
-        outline that crosses itself or does not hold the base, or a radius of its own beside a footprint.
+        outline that crosses itself or does not hold the base.
 
     Examples
     --------
@@ -86,13 +86,6 @@ class Robot(Noun):
             return
         polygon = footprint_of(self.footprint)
         radius = circumscribed_radius(polygon)
-        if self.radius not in (0.0, radius):
-            raise SettingError(
-                "ROBOT_FOOTPRINT",
-                f"a radius of {self.radius:g} m beside a footprint",
-                where="robot.radius",
-                allowed="a footprint or a radius",
-            )
         object.__setattr__(self, "footprint", polygon)
         object.__setattr__(self, "radius", radius)
 
@@ -102,9 +95,14 @@ class Robot(Noun):
         return self.radius if self.footprint is None else inscribed_radius(self.footprint)
 
 
+def disc(robot: Robot, radius: float) -> Robot:
+    """The same robot as a disc of that radius, metres, without its footprint."""
+    return replace(robot, footprint=None, radius=radius)
+
+
 def inscribed_disc(robot: Robot) -> Robot:
     """The same robot as the greatest disc around its base that is within its footprint."""
-    return replace(robot, footprint=None, radius=robot.inscribed_radius)
+    return disc(robot, robot.inscribed_radius)
 
 
 def footprint_of(given: object, where: str = "robot.footprint") -> Polygon:
@@ -134,8 +132,8 @@ def footprint_of(given: object, where: str = "robot.footprint") -> Polygon:
     points = [(float(x), float(y)) for x, y in array.tolist()]
     edges = list(zip(points, points[1:] + points[:1], strict=True))
     for k, (a, b) in enumerate(edges):
-        if a == b:
-            raise refuse(f"vertex {k} {a} twice in a row", "every vertex once")
+        if max(abs(a[0] - b[0]), abs(a[1] - b[1])) < LEAST:
+            raise refuse(f"vertex {k} {a} twice in a row", f"vertices at least {LEAST:g} m apart")
     for i, first in enumerate(edges):
         for j in range(i + 1, len(edges)):
             neighbours = j == i + 1 or (i == 0 and j == len(edges) - 1)
@@ -160,8 +158,8 @@ def rectangle_of(given: object, where: str = "robot.rectangle") -> Polygon:
 
     listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else given
     sides = numbers(listed, (2,))
-    if sides is None or not ((sides > 0) & (sides <= _REACH)).all():
-        allowed = "[length, width], metres, each above 0, at most 1e6"
+    if sides is None or not ((sides >= LEAST) & (sides <= _REACH)).all():
+        allowed = "[length, width], metres, each 1e-6 to 1e6"
         raise SettingError("ROBOT_FOOTPRINT", shown(given), where=where, allowed=allowed)
     x, y = (sides / 2).tolist()
     return ((-x, -y), (x, -y), (x, y), (-x, y))

@@ -75,10 +75,12 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
     from lampyris import scenarios
     from lampyris.cli.request import scene_notes
     from lampyris.model.plan import Status
+    from lampyris.planning.registry import pose_names
     from lampyris.report.data.serialize import plan_record
 
     scene = scenario.scene
-    print_notes((*scenario.notes, *scene_notes(scene), *scenarios.without_effect(scenario)))
+    moved = () if scenario.planner in pose_names() else scene_notes(scene)
+    print_notes((*scenario.notes, *moved, *scenarios.without_effect(scenario)))
     with working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
         record = out.explain or out.picture is not None
         done: Any = scenarios.run(scenario, record=record, budget=budget)
@@ -127,6 +129,7 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
 
 def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
     """Print a plan: the verdict first, then the numbers, then (on request) every iteration."""
+    from lampyris.planning.registry import pose_names
     from lampyris.report.data.metrics import path_metrics
     from lampyris.report.data.serialize import STEP_WORDS, corners_record
 
@@ -166,7 +169,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         rows.append(("any angle", words))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
-    if found.pose_path is None:
+    if found.planner not in pose_names():
         rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
         rows.append(("replanned at", text.some(found.gates_met)))
@@ -192,7 +195,9 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
 
 def _motion(found: Plan, scene: Scene) -> str:
     """How the robot moves from state to state."""
-    return f"{scene.moves.name} moves" if found.pose_path is None else f"{scene.robot.drive} drive"
+    from lampyris.planning.registry import pose_names
+
+    return f"{scene.robot.drive} drive" if found.planner in pose_names() else f"{scene.moves.name} moves"
 
 
 def _explain(found: Plan, profile: Profile | None) -> None:

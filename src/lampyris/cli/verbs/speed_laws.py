@@ -36,6 +36,7 @@ from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.planning import registry
+from lampyris.planning.selection import demand_cells
 from lampyris.report.data.metrics import cause_shares
 from lampyris.report.data.serialize import grid_record, profile_record, robot_record, shares_record
 from lampyris.typing import Points
@@ -279,7 +280,9 @@ def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
 
 
 def _planner(request: Request) -> Any:
-    return registry.make(request.planner, request.planner_settings())
+    planner = registry.make(request.planner, request.planner_settings())
+    demand_cells(planner, "`lampyris speed`")
+    return planner
 
 
 def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:

@@ -15,7 +15,7 @@ from lampyris.kernels._jit import kernel, stopped, u64
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
 
-SHIFT = 43
+SHIFT = 47
 """Bits of a cost; above them is the number of the search."""
 LOOK = 512
 """States expanded between two looks at the flag that stops the search."""
@@ -77,7 +77,7 @@ def search(
     reach : float32 (primitives,): farthest point of the sweep from the centre of its first cell, in cells.
     inner : clearance below which the base cannot stand at a cell, in cells.
     sweep_first, sweep : int32 (primitives + 1,), int32 (k,): cells that a primitive sweeps, as offsets.
-    goals : int64 (g,): goal states, at least one.
+    goals : int64 (g,): goal states, rising, at least one.
     near : no goal state has a greater heuristic.
     weight : keys are cost + weight * heuristic.
     limit : greatest number of expansions; negative: none.
@@ -95,8 +95,8 @@ def search(
     generated = int(count[u64(3)])
     checked = int(count[u64(4)])
     room = len(keys) - 64
-    low = run << 43
-    high = (run + 1) << 43
+    low = run << 47
+    high = (run + 1) << 47
     look = 512
     result = 1
     while waiting > 0:
@@ -153,10 +153,17 @@ def search(
             if new:
                 closed[u64(to)] = 0
             if h <= near:
-                for k in range(len(goals)):
-                    if goals[u64(k)] == to:
-                        best[u64(0)] = g_to
-                        best[u64(1)] = to
+                left = 0
+                right = len(goals) - 1
+                while left < right:
+                    middle = (left + right) >> 1
+                    if goals[u64(middle)] < to:
+                        left = middle + 1
+                    else:
+                        right = middle
+                if goals[u64(left)] == to:
+                    best[u64(0)] = g_to
+                    best[u64(1)] = to
             if closed[u64(to)] == round_ and weight > 1.0:
                 aside[u64(aside_n)] = to
                 aside_n += 1

@@ -68,8 +68,19 @@ def sweep(px, py, pose_x, pose_y, pose_cos, pose_sin, margin, touched, width, he
     s = pose_sin[u64(0)]
     x0 = pose_x[u64(0)]
     y0 = pose_y[u64(0)]
-    for y in range(height):
-        for x in range(width):
+    left = width - 1
+    right = 0
+    top = height - 1
+    bottom = 0
+    for i in range(k):
+        ax = x0 + c * px[u64(i)] - s * py[u64(i)]
+        ay = y0 + s * px[u64(i)] + c * py[u64(i)]
+        left = min(left, max(floor(ax), 0))
+        right = max(right, min(ceil(ax), width - 1))
+        top = min(top, max(floor(ay), 0))
+        bottom = max(bottom, min(ceil(ay), height - 1))
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
             inside = 0
             j = k - 1
             for i in range(k):

@@ -12,7 +12,7 @@ from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Robot, disc
 from lampyris.motion.geometry.arc_sampling import circled
 from lampyris.motion.geometry.curve import curve_of
 from lampyris.motion.geometry.string_pulling import distinct, lines_of
@@ -131,8 +131,8 @@ def smooth_curve(points: Points, grid: Grid, robot: Robot, *, wanted: Wanted | N
     margin = min(0.5 * robot.v_max * robot.v_max / robot.d_max, grid.resolution)
     margin = max(margin, wanted.room, wanted.reach)
     pulled = not wanted.shaped
-    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), shortcut=pulled)
+    wide = curve_of(points, grid, disc(robot, robot.radius + margin), shortcut=pulled)
     if len(wide.stops) == 0:
         return wide
-    narrow = curve_of(points, grid, replace(robot, radius=robot.radius + wanted.room), shortcut=pulled)
+    narrow = curve_of(points, grid, disc(robot, robot.radius + wanted.room), shortcut=pulled)
     return wide if len(wide.stops) <= len(narrow.stops) else narrow

@@ -15,6 +15,7 @@ from lampyris.model.change import Change
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import disc
 from lampyris.model.scene import Scene
 from lampyris.planning.adgso.session import AdGsoSession
 from lampyris.planning.adgso.settings import AdGsoSettings
@@ -166,7 +167,7 @@ class LayeredSession(SessionBase):
             ends = (self._robot, scene.goal)
             blocked = ~kept_away(grid, robot.radius, self._margin, ends)
             grid = replace(grid, blocked=blocked)
-            robot = replace(robot, radius=min(robot.radius, 0.5 * grid.resolution))
+            robot = disc(robot, min(robot.radius, 0.5 * grid.resolution))
         return replace(scene, start=self._robot, robot=robot, grid=replace(grid, terrain=self._terrain()))
 
     def _terrain(self) -> ByteGrid | None:

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.cancellation import checkpoint
+from lampyris.errors import LimitError
 from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
 from lampyris.planning.lattice.primitives import (
@@ -29,6 +31,8 @@ UNIT = 1 << 20
 """Cost of a cell's length: costs are whole numbers, so that equal costs are equal."""
 STEP = 0.1
 """Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
+MOST_REACH = 1_000
+"""Cells that a motion with the footprint may reach."""
 MARGIN = STEP / 2 + 1e-6
 """By how much the footprint is widened in a sweep: no point of it is ever farther from a pose than that."""
 
@@ -98,7 +102,12 @@ class Lattice:
 
 @lru_cache(16)
 def lattice_of(shape: LatticeShape) -> Lattice:
-    """The lattice of a shape; the same object for the same shape."""
+    """The lattice of a shape; the same object for the same shape.
+
+    Raises
+    ------
+    LimitError : ``LATTICE_REACH``: motions of more than 1,000 cells.
+    """
     n = shape.headings
     # Everything is worked out for the headings of a quarter turn, and turned into the other quarters.
     quarter = sorted(_motions(shape), key=lambda one: one.start)
@@ -106,6 +115,15 @@ def lattice_of(shape: LatticeShape) -> Lattice:
     first = np.searchsorted([one.start for one in made], np.arange(n + 1)).astype(np.int32)
     cost = np.array([_cost(one, shape) for one in quarter] * 4, dtype=np.int64)
     arm = circumscribed_radius(shape.footprint)
+    reach = arm + max(max(abs(x), abs(y)) for x, y in (one.cell for one in quarter))
+    if reach > MOST_REACH:
+        raise LimitError(
+            "LATTICE_REACH",
+            f"motions and footprint reach {reach:.0f} cells",
+            allowed=f"at most {MOST_REACH} cells",
+            todo="take a coarser resolution or a smaller turn_radius",
+            setting="robot.turn_radius",
+        )
     swept = _all_quarters([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter])
     poses = [np.array([(0.0, 0.0, angle)]) for angle in angles(n)[: n // 4]]
     stands = _all_quarters([_swept(shape.footprint, pose, arm) for pose in poses])
@@ -167,6 +185,7 @@ def _cost(one: Primitive, shape: LatticeShape) -> int:
 
 def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
     """Cells (x, y down) that the footprint touches along poses (y up), those farthest from the start first."""
+    checkpoint()
     reach = math.ceil(float(np.abs(poses[:, :2]).max()) + arm) + 2
     side = 2 * reach + 1
     touched = np.zeros(side * side, dtype=np.uint8)

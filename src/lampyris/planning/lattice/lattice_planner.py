@@ -40,9 +40,9 @@ class LatticePlanner:
     weight: float = number(1.5, 1.0, 1e3)
     anytime: bool = flag(False)
     headings: int = whole(16, 16, 32)
-    reverse_cost: float = number(2.0, 1.0, 1e3)
+    reverse_cost: float = number(2.0, 1.0, 100.0)
     reverse: bool = flag(True)
-    turn_cost: float = number(0.5, 1e-3, 1e3, unit="m/rad")
+    turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.cancellation import checkpoint
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
@@ -75,16 +76,36 @@ class LatticeMap:
         first, last = self.lattice.stand_first[heading : heading + 2]
         return not self.walls[self.index(cell) + self.stands[first:last]].any()
 
-    def heuristic(self, goal: Cell, goals: Iterable[Cell]) -> NDArray[np.int64]:
+    def free_states(self, cells: list[Cell], headings: Iterable[int]) -> list[tuple[Cell, int]]:
+        """Of the cells and headings those where the footprint touches no wall."""
+        index = np.array([self.index(cell) for cell in cells], dtype=np.int64)
+        found: list[tuple[Cell, int]] = []
+        for heading in headings:
+            checkpoint()
+            first, last = self.lattice.stand_first[heading : heading + 2]
+            free = np.ones(len(index), dtype=np.bool_)
+            for offset in self.stands[first:last].tolist():
+                free &= self.walls[index + offset] == 0
+            found += [(cells[k], heading) for k in np.flatnonzero(free).tolist()]
+        return sorted(found)
+
+    def heuristic(self, goals: tuple[Cell, ...]) -> NDArray[np.int64]:
         """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
 
-        The octile cost-to-go of ``goal`` over cells with room for the inscribed disc, times the least cost of a
-        primitive for the octile cost of the cells that its base passes through (:attr:`Lattice.scale`). With
-        more than one goal, the farthest of them counts as reached.
+        The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
+        the octile cost of the cells that its base passes through (:attr:`Lattice.scale`). Of goals that walls do
+        not separate the farthest counts as reached.
         """
-        field = solve(self._low, _STEPS, goal)
-        near = max((field.cost[y, x] for x, y in goals if math.isfinite(field.cost[y, x])), default=0.0)
-        known = np.isfinite(field.cost)
-        costs = np.maximum(np.where(known, field.cost, 0.0) - near, 0.0) * (self.lattice.scale * UNIT)
-        inside = np.where(known, np.floor(costs), -1).astype(np.int64)
+        best = np.full(self.grid.blocked.shape, np.inf)
+        left = list(goals)
+        while left:
+            cost = solve(self._low, _STEPS, left[0]).cost
+            reached = [(x, y) for x, y in left if math.isfinite(cost[y, x])]
+            near = max((cost[y, x] for x, y in reached), default=0.0)
+            best = np.minimum(best, np.maximum(cost - near, 0.0))
+            done = {*reached, left[0]}
+            left = [cell for cell in left if cell not in done]
+        known = np.isfinite(best)
+        units = np.floor(np.where(known, best, 0.0) * (self.lattice.scale * UNIT))
+        inside = np.where(known, units, -1).astype(np.int64)
         return np.pad(inside, self.border, constant_values=-1).ravel()

@@ -72,7 +72,7 @@ def pose_path_of(found: Found, ground: LatticeMap, arm: float) -> tuple[PosePath
     if not cells or cells[-1] != (x, y):
         cells.append((x, y))
     points = np.concatenate(parts)
-    yaw = np.remainder(points[:, 2] + grid.origin[2] + math.pi, 2 * math.pi) - math.pi
+    yaw = math.pi - np.remainder(math.pi - points[:, 2] - grid.origin[2], 2 * math.pi)
     metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
     to_m = grid.resolution / UNIT
     path = PosePath(metres, np.array(gears, dtype=np.int64), found.cost * to_m, found.lower_bound * to_m)

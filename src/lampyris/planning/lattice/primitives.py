@@ -136,11 +136,17 @@ def arc(headings: int, k: int, by: int, radius: float) -> Primitive:
     (cos_a, sin_a), (cos_b, sin_b) = elementary.direction(a), elementary.direction(b)
     cos_half, sin_half = elementary.direction(abs(turn) / 2)
     half = sin_half / cos_half
-    reach = math.ceil(2 * radius * half) + 2 * max(map(max, vectors(headings))) + 2
+    # Where both tangents are as short as the radius allows; from there each lattice vector ahead only adds length,
+    # so that the shortest end lies within the parallelogram of the two vectors.
+    least = radius * half
+    (ax, ay), (bx, by) = vectors(headings)[k], vectors(headings)[end]
+    x0, y0 = least * (cos_a + cos_b), least * (sin_a + sin_b)
     best: tuple[float, tuple[int, int], float, float] | None = None
     sine = sin_b * cos_a - cos_b * sin_a
-    for x in range(-reach, reach + 1):
-        for y in range(-reach, reach + 1):
+    for x in range(math.floor(x0 + min(0, ax) + min(0, bx)) - 1, math.ceil(x0 + max(0, ax) + max(0, bx)) + 2):
+        for y in range(
+            math.floor(y0 + min(0, ay) + min(0, by)) - 1, math.ceil(y0 + max(0, ay) + max(0, by)) + 2
+        ):
             # Where the two tangents meet: at d along the first, e before the end on the second.
             d = (x * sin_b - y * cos_b) / sine
             e = (y * cos_a - x * sin_a) / sine

@@ -66,10 +66,12 @@ class LatticeSearch:
     ) -> None:
         """A new search from any of the starts to any of the goals, pairs of cell index and heading."""
         self._run += 1
+        if self._run >> (63 - kernel.SHIFT):
+            self._mark[:], self._run = 0, 1
         self._round = 0
         self._weight, self._complete = math.inf, False
         self._heuristic = heuristic
-        self._goals = np.array([cell * self._headings + h for cell, h in goals], dtype=np.int64)
+        self._goals = np.array(sorted(cell * self._headings + h for cell, h in goals), dtype=np.int64)
         self._near = int(max(heuristic[cell] for cell, _ in goals))
         self._count[:] = 0
         self._best[:] = -1

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
 
 from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
+from lampyris._core.limits import demand_states
 from lampyris.errors import SceneError
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.change import Change
@@ -131,23 +133,24 @@ class LatticeSession(SessionBase):
             self._scene = scene
         if change.robot is not None:
             self._robot, self._pose = change.robot, None
-        obstacles = frozenset(filter(scene.grid.contains, change.obstacles))
+        ends = (self._robot, scene.goal)  # covered now, free again later
+        obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
         if obstacles or self._search is None:
             self.drop(False)
-            self._search = LatticeSearch(LatticeMap(scene.grid, self._lattice, obstacles))
+            self._search = self._searched(obstacles)
         try:
             plan = self._answer(self._search, budget)
         finally:
             if obstacles:
                 self.drop(False)
         if plan.status is Status.NO_PATH and obstacles:
-            free = LatticeSearch(LatticeMap(scene.grid, self._lattice))
+            free = self._searched()
             if self._answer(free, None).status is Status.FOUND:
                 return Plan(Status.HEMMED_IN, self._settings.name, expansions=plan.expansions)
         return plan
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
-        name, ground, scene = self._settings.name, search.ground, self._scene
+        name, ground = self._settings.name, search.ground
         starts = self.starts(ground)
         if not starts:
             return Plan(Status.START_OCCUPIED, name, detail=_occupied("start"))
@@ -156,7 +159,7 @@ class LatticeSession(SessionBase):
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
         goal_cells = frozenset(cell for cell, _ in goals)
         if self._heuristic is None or self._heuristic[0] != goal_cells:
-            self._heuristic = goal_cells, ground.heuristic(scene.goal, goal_cells)
+            self._heuristic = goal_cells, ground.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)))
         heuristic = self._heuristic[1]
         known = [(ground.index(cell), h) for cell, h in goals if heuristic[ground.index(cell)] >= 0]
         if not known:
@@ -189,8 +192,8 @@ class LatticeSession(SessionBase):
                 if word == LIMIT:
                     return found, "Stopped improving at the budget."
         except Cancelled:
-            own = cancellation.watch()
-            if own is None or own.was_cancelled or (own.outer is not None and own.outer.is_over):
+            scope = cancellation.watch()
+            if scope is None or any(stop.is_set for stop in scope.stops):
                 raise
             self.drop(True)
             return found, "Stopped improving at the time limit."
@@ -199,7 +202,9 @@ class LatticeSession(SessionBase):
     def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
         scene = self._scene
         path, cells = pose_path_of(found, search.ground, scene.robot.radius / scene.grid.resolution)
-        notes = tuple(filter(None, (self._note("start", path.poses[0]), self._note("goal", path.poses[-1]))))
+        ends = (self._note("start", path.poses[0]), self._note("goal", path.poses[-1]))
+        terrain = "" if scene.grid.terrain is None else "terrain is ignored by planners of poses"
+        notes = tuple(filter(None, (*ends, terrain)))
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
@@ -224,8 +229,19 @@ class LatticeSession(SessionBase):
     def ground(self) -> LatticeMap:
         """The map as it is now, without moving obstacles."""
         if self._search is None:
-            self._search = LatticeSearch(LatticeMap(self._scene.grid, self._lattice))
+            self._search = self._searched()
         return self._search.ground
+
+    def _searched(self, obstacles: Iterable[Cell] = ()) -> LatticeSearch:
+        """The memory of a search on the map as it is now.
+
+        Raises
+        ------
+        LimitError : ``MEMORY``.
+        """
+        grid, lattice = self._scene.grid, self._lattice
+        demand_states(grid.height, grid.width, lattice.border, lattice.shape.headings, self._settings.name)
+        return LatticeSearch(LatticeMap(grid, lattice, obstacles))
 
     def starts(self, ground: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""
@@ -244,6 +260,7 @@ class LatticeSession(SessionBase):
         pose = scene.goal_pose
         x, y = scene.goal if pose is None else scene.grid.frame.to_points(pose[0], pose[1]).tolist()
         reach = self._settings.goal_tolerance / scene.grid.resolution
+        width, height = scene.grid.width, scene.grid.height
         headings = list(range(n))
         if pose is not None:
             yaw = pose[2] - scene.grid.origin[2]
@@ -253,11 +270,11 @@ class LatticeSession(SessionBase):
             )[:1]
         cells = [
             (cx, cy)
-            for cx in range(math.ceil(x - reach), math.floor(x + reach) + 1)
-            for cy in range(math.ceil(y - reach), math.floor(y + reach) + 1)
+            for cx in range(max(0, math.ceil(x - reach)), min(width - 1, math.floor(x + reach)) + 1)
+            for cy in range(max(0, math.ceil(y - reach)), min(height - 1, math.floor(y + reach)) + 1)
             if distance((cx, cy), (x, y)) <= reach
         ]
-        states = [(cell, k) for cell in cells for k in headings if ground.is_free(cell, k)]
+        states = ground.free_states(cells, headings)
         if states or pose is None:
             return states
         near = [one for one in states_near(scene.grid, n, pose) if ground.is_free(*one)]

@@ -25,6 +25,7 @@ from lampyris.typing import Points
 
 PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "x", "y", "why")
 PROFILE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "why")
+POSE_COLUMNS = (*PROFILE_COLUMNS[:4], "gear", *PROFILE_COLUMNS[4:])
 DRIVE_COLUMNS = ("t_s", "x_m", "y_m", "yaw", "v", "a", "s", "leg", "cause", "why")
 TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "tick", "cause", "x", "y", "event")
 
@@ -40,7 +41,7 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     stands in place of ``t_s``); ``cause`` what binds v; ``x``, ``y`` the cell; ``why`` the cause in words,
     with what it speaks of. A plan with a schedule has ``tick`` before that: when the robot is to enter the
     cell. Its times are of the drive alone and know nothing of the waiting. A plan of poses has the columns of
-    :func:`write_profile_csv`; its yaw is that of the robot, also in reverse.
+    :func:`write_profile_csv` and ``gear`` (1 ahead, -1 in reverse); its yaw is that of the robot, also in reverse.
 
     Raises
     ------
@@ -50,9 +51,10 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     path = plan.path
     if plan.pose_path is not None:
         columns = profile_columns(profile, grid.frame) | {"yaw": plan.pose_path.yaw_at(profile.s).tolist()}
+        columns["gear"] = plan.pose_path.gear_at(profile.s).tolist()
         if not profile.metric:
             columns["t_s"] = columns.pop("t_transfers")
-        _write(out, PROFILE_COLUMNS, columns)
+        _write(out, POSE_COLUMNS, columns)
         return
     if path is None or len(path.cells) != len(profile.v):
         nodes = 0 if path is None else len(path.cells)
