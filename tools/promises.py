@@ -30,6 +30,8 @@ from lampyris_selfcheck import registry
 from lampyris_selfcheck.check import Ask
 from lampyris_selfcheck.ledger import append
 
+RENAMED = {"dearer": "costlier"}
+"""Labels of counts in records of earlier versions, by their present names."""
 ROOT = Path(__file__).resolve().parents[1]
 GOALS = ROOT / "docs" / "promises.toml"
 RECORDS = ROOT / "docs" / "promises.jsonl"
@@ -249,7 +251,8 @@ def _details(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[str]:
             f"{record['workers']} workers, {_time(record['seconds'])} of work{_surroundings(record)}: {kinds}"
         )
         if record["counts"]:
-            lines.append("  - seen: " + ", ".join(f"{name} {n:,}" for name, n in record["counts"].items()))
+            named = ((RENAMED.get(name, name), n) for name, n in record["counts"].items())
+            lines.append("  - seen: " + ", ".join(f"{name} {n:,}" for name, n in named))
         for name, values in record["spreads"].items():
             lines.append(f"  - {name}: " + ", ".join(f"{word} {float(v):.3g}" for word, v in values.items()))
         lines += [f"  - **too few**: {what}" for what in record.get("lacks", ())]

@@ -19,7 +19,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import DRIVES, Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
-from lampyris.planning.lattice.lattice import MARGIN, UNIT, Lattice
+from lampyris.planning.lattice.lattice import MARGIN, UNIT, StateLattice
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.planning.lattice.primitives import HEADINGS, angles
 from lampyris.planning.lattice.session import lattice_for
@@ -50,7 +50,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
-def motions_of(lattice: Lattice) -> dict[int, list[Motion]]:
+def motions_of(lattice: StateLattice) -> dict[int, list[Motion]]:
     found: dict[int, list[Motion]] = {k: [] for k in range(lattice.shape.headings)}
     for k, one in enumerate(lattice.primitives):
         first, last = lattice.sweep_first[k : k + 2]

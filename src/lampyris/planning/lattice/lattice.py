@@ -60,7 +60,7 @@ class LatticeShape:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lattice:
+class StateLattice:
     """Primitives sorted by their first heading, as the search reads them.
 
     Parameters
@@ -101,7 +101,7 @@ class Lattice:
 
 
 @lru_cache(16)
-def lattice_of(shape: LatticeShape) -> Lattice:
+def lattice_of(shape: LatticeShape) -> StateLattice:
     """The lattice of a shape; the same object for the same shape.
 
     Raises
@@ -130,7 +130,7 @@ def lattice_of(shape: LatticeShape) -> Lattice:
     low, chains = _low_chains([one.poses(STEP, 0.0) for one in quarter])
     scale = min(int(c) / UNIT / o for c, o in zip(cost, chains * 4, strict=True) if o > 0)
     inscribed = inscribed_radius(shape.footprint)
-    return Lattice(
+    return StateLattice(
         shape,
         tuple(made),
         first,

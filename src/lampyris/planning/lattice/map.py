@@ -14,7 +14,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
-from lampyris.planning.lattice.lattice import UNIT, Lattice
+from lampyris.planning.lattice.lattice import UNIT, StateLattice
 from lampyris.typing import Cell
 
 _STEPS = replace(MOVES["octile"], corner_cutting=True)
@@ -41,7 +41,7 @@ class LatticeMap:
     offsets, swept, stands : the lattice's cells as differences of indices.
     """
 
-    def __init__(self, grid: Grid, lattice: Lattice, obstacles: Iterable[Cell] = ()) -> None:
+    def __init__(self, grid: Grid, lattice: StateLattice, obstacles: Iterable[Cell] = ()) -> None:
         self.grid, self.lattice = grid, lattice
         self.border = lattice.border
         blocked = grid.blocked.copy()
@@ -93,7 +93,7 @@ class LatticeMap:
         """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
 
         The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
-        the octile cost of the cells that its base passes through (:attr:`Lattice.scale`). Of goals that walls do
+        the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do
         not separate the farthest counts as reached.
         """
         best = np.full(self.grid.blocked.shape, np.inf)

@@ -21,7 +21,7 @@ from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
-from lampyris.planning.lattice.lattice import Lattice, LatticeShape, lattice_of
+from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
 from lampyris.planning.lattice.primitives import angles
@@ -62,7 +62,7 @@ class Settings(Protocol):
     def goal_yaw_tolerance(self) -> float: ...
 
 
-def lattice_for(scene: Scene, settings: Settings) -> Lattice:
+def lattice_for(scene: Scene, settings: Settings) -> StateLattice:
     """The lattice of a scene's robot on the cells of its map."""
     cell = scene.grid.resolution
     return lattice_of(
