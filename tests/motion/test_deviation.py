@@ -49,7 +49,9 @@ def test_it_is_what_all_pairs_give(kind: str) -> None:
             a, b = np.round(a), np.round(b)
         if kind == "folded":
             a = a * (1e-6, 0.0)  # all in one place
-        assert deviation(a, b, STEP) == pytest.approx(by_all_pairs(a, b), rel=1e-9, abs=1e-9)
+        # What differs by a ten-thousandth of the step is one.
+        near = 1e-4 * STEP if kind == "folded" else 1e-9
+        assert deviation(a, b, STEP) == pytest.approx(by_all_pairs(a, b), rel=1e-9, abs=near)
 
 
 def zigzag(n: int) -> Points:
