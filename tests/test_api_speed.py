@@ -22,6 +22,13 @@ from lampyris.motion.laws.physical import PhysicalLaw
 RNG = np.random.default_rng(1)
 
 
+@pytest.fixture(autouse=True)
+def same_draws() -> None:
+    """The same draws for a test whichever ran before it in this process."""
+    global RNG
+    RNG = np.random.default_rng(1)
+
+
 def case(name: str, resolution: float = 1.0, **robot: Any) -> tuple[Plan, Scene]:
     document = load_map(name)
     query = document.queries[0]
