@@ -20,9 +20,8 @@ from lampyris.model.robot import DRIVES, Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.lattice.lattice import MARGIN, UNIT, StateLattice
-from lampyris.planning.lattice.lattice_planner import LatticePlanner
+from lampyris.planning.lattice.lattice_planner import LatticePlanner, lattice_for
 from lampyris.planning.lattice.primitives import HEADINGS, angles
-from lampyris.planning.lattice.session import lattice_for
 from lampyris.referee import check_plan
 from lampyris_selfcheck.reference.paths.lattice import Motion, is_free, least_costs
 from sizes import sized
@@ -70,8 +69,10 @@ def optimum(scene: Scene, planner: LatticePlanner) -> tuple[Status, float]:
         first, last = lattice.stand_first[state[2] : state[2] + 2]
         return all(is_free(walls, state[0] + a, state[1] + b) for a, b in lattice.stand[first:last].tolist())
 
-    ground = session.ground
-    starts, goals = ([(*cell, h) for cell, h in states(ground)] for states in (session.starts, session.goals))
+    lattice_map = session.lattice_map
+    starts, goals = (
+        [(*cell, h) for cell, h in states(lattice_map)] for states in (session.starts, session.goals)
+    )
     for status, ends in ((Status.START_OCCUPIED, starts), (Status.GOAL_OCCUPIED, goals)):
         if not ends:
             return status, math.inf
@@ -220,6 +221,18 @@ def test_changes_of_the_map_obstacles_and_the_robot() -> None:
     assert moved.pose_path.cost_m < 8.0
     fresh = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
     assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT
+
+
+def test_the_number_of_a_search_does_not_run_out() -> None:
+    """It stands above the cost in 64 bits, and starts over where it would reach the sign."""
+    scene = Scene(Grid(np.zeros((9, 9), dtype=bool)), start_pose=(1.5, 1.5, 0.0), goal_pose=(7.5, 6.5, 0.0))
+    session = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
+    first = session.plan()
+    assert session._search is not None
+    for number in (2**15 - 3, 2**16 - 3):
+        session._search._run = number
+        for _ in range(4):
+            assert session.plan().pose_path == first.pose_path
 
 
 def test_an_anytime_search_keeps_its_path_when_its_time_is_out() -> None:

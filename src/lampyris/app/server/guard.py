@@ -153,8 +153,8 @@ class Guard:
         except ClientDisconnect:
             return
         except Exception as fault:
-            # What it says may hold a path or a value: that is for the log, not for the client, whom Starlette
-            # has answered.
+            # Starlette has sent its plain 500 response; the message may contain paths or values, so it goes to
+            # the log only.
             log.error(
                 "a fault of lampyris: %s", type(fault).__name__, exc_info=log.isEnabledFor(logging.DEBUG)
             )

@@ -47,27 +47,27 @@ def _around(value: float) -> tuple[int, int]:
     return low, low + 1
 
 
-def pose_path_of(found: Found, ground: LatticeMap, arm: float) -> tuple[PosePath, Cells]:
+def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[PosePath, Cells]:
     """The poses of a path of the lattice, and the cells that its base passes through.
 
     Parameters
     ----------
     arm : distance from the base to the farthest point of the robot, cells.
     """
-    lattice, grid = ground.lattice, ground.grid
+    lattice, grid = lattice_map.lattice, lattice_map.grid
     parts: list[Floats] = []
     gears: list[int] = []
     cells: list[Cell] = []
     for (cell, _), k in zip(found.states, found.primitives, strict=True):
         primitive = lattice.primitives[k]
-        x, y = ground.cell(cell)
+        x, y = lattice_map.cell(cell)
         track = primitive.poses(STEP, arm)
         track[:, 0] += x
         track[:, 1] = y - track[:, 1]
         parts.append(track[:-1])
         gears += [gear_of(primitive)] * (len(track) - 1)
         cells += _passed(track, cells)
-    x, y = ground.cell(found.last[0])
+    x, y = lattice_map.cell(found.last[0])
     parts.append(np.array([(x, y, angles(lattice.shape.headings)[found.last[1]])]))
     if not cells or cells[-1] != (x, y):
         cells.append((x, y))

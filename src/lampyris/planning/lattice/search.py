@@ -38,13 +38,13 @@ class LatticeSearch:
 
     Parameters
     ----------
-    ground : the map.
+    lattice_map : the map.
     """
 
-    def __init__(self, ground: LatticeMap) -> None:
-        self.ground = ground
-        self._headings = ground.lattice.shape.headings
-        n = ground.walls.size * self._headings
+    def __init__(self, lattice_map: LatticeMap) -> None:
+        self.lattice_map = lattice_map
+        self._headings = lattice_map.lattice.shape.headings
+        n = lattice_map.walls.size * self._headings
         # Pages of memory that no search touches are never made.
         self._mark = np.zeros(n, dtype=np.int64)
         self._parent = np.zeros(n, dtype=np.int16)
@@ -66,7 +66,7 @@ class LatticeSearch:
     ) -> None:
         """A new search from any of the starts to any of the goals, pairs of cell index and heading."""
         self._run += 1
-        if self._run >> (63 - kernel.SHIFT):
+        if self._run >> (62 - kernel.SHIFT):
             self._mark[:], self._run = 0, 1
         self._round = 0
         self._weight, self._complete = math.inf, False
@@ -87,24 +87,24 @@ class LatticeSearch:
         self._count[kernel.WAITING] = len(waiting)
 
     def improve(self, weight: float, limit: int | None) -> int:
-        """Search with a weight until the path found costs at most ``weight`` times the least; the kernel's word."""
+        """Search with a weight until the path found costs at most ``weight`` times the least; one of the kernel's outcomes."""
         self._round += 1
         self._weight, self._complete = weight, False
         self._rekey(weight)
-        lattice, ground = self.ground.lattice, self.ground
+        lattice, lattice_map = self.lattice_map.lattice, self.lattice_map
         while True:
-            word = int(
+            outcome = int(
                 kernel.search(
-                    ground.walls, ground.clear, self._heuristic, self._headings, lattice.first, ground.offsets,
+                    lattice_map.walls, lattice_map.clear, self._heuristic, self._headings, lattice.first, lattice_map.offsets,
                     lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
-                    ground.swept, self._goals, self._near, weight, -1 if limit is None else limit, self._run,
+                    lattice_map.swept, self._goals, self._near, weight, -1 if limit is None else limit, self._run,
                     self._mark, self._parent, self._closed, self._round, self._keys, self._states, self._aside,
                     self._count, self._best,
                 )
             )  # fmt: skip
-            if word != kernel.FULL:
-                self._complete = word == kernel.FOUND
-                return word
+            if outcome != kernel.FULL:
+                self._complete = outcome == kernel.FOUND
+                return outcome
             for name in ("_keys", "_states", "_aside"):
                 held = getattr(self, name)
                 setattr(self, name, np.concatenate((held, np.zeros_like(held))))
@@ -120,8 +120,8 @@ class LatticeSearch:
 
     def _rekey(self, weight: float) -> None:
         """Order what waits by its key under a weight; states set aside wait again."""
-        states, costs, ahead = self._open()
-        keys = costs + (weight * ahead).astype(np.int64)
+        states, costs, heuristics = self._open()
+        keys = costs + (weight * heuristics).astype(np.int64)
         order = np.argsort(keys, kind="stable")  # a sorted array is a heap
         self._closed[states] = 0
         while len(states) > len(self._keys) - 128:
@@ -137,21 +137,23 @@ class LatticeSearch:
         """The best path so far with its lower bound; None: there is none."""
         if self._best[0] < 0:
             return None
-        lattice = self.ground.lattice
+        lattice = self.lattice_map.lattice
         state = int(self._best[1])
         last = divmod(state, self._headings)
         states, primitives = [], []
         while self._parent[state] >= 0:
             primitive = int(self._parent[state])
             heading = lattice.primitives[primitive].start
-            state = (state // self._headings - int(self.ground.offsets[primitive])) * self._headings + heading
+            state = (
+                state // self._headings - int(self.lattice_map.offsets[primitive])
+            ) * self._headings + heading
             primitives.append(primitive)
             states.append((state // self._headings, heading))
         cost = int(lattice.cost[primitives].sum()) if primitives else 0
-        _, costs, ahead = self._open()
+        _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
         # with a consistent heuristic no search finds a path of more than its weight times the least cost.
-        bound = int((costs + ahead).min()) if len(costs) else cost
+        bound = int((costs + heuristics).min()) if len(costs) else cost
         if self._complete:
             bound = max(bound, math.floor(cost / self._weight * (1 - 1e-9)))
         return Found(tuple(states[::-1]), tuple(primitives[::-1]), last, cost, min(bound, cost))

@@ -1,4 +1,4 @@
-"""The others: every obstacle, where they are, and whom they touch."""
+"""The obstacles of a drive: positions, motion, and contacts with the robot."""
 
 from __future__ import annotations
 
