@@ -24,6 +24,7 @@ from lampyris.planning.lattice.lattice_planner import LatticePlanner, lattice_fo
 from lampyris.planning.lattice.primitives import HEADINGS, angles
 from lampyris.referee import check_plan
 from lampyris_selfcheck.reference.paths.lattice import Motion, is_free, least_costs
+from reference.kernel_forms import use
 from sizes import sized
 
 FOOTPRINTS: dict[str, Polygon] = {
@@ -223,8 +224,10 @@ def test_changes_of_the_map_obstacles_and_the_robot() -> None:
     assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT
 
 
-def test_the_number_of_a_search_does_not_run_out() -> None:
+@pytest.mark.parametrize("form", ["plain", "compiled"])
+def test_the_number_of_a_search_does_not_run_out(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """It stands above the cost in 64 bits, and starts over where it would reach the sign."""
+    use(monkeypatch, form)
     scene = Scene(Grid(np.zeros((9, 9), dtype=bool)), start_pose=(1.5, 1.5, 0.0), goal_pose=(7.5, 6.5, 0.0))
     session = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
     first = session.plan()
@@ -232,7 +235,7 @@ def test_the_number_of_a_search_does_not_run_out() -> None:
     for number in (2**15 - 3, 2**16 - 3):
         session._search._run = number
         for _ in range(4):
-            assert session.plan().pose_path == first.pose_path
+            assert session.plan(None, Budget(expansions=50_000)).pose_path == first.pose_path
 
 
 def test_an_anytime_search_keeps_its_path_when_its_time_is_out() -> None:
