@@ -42,7 +42,7 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
             "env-3.webp",
             "--json",
         ),
-        "a film: the robot re-chooses its way among 24 moving obstacles of three kinds",
+        "a film: the robot replans among 24 moving obstacles of three kinds",
     ),
     (
         "speed.png",
@@ -59,7 +59,7 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
             "speed.png",
             "--json",
         ),
-        "five speed laws on one way, our law's caps as faint lines, and what holds it",
+        "five speed laws on one path, the caps of our law as faint lines, and what limits it",
     ),
     (
         "drive.webp",
@@ -99,7 +99,7 @@ def main(folder: Path) -> int:
             print(f"{folder / name}: {look}\n    {told(json.loads(done.stdout))}")
         else:
             print(f"{folder / name}: {look}")
-    print(f"done in {time.perf_counter() - began:.0f} s; each .json beside them holds every number")
+    print(f"done in {time.perf_counter() - began:.0f} s; the .json files next to them contain all numbers")
     return 0
 
 

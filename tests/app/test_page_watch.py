@@ -74,13 +74,13 @@ def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     assert page.inner_text("#charts .ch-legend").split() == ["limit", "curvature", "start", "goal"]
     run_to_its_end(page)
     for of in ("Run", "Plan"):
-        for over in ("Time", "Way"):
+        for over in ("Time", "Distance"):
             charts.get_by_role("button", name=of, exact=True).click()
             charts.get_by_role("button", name=over, exact=True).click()
             box = page.locator("#charts .u-over").first.bounding_box()
             page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
             said = page.inner_text("#charts figcaption >> nth=0")
-            unit = {"Time": "tick" if of == "Run" else "s", "Way": "m"}[over]
+            unit = {"Time": "tick" if of == "Run" else "s", "Distance": "m"}[over]
             assert re.search(rf"\b{unit}\b", said.partition(":")[0]), said
             assert said.endswith("1 m/s, limit")
     assert page.locator("#charts .ch-head-line:visible").count() == 0, "a plan has no moment"

@@ -33,7 +33,7 @@ export const STEPS = [
     title: "What is left to drive",
     say: (n) => [
       "A wave goes out from the goal and writes into each cell the least cost from there to the goal: 1 for a straight step, 1.4 for a diagonal one. Diagonals may cut corners.",
-      `At the start it says ${n.cost[index(START)].toFixed(1)}. That is the cost of a shortest way, before anybody has moved.`,
+      `At the start it says ${n.cost[index(START)].toFixed(1)}. That is the cost of a shortest path, before anybody has moved.`,
     ],
     show: (n, page) => ({ layer: n.layers.cost, bare: true, marks: texts(n.cost, (v) => v.toFixed(1), page.dark) }),
   },
@@ -61,7 +61,7 @@ export const STEPS = [
     title: "A gate",
     say: (n) => [
       `An opening one cell wide is a gate: walls on both sides. This map has ${n.plan.gates.count === 1 ? "one" : n.plan.gates.count}, at ${(n.plan.gates.in_map ?? []).map((/** @type {any} */ g) => spelled(g.cell)).join(" ") || "(7,5)"}; the dissertation counts ${n.printed?.whole.gates ?? "one"} too.`,
-      "It leads into a dead end, so that no way needs it, and it stays open here.",
+      "It leads into a dead end, so that no path needs it, and it stays open here.",
     ],
     show: (n) => {
       const gates = gatesOf(n.plan.gates);
@@ -103,13 +103,13 @@ export const STEPS = [
     table: (n) => walkTable(n, 3, n.fourth),
   },
   {
-    title: "The whole way",
+    title: "The whole path",
     say: (n) => {
       const printed = n.printed?.whole;
       const straight = n.plan.steps?.straight ?? 4;
       const diagonal = n.plan.steps?.diagonal ?? 6;
       return [
-        `${n.jumps.length} iterations${printed ? `, as printed (${printed.iterations})` : ""}, ${straight} straight steps and ${diagonal} diagonal ones: ${straight} + ${diagonal} × 1.4 = ${Number(n.plan.cost).toFixed(1)}, which is a shortest way.`,
+        `${n.jumps.length} iterations${printed ? `, as printed (${printed.iterations})` : ""}, ${straight} straight steps and ${diagonal} diagonal ones: ${straight} + ${diagonal} × 1.4 = ${Number(n.plan.cost).toFixed(1)}, which is a shortest path.`,
         printed ? `The dissertation prints ${printed.cost} for this path. Its own cells cost 12.4, and so does the luciferin it begins with. The ${printed.table_cost} of its Table 4.10 is for another map of 10 × 10 cells, which has two gates.` : "",
         "Leave the tour to have your own scenario back, or stay on this map and drag start and goal.",
       ];

@@ -48,7 +48,7 @@ class Charts {
     /** Length of x as of the last drawing. */
     this._most = 1;
 
-    this.overs = this._switch("Charts over", [["time", "Time"], ["way", "Way"]], (word) => {
+    this.overs = this._switch("Charts over", [["time", "Time"], ["way", "Distance"]], (word) => {
       this.over = /** @type {Over} */ (word);
       this.draw();
     });

@@ -7,7 +7,7 @@ import { meeting } from "./meeting.js";
 
 /** What, how its name ends, what it is. @type {Array<{title: string, kinds: Array<[string, string, string]>}>} */
 const GROUPS = [
-  { title: "Picture", kinds: [["png", "png", "Map and way as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
+  { title: "Picture", kinds: [["png", "png", "Map and path as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
   { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"]] },
   { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
   {

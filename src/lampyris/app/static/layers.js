@@ -195,7 +195,7 @@ class Layers {
     this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
     element.classList.add("ly");
     this.words = el("span", { class: "hint", role: "status" });
-    this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is on its way" }), this.words);
+    this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is loading" }), this.words);
     /** Of what is on its way: since when, and the clock that says so. */
     this._since = 0;
     this._clock = 0;

@@ -34,7 +34,7 @@ function marks(page) {
     const look = KINDS[kind] ?? OTHER_KIND;
     all.push([NAMES[kind] ?? kind, (pen) => kindMark(pen, look, SIDE, page.dark)]);
   }
-  if (run?.ticks && !map.moment.others?.length) all.push(["way still to come, as driven", (pen) => dashes(pen, theme.ink)]);
+  if (run?.ticks && !map.moment.others?.length) all.push(["remaining path, as driven", (pen) => dashes(pen, theme.ink)]);
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
   if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);
@@ -78,7 +78,7 @@ export function mount(page, element) {
   const ramp = el("canvas", { class: "ly-ramp", width: 100, height: 1, role: "img" });
   const slow = el("span", {});
   const fast = el("span", {});
-  const speeds = el("div", { class: "lg-speeds", hidden: true }, el("p", { class: "hint" }, "Colour of the way: its speed"), ramp, el("div", { class: "ly-ends" }, slow, fast));
+  const speeds = el("div", { class: "lg-speeds", hidden: true }, el("p", { class: "hint" }, "Colour of the path: its speed"), ramp, el("div", { class: "ly-ends" }, slow, fast));
   const list = el("ul", { class: "lg-marks" });
   element.classList.add("lg");
   element.append(el("h2", {}, "Key"), list, speeds);
@@ -108,7 +108,7 @@ export function mount(page, element) {
     }
     slow.textContent = `0 ${most[1]}`;
     fast.textContent = `${brief(most[0])} ${most[1]}`;
-    ramp.setAttribute("aria-label", `Colour of the way: dark at ${slow.textContent}, bright at ${fast.textContent}`);
+    ramp.setAttribute("aria-label", `Colour of the path: dark at ${slow.textContent}, bright at ${fast.textContent}`);
   };
   const soon = () => {
     if (!due) due = window.setTimeout(draw, 200);

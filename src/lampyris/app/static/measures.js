@@ -112,7 +112,7 @@ export function swatch(k) {
 /** The three bar charts of the dissertation: iterations, cost, time. */
 const CHARTS = /** @type {Array<[string, Array<[string, string]>]>} */ ([
   ["Iterations", [["iterations", "iterations"]]],
-  ["Path cost (cells)", [["cost", "cost of the way"], ["cost_to_go", "sum of cost-to-go, as printed for the baselines"]]],
+  ["Path cost (cells)", [["cost", "cost of the path"], ["cost_to_go", "sum of cost-to-go, as printed for the baselines"]]],
   ["Time (ms of planning, this machine)", [["plan_s", "planning"]]],
 ]);
 

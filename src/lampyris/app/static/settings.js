@@ -20,14 +20,14 @@ const PRESETS = {
 
 /** @type {Record<string, [string, string]>} */
 const TRAITS = {
-  optimal: ["optimal", "its way is a shortest one on a map that does not change"],
+  optimal: ["optimal", "its path is a shortest one on a map that does not change"],
   incremental: ["repairs plans", "it keeps what it knows when the map changes"],
   stochastic: ["draws lots", "another seed may give another answer"],
   sees_traffic: ["sees traffic", "it plans around what moves, in time"],
 };
 
 const MOVES = {
-  octile: "octile: 8 ways, no corner cut", dissertation: "dissertation: 8 ways, 1 and 1.4", "four-connected": "four-connected: no diagonals",
+  octile: "octile: 8 directions, no corner cut", dissertation: "dissertation: 8 directions, 1 and 1.4", "four-connected": "four-connected: no diagonals",
   "sixteen-connected": "sixteen-connected: knight's moves too",
 };
 
@@ -131,7 +131,7 @@ function plannerPart(page, into) {
 function families(rows) {
   const groups = [
     ["Glowworm walk", (/** @type {any} */ r) => r.name === "ad-gso"],
-    ["Shortest ways", (/** @type {any} */ r) => r.traits.optimal],
+    ["Shortest paths", (/** @type {any} */ r) => r.traits.optimal],
     ["Among what moves", (/** @type {any} */ r) => r.traits.sees_traffic],
     ["Swarms", (/** @type {any} */ r) => r.traits.stochastic],
     ["Others", () => true],

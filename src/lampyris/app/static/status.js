@@ -91,7 +91,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : "Press Play to see the robot drive it. Drag S or G, and the way follows.");
+    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 
@@ -266,10 +266,10 @@ class Status {
 
 /** What a number is, for who rests on its name. @type {Record<string, string>} */
 const ABOUT = {
-  Cost: "Length of the way, by the prices of its steps", Optimal: "Cost of a shortest way on this map", Gap: "How much dearer than a shortest way",
-  "Sum of cost to go": "The cost to the goal, summed over the way's cells, as the dissertation's tables have it",
+  Cost: "Length of the path, by the costs of its steps", Optimal: "Cost of a shortest path on this map", Gap: "How much more it costs than a shortest path",
+  "Sum of cost to go": "The cost to the goal, summed over the path's cells, as the dissertation's tables have it",
   Iterations: "Times the planner chose a next cell", Expansions: "Cells that the planner looked at",
-  Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
+  Gates: "Openings one cell wide", Time: "How long the robot takes for the path", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
   "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
   Nearest: "Free distance from the robot's rim to the nearest obstacle's, each at least as large as its cell; 0: in cells side by side",

@@ -182,7 +182,7 @@ function wordsOf(scene, jump, enough) {
     const one = jump.accepted.find(({ cell }) => cell.join() === jump.chosen.join());
     return one ? `${spelled(jump.chosen)} is chosen: luciferin ${one.luciferin.toFixed(3)}, probability ${one.probability.toFixed(3)}.` : `${spelled(jump.chosen)} is chosen.`;
   }
-  const how = jump.by_parents ? "along the back pointers" : "the cheapest way inside the accepted cells";
+  const how = jump.by_parents ? "along the back pointers" : "the cheapest path inside the accepted cells";
   return `It goes there ${how}: ${jump.subpath.map(spelled).join(" ")}.`;
 }
 

@@ -30,11 +30,11 @@ def tabs(summary: Summary) -> tuple[Tab, ...]:
 
 
 def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
-    """What became of the runs in one traffic case, their paths, time and work, and the same over common worlds."""
+    """Outcomes of the runs in one traffic case, their paths, time and work, and the same over common worlds."""
     some = [e for e in summary.entries if e.traffic == traffic]
     others = "" if traffic == "none" else f", {traffic_words(traffic)}"
     place = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
-    out = [_ending_tab(summary, f"endings-{k + 1}", f"What became of the runs {place}", some)]
+    out = [_ending_tab(summary, f"endings-{k + 1}", f"Outcomes of the runs {place}", some)]
     sets = (
         ("way", "Paths", ON_PATH),
         ("time", "Time, speed and shape", TIME),
