@@ -82,7 +82,7 @@ def test_the_key_tells_who_waits_and_the_gates(tab: Any) -> None:
     walkers(tab, 5)
     key(tab, "random walker (W)").wait_for()  # before any run
     tab.get_by_role("checkbox", name="Gates").check()
-    key(tab, "gate on the way").wait_for()
+    key(tab, "gate on the path").wait_for()
     key(tab, "gate").wait_for()
     tab.get_by_role("checkbox", name="Gates").uncheck()
     key(tab, "gate").wait_for(state="detached")

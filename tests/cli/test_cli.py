@@ -232,7 +232,7 @@ def test_a_plan_that_waits_says_what_its_duration_leaves_out(tmp_path: Path) -> 
     done = run("run", str(tmp_path / "s.yaml"))
     assert done.returncode == 0, done.stderr
     told = " ".join(done.stdout.split())
-    assert "of waiting on the way" in told
+    assert "ticks of waiting" in told
     assert " 0 ticks of waiting" not in told
     assert "without the waiting" in told
     assert "recorded ones by planners that see traffic" in done.stderr

@@ -117,7 +117,7 @@ def test_its_own_csv_is_a_way_again() -> None:
     assert rounded["way"]["deviation_m"] < 0.01
     assert r["way"]["smooth"] == "taut"
     assert rounded["way"]["smooth"] == "arcs"
-    assert "path given" in run("speed", *MAP, *ENDS).out
+    assert "m given; driven" in run("speed", *MAP, *ENDS).out
 
 
 def test_a_loop_is_measured_as_it_is_given() -> None:

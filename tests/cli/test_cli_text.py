@@ -83,7 +83,7 @@ def test_a_comb_of_gates_is_summed_up(tmp_path: Path, here: Callable[..., Outcom
     done = here(*words)
     assert done.exit == 0, done.err
     (line,) = (line for line in done.out.splitlines() if line.startswith("gates: "))
-    assert line.startswith("gates: on the way: (1, 1), ")
+    assert line.startswith("gates: on the path: (1, 1), ")
     assert line.endswith(" and 2 more (--json has all); in the map: 600")
     sealed = here(*words[:-1], "gates=replan")
     assert sealed.exit == 4

@@ -107,7 +107,7 @@ def test_words_tell_cost_gap_and_iterations(tmp_path: Path, monkeypatch: pytest.
     assert labels[0] == ground | {
         "path, by speed",
         "jump of the walk",
-        "gate on the way",
+        "gate on the path",
         "gate",
         "gate, dead end",
     }
@@ -135,7 +135,7 @@ def test_many_jumps_and_many_gates_do_not_hide_the_map(
     labels = {t.get_text() for t in seen[0].legends[0].get_texts()}
     assert "gate" not in labels
     assert "jump of the walk" not in labels
-    assert "gate on the way" in labels
+    assert "gate on the path" in labels
     assert any("360 gates" in t.get_text() for t in seen[0].texts)
 
 

@@ -342,7 +342,7 @@ class Layers {
     if (!scenario.start || !scenario.goal || !page.ground) return;
     const key = JSON.stringify([scenario.map, scenario.edits, scenario.robot, scenario.planner, scenario.preset]);
     if (key === this._gatesOf && !now) {
-      // The same gates; which of them are on the way is another matter.
+      // The same gates; which of them are on the path is another matter.
       this._putGates(page.plan?.gates?.on_path ?? []);
       return;
     }

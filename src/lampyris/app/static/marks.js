@@ -1,6 +1,6 @@
 // Marks: the shapes of start, goal, robot and obstacles, on the map and in its legend. Each has a shape of its own, so
 // that none is known by its colour alone: square, star, ringed disc with a light middle; plain disc, square, triangle,
-// diamond; gates are diamonds without a letter, hollow but for those on the way.
+// diamond; gates are diamonds without a letter, hollow but for those on the path.
 
 /** @typedef {CanvasRenderingContext2D} Pen */
 
@@ -56,7 +56,7 @@ export function gateOutline(pen, x, y, r) {
 }
 
 /**
- * Gates as in pictures: diamonds, full on the way, hollow elsewhere, crossed out in dead ends. All in one stroke:
+ * Gates as in pictures: diamonds, full on the path, hollow elsewhere, crossed out in dead ends. All in one stroke:
  * scattered maps have tens of thousands.
  * @param {Pen} pen @param {Array<[number, number]>} at pixels @param {number} r @param {"way" | "gate" | "end"} look @param {string} colour
  */

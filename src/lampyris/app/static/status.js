@@ -110,7 +110,7 @@ class Status {
     add("Expansions", whole(plan.expansions));
     const { gates } = plan;
     // Planners that know no gates have none to tell of.
-    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} of ${whole(gates.count)} on the way`);
+    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} of ${whole(gates.count)} on the path`);
     const speed = /** @type {any} */ (plan.speed);
     if (speed?.v?.length) {
       const metric = speed.units === "m/s";

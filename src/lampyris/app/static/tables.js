@@ -84,7 +84,7 @@ function tally(count, where) {
 /** The nodes of the whole way. @param {Numbers} n @returns {Part[]} */
 export function nodesTable(n) {
   return [el("table", { class: "data" }, el("caption", { class: "unseen" }, "The nodes"),
-    el("thead", null, el("tr", null, ...["iteration", "from", "to", "on the way"].map((word) => el("th", { scope: "col" }, word)))),
+    el("thead", null, el("tr", null, ...["iteration", "from", "to", "passes"].map((word) => el("th", { scope: "col" }, word)))),
     el("tbody", null, ...n.jumps.map((jump, k) => el("tr", null, el("th", { scope: "row" }, String(k)), el("td", null, spelled(jump.at)),
       el("td", null, spelled(jump.chosen)), el("td", null, jump.subpath.slice(1, -1).map(spelled).join(" ") || "–")))))];
 }

@@ -147,7 +147,7 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("obstacles", f"{len(run.obstacle_specs)} ({counts})"),
         ("outcome", after),
         ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
-        ("met", hits),
+        ("events", hits),
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
         ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
     ]

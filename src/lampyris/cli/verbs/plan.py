@@ -162,7 +162,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     if found.schedule is not None:
         ticks = found.schedule.tolist()
         waits = ticks[-1] - ticks[0] - len(ticks) + 1
-        rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting on the way"))
+        rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting"))
         waiting = ", without the waiting" if waits else ""
     if found.any_angle_length is not None and found.waypoints is not None:
         words = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
@@ -170,7 +170,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
     if found.planner not in pose_names():
-        rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
+        rows.append(("gates", f"on the path: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
         rows.append(("replanned at", text.some(found.gates_met)))
     if profile is not None:

@@ -220,15 +220,15 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
         else []
     )
     lengths = (
-        f"{comparison.given_m:.6g} m; driven: {length:.6g} m ({comparison.smooth}), "
+        f"{comparison.given_m:.6g} m given; driven {length:.6g} m ({comparison.smooth}), "
         f"at most {comparison.deviation_m:.3g} m from it"
     )
     text.facts(
         "",
         [
             ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-            ("way", f"from {comparison.source}: {shape}; {len(samples)} nodes"),
-            ("path given", lengths),
+            ("path", f"from {comparison.source}: {shape}; {len(samples)} nodes"),
+            ("length", lengths),
             *corners,
         ],
     )

@@ -29,7 +29,7 @@ LAYERS = ("luciferin", "cost", "none")
 _ROOM = 9
 """Points between two jumps at least; nearer rings would hide the path, and none is drawn."""
 _MANY_GATES = 250
-"""With more gates than this only those on the way are drawn; the rest would be a carpet."""
+"""With more gates than this only those on the path are drawn; the rest would be a carpet."""
 
 
 def draw_plan(
@@ -139,7 +139,7 @@ def _top_speed(profile: Profile) -> float:
 
 
 def _draw_gates(axes: Axes, plan: Plan, frame: FigureLayout) -> list[Any]:
-    """Gates as diamonds: full on the way, hollow elsewhere; a dead end is crossed out."""
+    """Gates as diamonds: full on the path, hollow elsewhere; a dead end is crossed out."""
     from matplotlib.lines import Line2D
 
     on_path = {g.cell for g in plan.gates_on_path}
@@ -147,7 +147,7 @@ def _draw_gates(axes: Axes, plan: Plan, frame: FigureLayout) -> list[Any]:
     size = float(np.clip(frame.cell * 0.36, 4.5, 13))
     items = []
     kinds: list[tuple[str, list[Gate], str]] = [
-        ("gate on the way", [g for g in gates if g.cell in on_path], style.GATE),
+        ("gate on the path", [g for g in gates if g.cell in on_path], style.GATE),
         ("gate", [g for g in gates if g.cell not in on_path and not g.dead_end], "none"),
         ("gate, dead end", [g for g in gates if g.cell not in on_path and g.dead_end], "none"),
     ]
