@@ -182,6 +182,21 @@ def test_ends_in_metres_follow_the_pose_of_the_map() -> None:
     assert (s.scene.start, s.scene.goal) == ((0, 2), (3, 0))
 
 
+def test_ends_with_a_heading_are_poses_at_the_centre_of_their_cell() -> None:
+    grid = {"rows": ["...."] * 3, "resolution": 0.5, "origin": [10.0, 20.0, 0.0]}
+    ends = {"start": {"cell": [0, 2], "yaw": 1.5}, "goal": {"pose": [11.3, 21.2, -1.0]}}
+    s = load({"version": 1, "map": grid, **ends}).scene
+    assert (s.start, s.start_pose, s.goal, s.goal_pose) == (
+        (0, 2),
+        (10.25, 20.25, 1.5),
+        (2, 0),
+        (11.3, 21.2, -1.0),
+    )
+    for end, code in (({"cell": [4, 0], "yaw": 0.0}, "START_OUTSIDE"), ({"cell": [0, 0]}, "KEY")):
+        error, _ = refused({"version": 1, "map": grid, "start": end, "goal": [0, 0]})
+        assert error.code == code
+
+
 def test_obstacles_of_a_plan_are_left_aside_with_a_note() -> None:
     s = load({**GUIDE, "obstacles": [{"kind": "crossing", "count": 2}]})
     assert not s.simulated

@@ -30,9 +30,9 @@ def hello() -> dict[str, Any]:
     return {
         "version": __version__,
         "planners": [_planner(row) for row in registry.list_planners().values()],
+        "planners_of_poses": [_planner(row) for row in registry.list_planners(poses=True).values()],
         "laws": [_law(row) for row in laws.LAWS.values()],
-        # The app plans on cells, and planners on cells do not look at the drive.
-        "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items() if key != "drive"],
+        "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items()],
         "moves": list(MOVES),
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
+
+import numpy as np
 
 from lampyris import api
 from lampyris.app.engine.comparison import ComparisonResults, comparison
@@ -18,6 +20,8 @@ from lampyris.app.engine.simulation import begin, ending, finish, header, standi
 from lampyris.errors import LampyrisError, UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.kernels import loading
+from lampyris.model.grid import Grid
+from lampyris.model.path import PosePath
 from lampyris.planning import registry
 from lampyris.report.data.serialize import plan_record, profile_record
 from lampyris.scenarios import speed_law, without_effect
@@ -54,6 +58,8 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
+    if found.pose_path is not None:
+        record["pose_cells"] = _pose_cells(found.pose_path, scenario.scene.grid)
     if scenario.scene.traffic and scenario.drive is None:
         with suppress(LampyrisError):  # the run says why
             record["obstacle_specs"] = standing_records(scenario)
@@ -67,6 +73,13 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     record["seconds"] = loading.wall() - began
     record["loading_seconds"] = loading.seconds() - loaded
     yield json_frame("Z", record)
+
+
+def _pose_cells(path: PosePath, grid: Grid) -> list[list[float]]:
+    """Poses as the page draws them: x and y in cells, y down, and the yaw from the rows to their right."""
+    points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    table = np.column_stack((points, path.poses[:, 2] - grid.origin[2]))
+    return cast(list[list[float]], np.round(table, 4).tolist())
 
 
 def simulate(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

@@ -34,6 +34,7 @@ export class Cursor {
     else if (event.key === "Escape" && patrols.draft.length) patrols.drop();
     else if (event.key === "Escape" && page.tool !== "ends") page.use("ends");
     else if ((event.key === "s" || event.key === "g") && map.cursor) this._end(event.key === "s" ? "start" : "goal", map.cursor);
+    else if (/^q$/i.test(event.key) && map.cursor) this._turn(map.cursor, event.shiftKey ? -1 : 1);
     else if (/^[wx]$/i.test(event.key) && map.cursor) this._paint(event.key.toLowerCase() === "w" ? 1 : 0, map.cursor, event.shiftKey);
     else return;
     event.preventDefault();
@@ -66,6 +67,15 @@ export class Cursor {
   _end(end, cell) {
     this.editor.putEnd(end, cell);
     this.editor.page.store.settle();
+  }
+
+  /** Turn the heading of the end at a cell. @param {Cell} cell @param {number} by 1: counterclockwise, -1: clockwise */
+  _turn(cell, by) {
+    const { editor } = this;
+    const end = editor.page.map.shape?.ends.find(({ at }) => at[0] === cell[0] && at[1] === cell[1]);
+    if (!end) return;
+    editor.setHeading(end.end, (end.heading ?? 0) + (by * Math.PI) / 12);
+    editor.page.store.settle();
   }
 
   /** A wall here, or none; `line`: all the way from where the last one was. @param {number} value @param {Cell} cell @param {boolean} line */

@@ -17,6 +17,8 @@ export const TOOLS = [
 ];
 /** Cells of the largest brush, on maps of up to eight times as many a side; of larger maps an eighth. */
 const LARGEST = 9;
+/** Degrees of a step of a heading. */
+const TURN = 5;
 const NARROW = window.matchMedia("(max-width: 820px)");
 
 /** @param {Page} page @param {HTMLElement} bar */
@@ -127,6 +129,15 @@ export class Editor {
     return true;
   }
 
+  /** Set the heading of an end, rounded to whole steps. @param {"start" | "goal"} end @param {number} heading radians counterclockwise on the screen @param {string} [mark] */
+  setHeading(end, heading, mark) {
+    const { ground, store } = this.page;
+    const degrees = TURN * Math.round((heading * 180) / Math.PI / TURN);
+    const yaw = Math.round(1e6 * ((degrees * Math.PI) / 180 + (ground?.origin[2] ?? 0))) / 1e6;
+    if (store.scenario[`${end}_yaw`] !== yaw) store.set({ [`${end}_yaw`]: yaw }, mark);
+    byId("live").textContent = `heading of the ${end}: ${((degrees % 360) + 360) % 360} degrees`;
+  }
+
   /** The end that the next click sets: start and goal in turn. */
   get next() {
     const { start, goal } = this.page.store.scenario;
@@ -194,7 +205,7 @@ export class Editor {
     const { start, goal } = page.store.scenario;
     if (!page.ground) return "";
     if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
-    if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G.` : `Click the ${this.next}.`;
+    if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
     return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";
   }
 }

@@ -6,10 +6,11 @@ import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
 import { Runs } from "./running.js";
+import { outlineOf, plansPoses } from "./shape.js";
 import { first, blank } from "./state.js";
 
 /** Keys that decide a run. */
-const DECIDE = ["map", "start", "goal", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
+const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
 /** Of these, the ones that decide a plan at the start as well. */
 const UNPLANNED = new Set(["simulate"]);
 /**
@@ -26,9 +27,12 @@ export function mount(page) {
   const plans = new Plans(page);
   const runs = new Runs(page);
   page.replan = () => plans.want();
-  page.simulate = (how) => runs.begin(how ?? {});
+  page.simulate = async (how) => {
+    if (plansPoses(page)) page.say(NO_RUN);
+    else await runs.begin(how ?? {});
+  };
   page.stop = () => runs.stop();
-  page.asked = () => asked(store.scenario);
+  page.asked = () => asked(store.scenario, plansPoses(page));
 
   /** What the ground on the screen is made of. */
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
@@ -116,6 +120,7 @@ export function mount(page) {
     map.start = store.scenario.start;
     map.goal = store.scenario.goal;
     map.robotRadius = Number(store.scenario.robot.radius ?? 0) / (page.ground?.resolution || 1);
+    map.shape = shapeOf(page);
     map.refresh();
   };
 
@@ -133,8 +138,9 @@ export function mount(page) {
     const ground = map === shown.map && page.ground ? page.ground : await loadGround(page.api, map);
     if (turn !== turns) return false;
     if (map !== shown.map) opened = { spec: map, ground };
-    const { start, goal } = scenario.start || scenario.goal ? scenario : ground;
-    store.replace({ ...scenario, start, goal });
+    const placed = settled(scenario, ground);
+    const { start, goal } = placed.start || placed.goal ? placed : ground;
+    store.replace({ ...placed, start, goal });
     return true;
   };
 
@@ -145,7 +151,7 @@ export function mount(page) {
       if (shown.edits === store.scenario.edits) page.tell("ground");
       else paint();
     }
-    if (changed.has("start") || changed.has("goal") || changed.has("robot")) ends();
+    if (SHOWN.some((key) => changed.has(key))) ends();
     const decisive = DECIDE.filter((key) => changed.has(key));
     if (!decisive.length) return;
     if (page.run || runs.busy) {
@@ -176,7 +182,8 @@ export function mount(page) {
     if (run && run !== runs.own) return;
     running = run !== null && page.play.tick > 0;
     if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
-    else map.ways = plan && plan.cells.length > 2 ? [{ cells: plan.cells, shares: sharesOf(plan, page) }] : [];
+    else map.ways = plan && plan.cells.length > 2 ? [wayOf(plan, page)] : [];
+    map.shape = shapeOf(page);
     map.refresh();
   };
   for (const name of ["plan", "run", "end"]) page.on(name, drawWays);
@@ -210,9 +217,14 @@ function drawnIn(ground) {
   return ground.obstacle_cells.length ? [{ kind: "random-walk", count: ground.obstacle_cells.length, starts: ground.obstacle_cells }] : [];
 }
 
-/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @returns {Scenario} */
-function asked(scenario) {
+/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @returns {Scenario} */
+export function asked(scenario, poses) {
   const made = /** @type {any} */ ({ ...scenario, simulate: scenario.simulate ?? {} });
+  for (const end of ["start", "goal"]) {
+    const yaw = made[`${end}_yaw`];
+    if (poses && made[end] && yaw !== null) made[end] = { cell: made[end], yaw };
+    delete made[`${end}_yaw`];
+  }
   for (const key of Object.keys(made)) if (made[key] === undefined) delete made[key];
   if (!made.edits?.length) delete made.edits;
   // A map that was uploaded and painted is checked by the page itself.
@@ -220,10 +232,50 @@ function asked(scenario) {
   return made;
 }
 
-/** Speeds of a plan's nodes, 0 to 1. @param {Plan} plan @param {Page} page */
-function sharesOf(plan, page) {
+/** Keys of what is shown at the ends. */
+const SHOWN = ["start", "goal", "start_yaw", "goal_yaw", "robot", "planner"];
+const NO_RUN = "Planners of poses plan here, with a speed at each pose; they are not simulated in ticks. To drive the plan, save the scenario and use lampyris drive.";
+
+/** Ends of a file that are in metres as cells of the map. @param {Scenario} scenario @param {Ground} ground @returns {Scenario} */
+function settled(scenario, ground) {
+  const made = /** @type {any} */ ({ ...scenario });
+  for (const end of ["start", "goal"]) {
+    const metres = made[`${end}_m`];
+    delete made[`${end}_m`];
+    if (!metres) continue;
+    const [ox, oy, turn] = ground.origin;
+    const [dx, dy] = [(metres[0] - ox) / ground.resolution, (metres[1] - oy) / ground.resolution];
+    const x = Math.floor(dx * Math.cos(turn) + dy * Math.sin(turn));
+    const up = Math.floor(dy * Math.cos(turn) - dx * Math.sin(turn));
+    made[end] = [x, ground.height - 1 - up];
+  }
+  return made;
+}
+
+/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @returns {import("./shape.js").Shape | null} */
+function shapeOf(page) {
+  const { ground, plan, store } = page;
+  if (!ground || !plansPoses(page)) return null;
+  const { scenario } = store;
+  const ends = /** @type {Array<"start" | "goal">} */ (["start", "goal"]).flatMap((end) => {
+    const at = scenario[end];
+    const yaw = scenario[`${end}_yaw`];
+    return at ? [{ end, at, heading: yaw === null ? null : yaw - ground.origin[2] }] : [];
+  });
+  return { outline: outlineOf(scenario.robot, ground.resolution), poses: plan?.pose_cells ?? [], ends };
+}
+
+/** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */
+function wayOf(plan, page) {
+  const places = plan.pose_cells && (plan.speed?.xy ?? plan.pose_cells.map(([x, y]) => [x, y]));
+  const cells = places ? Float32Array.from(places.flat()) : plan.cells;
+  return { cells, shares: sharesOf(plan, page, cells.length / 2) };
+}
+
+/** Speeds of a plan's nodes, 0 to 1. @param {Plan} plan @param {Page} page @param {number} nodes */
+function sharesOf(plan, page, nodes) {
   const speeds = plan.speed?.v;
-  if (!speeds || 2 * speeds.length !== plan.cells.length) return null;
+  if (!speeds || speeds.length !== nodes) return null;
   const most = plan.speed?.units.startsWith("m/s") ? Number(page.store.scenario.robot.v_max ?? 1) : Math.max(...speeds);
   return speeds.map((v) => (most > 0 ? v / most : 0));
 }

@@ -48,7 +48,7 @@ async function groundOfAnswer(answer, id, spec) {
 function blankGround(head) {
   return {
     id: head.id ?? "", name: head.name ?? "map", width: head.width, height: head.height, resolution: head.resolution ?? 1,
-    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null, obstacle_cells: head.obstacle_cells ?? [],
+    hash: head.hash ?? "", origin: head.origin ?? [0, 0, 0], cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null, obstacle_cells: head.obstacle_cells ?? [],
   };
 }
 

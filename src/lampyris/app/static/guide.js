@@ -1,5 +1,6 @@
 // Guide: the numbers of the worked example, ours from the server and the dissertation's as they are printed.
 
+import { asked } from "./flow.js";
 import { ServerError } from "./api.js";
 import { SIDE, scenario } from "./example.js";
 import { json, layerOf } from "./frames.js";
@@ -30,9 +31,9 @@ const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0,
 
 /** All numbers of the tour. @param {Page} page @returns {Promise<Numbers>} */
 export async function numbers(page) {
-  const own = scenario();
+  const own = asked(scenario(), false);
   const ask = (/** @type {Partial<Scenario>} */ patch, layers = /** @type {string[]} */ ([])) =>
-    planned(page, { scenario: { ...own, ...patch, edits: undefined, simulate: {} }, record: true, layers });
+    planned(page, { scenario: { ...own, ...patch }, record: true, layers });
   const plan = await ask({}, ["gates"]);
   // A window as large as the map accepts every cell at once: so one question has the luciferin of all.
   const wide = await ask({ planner: { name: "ad-gso", settings: { nt: 10000, mvr: 50 } } });
@@ -53,7 +54,7 @@ export async function numbers(page) {
 
 /** @param {Page} page @param {Scenario} own @param {string} name */
 async function layer(page, own, name) {
-  const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, obstacle_cells: null, tick: 0 };
+  const body = { scenario: own, layer: name, obstacle_cells: null, tick: 0 };
   for await (const { kind, bytes } of page.api.frames("/api/layer", body)) {
     if (kind === "L") return layerOf(bytes);
     if (kind === "X") throw new ServerError(200, json(bytes));

@@ -1,6 +1,7 @@
 // Hand: what pointers do on the map from down to up. A press that stays is a click; a drag moves an end, paints or
 // pans; two fingers pinch.
 
+import { HANDLE, handleOf } from "./shape.js";
 import { moveBy, zoomBy } from "./zoom.js";
 
 /** @typedef {import("./edit.js").Editor} Editor */
@@ -127,6 +128,8 @@ export class Hand {
   _begin(event) {
     const { tool } = this.page;
     if (event.button === 1 || tool === "pan" || this.space.held) return this._pan(event);
+    const turned = tool === "ends" && event.button === 0 ? this._handleAt(event) : null;
+    if (turned) return this._turn(turned);
     const end = this._endAt(event);
     if (end && (tool === "ends" || tool === "patrol") && event.button === 0) return this._drag(end);
     if (tool === "wall" || tool === "free") return this._stroke(event, tool === "wall" && event.button === 0 ? 1 : 0);
@@ -204,6 +207,36 @@ export class Hand {
     return found;
   }
 
+  /** Which end's handle is under the pointer. @param {PointerEvent} event */
+  _handleAt(event) {
+    const { shape, view } = this.page.map;
+    if (!shape) return null;
+    const [px, py] = this._pixel(event);
+    const reach = event.pointerType === "touch" ? 22 : HANDLE + 6;
+    return shape.ends.find((end) => {
+      const [x, y] = handleOf(view, shape, end);
+      return Math.hypot(px - x, py - y) <= reach;
+    }) ?? null;
+  }
+
+  /** Turn the heading of an end after the pointer, in steps. @param {import("./shape.js").End} end @returns {Deed} */
+  _turn({ end, at }) {
+    const { store } = this.page;
+    const before = store.scenario[`${end}_yaw`];
+    return {
+      move: (event) => {
+        const [px, py] = this._pixel(event);
+        const [x, y] = this.page.map.view.pixel(at[0], at[1]);
+        this.editor.setHeading(end, Math.atan2(y - py, px - x), `turn ${end}`);
+      },
+      up: () => store.settle(),
+      drop: () => {
+        if (store.scenario[`${end}_yaw`] !== before) store.undo();
+        store.settle();
+      },
+    };
+  }
+
   /** @param {"start" | "goal"} end @returns {Deed} */
   _drag(end) {
     const { store } = this.page;
@@ -239,7 +272,7 @@ export class Hand {
       map.brush = { at: this._cell(event), size: this.editor.size };
       map.draw();
     } else if (this._pointers.size === 0) {
-      const over = page.tool === "pan" || this.space.held ? "grab" : this._endAt(event) ? "grab" : "";
+      const over = page.tool === "pan" || this.space.held || this._endAt(event) || this._handleAt(event) ? "grab" : "";
       map.canvas.classList.toggle("grab", over !== "");
     }
   }

@@ -12,7 +12,7 @@ const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "l
 const LIST = [
   ["On the map", [
     ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set start and goal in turn, paint, add a waypoint"],
-    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal; out of a field"],
+    ["S  G", "start, goal at the cursor"], ["Q", "turn the heading of the start or goal at the cursor, for planners of poses; with Shift clockwise"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal; out of a field"],
   ]],
   ["Maps", [["\u2190 \u2191 \u2192 \u2193", "from map to map"], ["Enter", "open"]]],
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],

@@ -9,6 +9,7 @@ import { GroundPicture, LayerPicture, drawCells, penOf } from "./cells.js";
 import { goalMark, startMark } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
+import { drawShape } from "./shape.js";
 import { View } from "./view.js";
 import { Trail, drawWay } from "./ways.js";
 
@@ -42,6 +43,8 @@ export class MapView {
     /** @type {Moment} */
     this.moment = { robot: null, bodies: null, kinds: [], radii: [], trail: null };
     this.robotRadius = 0;
+    /** The robot's footprint, its poses and the headings of the ends; null: the planner plans cells. @type {import("./shape.js").Shape | null} */
+    this.shape = null;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
     /** A hand is on the map: it must not move below it, whatever else on the page grows or shrinks. */
@@ -199,6 +202,7 @@ export class MapView {
     pen.strokeRect(view.x - 0.5, view.y - 0.5, ground.width * view.scale + 1, ground.height * view.scale + 1);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
+    if (this.shape) drawShape(pen, view, this.shape, this.dark);
     for (const mark of this.marks) drawMark(pen, view, mark, this.dark);
     for (const patrol of this.patrols) drawPatrol(pen, view, patrol);
     const r = Math.max(7, view.scale * 0.45);

@@ -3,6 +3,7 @@
 
 import { field } from "./fields.js";
 import { block, button, el, fill } from "./make.js";
+import { rectangleOf } from "./shape.js";
 
 /** @typedef {import("./fields.js").Setting} Setting */
 /** @typedef {import("./fields.js").Field} Field */
@@ -24,6 +25,7 @@ const TRAITS = {
   incremental: ["repairs plans", "it keeps what it knows when the map changes"],
   stochastic: ["draws lots", "another seed may give another answer"],
   sees_traffic: ["sees traffic", "it plans around what moves, in time"],
+  plans_headings: ["plans headings", "a path of poses for the robot's footprint and drive, with a bound on its cost"],
 };
 
 const MOVES = {
@@ -84,7 +86,9 @@ export function mount(page, into) {
   shown.push(plannerPart(page, planner));
   shown.push(presetPart(page, /** @type {HTMLElement} */ (block(into, "preset", "Steps and units"))));
   shown.push(lawPart(page, /** @type {HTMLElement} */ (block(into, "law", "Speed law"))));
-  shown.push(plainPart(page, /** @type {HTMLElement} */ (block(into, "robot", "Robot")), robotForm(page.hello.robot), "robot"));
+  const robot = /** @type {HTMLElement} */ (block(into, "robot", "Robot"));
+  shown.push(shapePart(page, robot));
+  shown.push(plainPart(page, robot, robotForm(page.hello.robot), "robot"));
   shown.push(seedPart(page, /** @type {HTMLElement} */ (block(into, "seed", "Seed and end"))));
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "crowds", "Moving obstacles"))));
@@ -97,7 +101,8 @@ export function mount(page, into) {
 
 /** @param {Page} page @param {HTMLElement} into */
 function plannerPart(page, into) {
-  const pick = el("select", { "aria-label": "Planner" }, ...families(page.hello.planners));
+  const planners = [...page.hello.planners, ...page.hello.planners_of_poses];
+  const pick = el("select", { "aria-label": "Planner" }, ...families(planners));
   const facts = el("div", { class: "stack told" });
   const form = new Form(page, (settings) => {
     const { planner } = page.store.scenario;
@@ -113,7 +118,7 @@ function plannerPart(page, into) {
   });
   return () => {
     const now = page.store.scenario.planner;
-    const row = page.hello.planners.find((/** @type {any} */ one) => one.name === now.name);
+    const row = planners.find((/** @type {any} */ one) => one.name === now.name);
     pick.value = now.name;
     if (!row) {
       fill(facts, el("p", { class: "bad" }, `There is no planner called ${now.name}.`));
@@ -134,6 +139,7 @@ function families(rows) {
     ["Shortest paths", (/** @type {any} */ r) => r.traits.optimal],
     ["Among what moves", (/** @type {any} */ r) => r.traits.sees_traffic],
     ["Swarms", (/** @type {any} */ r) => r.traits.stochastic],
+    ["With a shape and a heading", (/** @type {any} */ r) => r.traits.plans_headings],
     ["Others", () => true],
   ];
   const left = new Set(rows);
@@ -293,6 +299,7 @@ function plainPart(page, into, settings, key) {
       if (value !== before) page.store.set({ [key]: table }, `${key}.${one.name}`);
       if (settled) page.store.settle();
     });
+    made.row.setAttribute("data-name", one.name);
     into.append(made.row);
     return /** @type {[Setting, Field]} */ ([one, made]);
   });
@@ -300,6 +307,61 @@ function plainPart(page, into, settings, key) {
     const table = /** @type {any} */ (page.store.scenario[key] ?? {});
     for (const [one, made] of fields) made.put(table[one.name] ?? one.default);
   };
+}
+
+const SIDES = /** @type {const} */ (["length", "width", "rear"]);
+
+/** The robot's shape: a disc, or a rectangle around its base. @param {Page} page @param {HTMLElement} into */
+function shapePart(page, into) {
+  const give = (/** @type {Record<string, any>} */ shape, /** @type {string} */ mark) => {
+    const { footprint, rectangle, radius, ...robot } = page.store.scenario.robot;
+    page.store.set({ robot: { ...robot, ...shape } }, mark);
+  };
+  const pick = field({
+    name: "shape", type: "word", default: "disc", choices: ["disc", "rectangle", "polygon"], least: null, most: null, allowed: "",
+    about: "Planners of poses take a rectangle as it is, and a polygon from a scenario file; the others take the circle around it.",
+  }, (value) => {
+    const cell = page.ground?.resolution ?? 1;
+    if (value === "rectangle") give({ rectangle: [Math.max(0.6, 1.2 * cell), Math.max(0.4, 0.8 * cell)] }, "");
+    else if (value === "disc") give({}, "");
+    else show();
+  });
+  const sides = SIDES.map((name) => field(
+    limit(name, name === "rear" ? "base to back edge" : name, "m", 1, 1e-3, name === "rear" ? "From the base, such as the rear axle, to the back edge." : `Its ${name}.`),
+    (value, settled) => {
+      const now = rectangle(page.store.scenario.robot);
+      if (!now) return;
+      const next = { ...now, [name]: value };
+      if (name === "length") next.rear = (now.rear / now.length) * value;
+      if (next.rear >= next.length) return;
+      if (next[name] !== now[name]) give(Math.abs(next.rear - next.length / 2) < 1e-9 ? { rectangle: [next.length, next.width] }
+        : { footprint: rectangleOf(next.length, next.width, next.rear) }, `robot.${name}`);
+      if (settled) page.store.settle();
+    }));
+  into.append(pick.row, ...sides.map(({ row }) => row));
+  const show = () => {
+    const { robot } = page.store.scenario;
+    const now = rectangle(robot);
+    const disc = !robot.rectangle && !robot.footprint;
+    pick.put(disc ? "disc" : now ? "rectangle" : "polygon");
+    SIDES.forEach((name, k) => {
+      sides[k].row.hidden = !now;
+      if (now) sides[k].put(Number(now[name].toPrecision(12)));
+    });
+    const radius = /** @type {HTMLElement | null} */ (into.querySelector("[data-name=radius]"));
+    if (radius) radius.hidden = !disc;
+  };
+  return show;
+}
+
+/** Sides of a robot's rectangle; null: it has another shape. @param {Record<string, any>} robot */
+function rectangle({ rectangle: sides, footprint }) {
+  if (sides) return { length: sides[0], width: sides[1], rear: sides[0] / 2 };
+  const xs = (footprint ?? []).map((/** @type {number[]} */ v) => v[0]);
+  const ys = (footprint ?? []).map((/** @type {number[]} */ v) => v[1]);
+  const [length, width, rear] = [Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys), -Math.min(...xs)];
+  const same = xs.length === 4 && JSON.stringify(rectangleOf(length, width, rear)) === JSON.stringify(footprint);
+  return same ? { length, width, rear } : null;
 }
 
 /** @param {Page} page @param {HTMLElement} into */

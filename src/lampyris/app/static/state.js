@@ -11,7 +11,7 @@ const DEEP = 200;
 /** @returns {Scenario} */
 export function blank() {
   return {
-    version: 1, map: "env-3", start: null, goal: null, robot: {}, preset: "robot", moves: null,
+    version: 1, map: "env-3", start: null, goal: null, start_yaw: null, goal_yaw: null, robot: {}, preset: "robot", moves: null,
     planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
     simulate: { ticks: null, patience: null },
   };
@@ -127,11 +127,20 @@ export function tidy(made, from) {
     throw new Error(`${from} is not a lampyris scenario: it needs "version": 1 and a "map".`);
   }
   const named = (/** @type {any} */ who) => (typeof who === "string" ? { name: who, settings: {} } : who ? { settings: {}, ...who } : null);
-  const cell = (/** @type {any} */ end) => (Array.isArray(end) && end.length === 2 && end.every(Number.isInteger) ? end : null);
+  const cell = (/** @type {any} */ given) => {
+    const end = given?.cell ?? given;
+    return Array.isArray(end) && end.length === 2 && end.every(Number.isInteger) ? end : null;
+  };
+  /** A pose in metres is held until its map is there: see `settled`. */
+  const ends = (/** @type {"start" | "goal"} */ end) => {
+    const given = made[end];
+    const yaw = given?.yaw ?? given?.pose?.[2] ?? made[`${end}_yaw`];
+    return { [end]: cell(given), [`${end}_yaw`]: Number.isFinite(yaw) ? yaw : null, ...(given?.pose || given?.m ? { [`${end}_m`]: given.pose ?? given.m } : {}) };
+  };
   const list = (/** @type {any} */ some) => (Array.isArray(some) ? some : []);
   const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: cellsOf(one?.blocked), freed: cellsOf(one?.freed) }));
   return {
-    ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), start: cell(made.start), goal: cell(made.goal),
+    ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), ...ends("start"), ...ends("goal"),
     obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
   };
 }

@@ -91,7 +91,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
+    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 
@@ -102,7 +102,11 @@ class Status {
     /** @type {Array<[string, string]>} */
     const rows = [];
     const add = (/** @type {string} */ name, /** @type {string | null} */ value) => void (value && rows.push([name, value]));
-    add("Cost", plan.cost === null ? null : `${brief(plan.cost)} cells`);
+    if (plan.pose_cells) {
+      add("Length", `${brief(plan.length_m ?? 0)} m`);
+      add("Reversals", whole(plan.reversals ?? 0));
+      add("Cost, at most", plan.bound ? `${brief(plan.bound)} x the least of its lattice` : null);
+    } else add("Cost", plan.cost === null ? null : `${brief(plan.cost)} cells`);
     add("Optimal", plan.optimal_cost === null ? null : `${brief(plan.optimal_cost)} cells`);
     add("Gap", plan.gap === null ? null : percent(plan.gap));
     add("Sum of cost to go", plan.sum_cost_to_go === null ? null : brief(plan.sum_cost_to_go));

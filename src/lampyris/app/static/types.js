@@ -11,10 +11,13 @@
 /** @typedef {{name: string, settings: Record<string, unknown>}} Who */
 
 /**
- * What a scenario file says, as far as the page changes it. Keys it does not know are kept as they are.
+ * What a scenario file says, as far as the page changes it. Keys it does not know are kept as they are. `start_yaw`,
+ * `goal_yaw`: headings for planners of poses, radians in the map frame; `start_m`, `goal_m`: ends in metres of a file
+ * that is being opened.
  * @typedef {{
  *   version: 1, name?: string, map: unknown, map_hash?: string, start: Cell | null, goal: Cell | null,
- *   robot: Record<string, number | null>, preset: string, moves: string | null, planner: Who, law: Who | null,
+ *   start_yaw: number | null, goal_yaw: number | null, start_m?: number[], goal_m?: number[],
+ *   robot: Record<string, any>, preset: string, moves: string | null, planner: Who, law: Who | null,
  *   seed: number, obstacles: Array<Record<string, any>>, edits: Edit[],
  *   simulate?: {ticks: number | null, patience: number | null},
  * }} Scenario
@@ -24,7 +27,7 @@
  * A map as the server sends it. `cells`: 0 free, 1 wall, 2 unknown; row by row from the top.
  * @typedef {{
  *   id: string, name: string, width: number, height: number, resolution: number, hash: string,
- *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null, obstacle_cells: Cell[],
+ *   origin: [number, number, number], cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null, obstacle_cells: Cell[],
  * }} Ground
  */
 
@@ -51,9 +54,9 @@
  *   status: string, sentence: string, cells: Int16Array, waypoints: Cell[] | null, cost: number | null,
  *   optimal_cost: number | null, gap: number | null, sum_cost_to_go: number | null, iterations: number,
  *   expansions: number, gates: {count: number, on_path: any[], in_map: any[]}, jumps: any[],
- *   speed: {v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
+ *   speed: {xy?: number[][], v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
  *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
- *   seconds: number, weakened?: string[],
+ *   seconds: number, weakened?: string[], pose_cells?: number[][], length_m?: number, bound?: number | null, reversals?: number,
  *   obstacle_specs?: Array<{kind: string, radius: number, yields: boolean, at: Cell, waypoints?: Cell[], path?: Cell[]}>,
  * }} Plan
  */

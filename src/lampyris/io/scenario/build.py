@@ -177,6 +177,8 @@ class _Build:
             cell = found.grid.to_cell(*given.pose[:2])
         elif isinstance(given, form.Point):
             cell = found.grid.to_cell(*given.m)
+        elif isinstance(given, form.CellPose):
+            cell = (given.cell[0], given.cell[1])
         elif given is not None:
             cell = (given[0], given[1])
         else:
@@ -191,6 +193,8 @@ class _Build:
                 f"{what} {cell} is outside the map",
                 allowed=f"x 0 to {found.grid.width - 1}, y 0 to {found.grid.height - 1}",
             )
+        if isinstance(given, form.CellPose):
+            return {f"{what}_pose": (*found.grid.to_metres(cell).tolist(), given.yaw)}
         return {f"{what}_pose": given.pose} if isinstance(given, form.Pose) else {what: cell}
 
     def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[ObstacleSpec, ...]:

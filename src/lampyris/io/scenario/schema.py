@@ -132,20 +132,33 @@ class Point(Table):
     )
 
 
+class CellPose(Table):
+    """The centre of a cell and a heading, for planners of poses."""
+
+    cell: Pair = Field(description="Column and row from the top left.")
+    yaw: Annotated[float, Rule("TYPE", "a number: radians")] = Field(
+        description="Radians counterclockwise from the x axis of the map frame."
+    )
+
+
 def _end_kind(value: Any) -> str | None:
     if isinstance(value, list):
-        return "end-cell"
+        return "end-pair"
     if isinstance(value, dict):
-        return "end-pose" if "pose" in value else "end-point"
+        return next((f"end-{key}" for key in ("pose", "cell") if key in value), "end-point")
     return None
 
 
 End: TypeAlias = Annotated[
-    Annotated[Pair, Tag("end-cell")] | Annotated[Point, Tag("end-point")] | Annotated[Pose, Tag("end-pose")],
+    Annotated[Pair, Tag("end-pair")]
+    | Annotated[Point, Tag("end-point")]
+    | Annotated[Pose, Tag("end-pose")]
+    | Annotated[CellPose, Tag("end-cell")],
     Discriminator(_end_kind),
     Rule(
         "TYPE",
-        "[x, y]: two whole numbers, column and row from the top left; {m: [x, y]} in metres; or {pose: [x, y, yaw]}",
+        "[x, y]: two whole numbers, column and row from the top left; {m: [x, y]} in metres; {pose: [x, y, yaw]}; "
+        "or {cell: [x, y], yaw: radians}",
     ),
 ]
 if TYPE_CHECKING:
