@@ -42,7 +42,7 @@ def dubins(x, y, yaw, lengths, kinds):
     b = yaw - theta
     sin_a, cos_a = sine_cosine(a)
     sin_b, cos_b = sine_cosine(b)
-    sin_ab, cos_ab = sine_cosine(a - b)
+    _, cos_ab = sine_cosine(a - b)
     best = inf
     for word in range(6):
         # Both arcs turn the same way in LSL, RSR and RLR, LRL: the mirrored words by the mirrored angles.

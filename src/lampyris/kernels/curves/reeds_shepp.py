@@ -17,7 +17,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from lampyris.kernels._jit import kernel, u64
-from lampyris.kernels.curves.angles import PI, QUARTER, acos, atan2, sine_cosine, wrapped
+from lampyris.kernels.curves.angles import PI, QUARTER, atan2, sine_cosine, wrapped
 
 FAMILIES = 11
 _KINDS = (
@@ -38,7 +38,7 @@ _KINDS = (
 
 @kernel(inline=True)
 def _ends(u, v, xi, eta, yaw, sin_u, cos_u):
-    """First and last arc of a curve of four arcs, of whose the inner ones are u and v, v = u or -u."""
+    """First and last arc of a curve of four arcs, the inner ones u and v = u or -u long."""
     # u - v is 0 or 2 u.
     if v == u:
         sin_d = 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,7 +48,7 @@ class ShortestCurve:
     def reversals(self) -> int:
         """How often it changes between driving ahead and in reverse."""
         gears = [length > 0 for length, _ in self.segments]
-        return sum(a is not b for a, b in zip(gears, gears[1:], strict=False))
+        return sum(a is not b for a, b in pairwise(gears))
 
     @property
     def word(self) -> str:
