@@ -56,8 +56,8 @@ def _ends(u, v, xi, eta, yaw, sin_u, cos_u):
 
 
 @kernel(inline=True)
-def _family(family, x, y, yaw, s, c, xb, yb):
-    """Lengths t, u, v of a family's curve to a goal, and whether it has one; s, c: sine and cosine of yaw.
+def _family(family, x, y, yaw, s, c, xb, yb, best):
+    """Lengths t, u, v of a family's curve to a goal, and whether it has one below ``best``; s, c: sine and cosine of yaw.
 
     (xb, yb) is where the start lies for a car at the goal that looks back: for curves driven from their end.
     """
@@ -77,12 +77,16 @@ def _family(family, x, y, yaw, s, c, xb, yb):
     square = xi * xi + eta * eta
     if family == 0:  # (8.1) L S L
         u = sqrt(square)
+        if u >= best:
+            return False, t, u, v
         t = atan2(eta, xi)
         v = wrapped(yaw - t)
     elif family == 1:  # (8.2) L S R
         if square < 4.0:
             return False, t, u, v
         u = sqrt(square - 4.0)
+        if u >= best:
+            return False, t, u, v
         t = wrapped(atan2(eta, xi) + atan2(2.0, u))
         v = wrapped(t - yaw)
     elif family == 2 or family == 3:  # (8.3), (8.4) L R L
@@ -111,14 +115,20 @@ def _family(family, x, y, yaw, s, c, xb, yb):
     elif family == 6 or family == 7:  # (8.9) L R S L
         r = sqrt(square - 4.0)
         u = 2.0 - r
+        if abs(u) + QUARTER >= best:
+            return False, t, u, v
         t = wrapped(atan2(eta, xi) + atan2(r, -2.0))
         v = wrapped(yaw - QUARTER - t)
     elif family == 8 or family == 9:  # (8.10) L R S R
         u = 2.0 - sqrt(square)
+        if abs(u) + QUARTER >= best:
+            return False, t, u, v
         t = atan2(xi, -eta)
         v = wrapped(t + QUARTER - yaw)
     else:  # (8.11) L R S L R
         u = 4.0 - sqrt(square - 4.0)
+        if abs(u) + PI >= best:
+            return False, t, u, v
         t = atan2((4.0 - u) * xi - 2.0 * eta, -2.0 * xi + (u - 4.0) * eta)
         v = wrapped(t - yaw)
     return True, t, u, v
@@ -199,6 +209,7 @@ def reeds_shepp(x, y, yaw, reverse, switch, lengths, kinds):
                 c,
                 flip * xb,
                 mirror * yb,
+                best,
             )
             if not found or abs(t) + abs(u) + abs(v) >= best:
                 continue

@@ -72,8 +72,24 @@ def edges_free(wall, stride, x, y, c, s, px, py, margin):
     return True
 
 
+@kernel(inline=True)
+def _discs_free(clear, stride, rows, x, y, c, s, cover, margin):
+    """Whether discs that cover the footprint at a pose are farther than a margin from every wall."""
+    for k in range(0, len(cover), 3):
+        px = x + c * cover[u64(k)] - s * cover[u64(k + 1)]
+        py = y + s * cover[u64(k)] + c * cover[u64(k + 1)]
+        column = floor(px + 0.5)
+        row = floor(py + 0.5)
+        # What is known at the centre of the cell is known at the point but for the distance between the two.
+        need = cover[u64(k + 2)] + margin
+        spare = clear[u64(row * stride + column)] - need
+        if spare < 0.0 or (px - column) * (px - column) + (py - row) * (py - row) > spare * spare:
+            return False
+    return True
+
+
 @kernel()
-def judge(wall, clear, stride, rows, border, px, py, inner, outer, x, y, c, s, margin, last):
+def judge(wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, c, s, margin, last):
     """What is known at one pose of a piece: 1 free all along, 0 a collision, 2 neither.
 
     Parameters
@@ -81,6 +97,7 @@ def judge(wall, clear, stride, rows, border, px, py, inner, outer, x, y, c, s, m
     wall, clear : uint8, float32 (cells,): walls; distance from the centre of a cell to the nearest wall.
     stride, rows, border : of the padded map: cells of a row, rows, cells of its border on each side.
     px, py, inner, outer : outline, radii of the discs around the base inside it and around it.
+    cover : float64 (3 k,): x, y, radius of discs in the frame of the robot that together cover it.
     x, y, c, s : the pose, with the cosine and sine of its yaw.
     margin : no point is farther from where it is at this pose during the piece.
     last : whether the piece shall not be halved.
@@ -97,6 +114,8 @@ def judge(wall, clear, stride, rows, border, px, py, inner, outer, x, y, c, s, m
     if edge >= margin:
         if room - off >= outer + margin + 1e-5:
             return 1
+        if _discs_free(clear, stride, rows, x, y, c, s, cover, margin + 1e-5):
+            return 1
         if margin <= COARSE and edges_free(wall, stride, x, y, c, s, px, py, margin + ROUND):
             return 1
     if last or not edges_free(wall, stride, x, y, c, s, px, py, 0.0):
@@ -105,7 +124,9 @@ def judge(wall, clear, stride, rows, border, px, py, inner, outer, x, y, c, s, m
 
 
 @kernel()
-def piece_free(wall, clear, stride, rows, border, px, py, inner, outer, x, y, yaw, length, turn, lateral):
+def piece_free(
+    wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, length, turn, lateral
+):
     """Whether the footprint touches no wall along one segment; it is known to be free where the segment begins.
 
     Parameters
@@ -121,7 +142,22 @@ def piece_free(wall, clear, stride, rows, border, px, py, inner, outer, x, y, ya
         mx, my, angle = moved(x, y, yaw, share * length, share * turn, lateral)
         s, c = sine_cosine(angle)
         found = judge(
-            wall, clear, stride, rows, border, px, py, inner, outer, mx, my, c, s, margin, margin <= FINE
+            wall,
+            clear,
+            stride,
+            rows,
+            border,
+            px,
+            py,
+            cover,
+            inner,
+            outer,
+            mx,
+            my,
+            c,
+            s,
+            margin,
+            margin <= FINE,
         )
         if found == 0:
             return False

@@ -100,7 +100,7 @@ def first_gear(segments, drive):
 
 
 @kernel()
-def curve_free(wall, clear, stride, rows, border, px, py, inner, outer, x, y, yaw, segments):
+def curve_free(wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments):
     """Whether the footprint touches no wall along all segments, from a pose where it touches none."""
     for k in range(5):
         length = segments[u64(3 * k)]
@@ -109,7 +109,7 @@ def curve_free(wall, clear, stride, rows, border, px, py, inner, outer, x, y, ya
         if length == 0.0 and turn == 0.0:
             continue
         if not piece_free(
-            wall, clear, stride, rows, border, px, py, inner, outer, x, y, yaw, length, turn, lateral
+            wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, length, turn, lateral
         ):
             return False
         x, y, yaw = moved(x, y, yaw, length, turn, lateral)

@@ -57,7 +57,7 @@ def _is_goal(x, y, yaw, goal, any_yaw, reach, yaw_reach):
 
 @kernel(out=("count", "best", "segments", "tried", "lengths", "kinds"))
 def _try_curve(
-    wall, clear, px, py, whole, numbers, goal, x, y, yaw, g, gear, node, h,
+    wall, clear, px, py, cover, whole, numbers, goal, x, y, yaw, g, gear, node, h,
     count, best, segments, tried, lengths, kinds,
 ):  # fmt: skip
     """Try the curve from a node to the goal if it is time, and keep it if it is the best so far."""
@@ -75,7 +75,7 @@ def _try_curve(
         return
     count[u64(CURVES)] += 1
     if curve_free(
-        wall, clear, whole[u64(STRIDE)], whole[u64(ROWS)], whole[u64(BORDER)], px, py, numbers[u64(INNER)],
+        wall, clear, whole[u64(STRIDE)], whole[u64(ROWS)], whole[u64(BORDER)], px, py, cover, numbers[u64(INNER)],
         numbers[u64(OUTER)], x, y, yaw, tried,
     ):  # fmt: skip
         best[u64(0)] = g + cost
@@ -92,7 +92,7 @@ def _try_curve(
     of="node_float", each=100,
 )  # fmt: skip
 def search(
-    wall, clear, field, px, py, whole, numbers, goal, motion_x, motion_y, motion_float, motion_whole,
+    wall, clear, field, px, py, cover, whole, numbers, goal, motion_x, motion_y, motion_float, motion_whole,
     slot, node_float, node_whole, keys, heap, count, best, segments, tried, lengths, kinds, halt,
 ):  # fmt: skip
     """Search until the best path found costs no more than the least key, nothing waits, or the budget is used.
@@ -101,7 +101,7 @@ def search(
     ----------
     wall, clear, field : uint8, float32, float32 (cells,) of the padded map: walls; distance from the centre to the
         nearest wall; estimate of the cost to the goal, negative where the base must not be.
-    px, py : float64 (k,): vertices of the outline, in cells.
+    px, py, cover : float64 (k,), (k,), (3 d,): vertices of the outline, in cells; discs that cover it.
     whole, numbers : int64 (11,), float64 (14,): what the names above say. ``REACH`` below 0: only a curve reaches the
         goal; ``MOST``: greatest number of expansions, negative: none; ``FIRST``: number of the first node.
     goal : float64 (3,).
@@ -172,17 +172,19 @@ def search(
         count[u64(EXPANDED)] += 1
         if whole[u64(ANALYTIC)] != 0:
             _try_curve(
-                wall, clear, px, py, whole, numbers, goal, x, y, yaw, g, gear, node, h,
+                wall, clear, px, py, cover, whole, numbers, goal, x, y, yaw, g, gear, node, h,
                 count, best, segments, tried, lengths, kinds,
             )  # fmt: skip
         column = floor(x + 0.5)
         row = floor(y + 0.5)
-        room_here = clear[u64(cell)] - sqrt((x - column) * (x - column) + (y - row) * (y - row)) - outer - 1e-5
+        room_here = (
+            clear[u64(cell)] - sqrt((x - column) * (x - column) + (y - row) * (y - row)) - outer - 1e-5
+        )
         inside = min(min(x, y) - border, min(stride - 1 - border - x, rows - 1 - border - y))
         for m in range(motions):
             to_x = x + motion_x[u64(heading * motions + m)]
             to_y = y + motion_y[u64(heading * motions + m)]
-            to_cell = int(floor(to_y + 0.5)) * stride + int(floor(to_x + 0.5))
+            to_cell = floor(to_y + 0.5) * stride + floor(to_x + 0.5)
             if to_cell < 0 or to_cell >= len(field):
                 continue
             to_h = float(field[u64(to_cell)])
@@ -208,7 +210,7 @@ def search(
             turn = motion_float[u64(4 * m + 1)]
             far = abs(length) + abs(turn) * outer
             if (room_here < far or inside < far) and not piece_free(
-                wall, clear, stride, rows, border, px, py, inner, outer, x, y, yaw, length, turn,
+                wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, length, turn,
                 motion_float[u64(4 * m + 2)],
             ):  # fmt: skip
                 continue
@@ -217,7 +219,13 @@ def search(
             _add(node_float, node_whole, n, to_x, to_y, to_g, to_heading, node, m, to_gear, to_state)
             slot[u64(to_state)] = first + n
             if (best[u64(0)] < 0.0 or to_g < best[u64(0)]) and _is_goal(
-                to_x, to_y, yaw + turn, goal, whole[u64(ANY_YAW)] != 0, numbers[u64(REACH)], numbers[u64(YAW_REACH)]
+                to_x,
+                to_y,
+                yaw + turn,
+                goal,
+                whole[u64(ANY_YAW)] != 0,
+                numbers[u64(REACH)],
+                numbers[u64(YAW_REACH)],
             ):
                 best[u64(0)] = to_g
                 best[u64(1)] = n

@@ -22,7 +22,7 @@ from lampyris.planning.base import Budget, Traits
 from lampyris.planning.hybrid.map import HybridMap
 from lampyris.planning.hybrid.motions import HybridShape
 from lampyris.planning.hybrid.poses import pose_path_of, to_cells
-from lampyris.planning.hybrid.search import Found, HybridSearch, Pose, Question
+from lampyris.planning.hybrid.search import HybridPath, HybridSearch, Pose, PoseQuery
 from lampyris.planning.lattice.lattice_planner import outline
 from lampyris.planning.lattice.poses import difference
 from lampyris.planning.lattice.session import PoseSession
@@ -67,7 +67,7 @@ class HybridAStar:
     reverse_cost: float = number(2.0, 1.0, 100.0)
     reverse: bool = flag(True)
     turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
-    switch_cost: float = number(0.0, 0.0, 1e3, unit="m")
+    switch_cost: float = number(1.0, 0.0, 1e3, unit="m")
     analytic: bool = flag(True)
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
@@ -182,7 +182,7 @@ class HybridSession(PoseSession[HybridSearch]):
         yaw_reach = settings.goal_yaw_tolerance
         if not settings.analytic:
             yaw_reach = max(yaw_reach, 2 * math.pi / settings.headings)
-        question = Question(
+        question = PoseQuery(
             start[:2], start[2], headings, goal, any_yaw, reach if reach > 0 else -1.0, yaw_reach,
             settings.analytic and free, settings.weight,
         )  # fmt: skip
@@ -204,7 +204,7 @@ class HybridSession(PoseSession[HybridSearch]):
             self._heuristic = (corners, hybrid_map.estimate(cost, off))
         return self._kept, self._heuristic[1]
 
-    def _least(self, question: Question) -> float:
+    def _least(self, question: PoseQuery) -> float:
         """What any path of this robot costs at least without walls, in cells.
 
         A car's shortest curve, if both ends are exact; else the turn that is needed, on arcs or in place.
@@ -222,7 +222,7 @@ class HybridSession(PoseSession[HybridSearch]):
         price = radius if self._shape.drive == "ackermann" else min(radius, self._shape.turn_cost)
         return max(turn, 0.0) * price * (1 - 1e-9)
 
-    def _plan_of(self, found: Found, search: HybridSearch, least: float) -> Plan:
+    def _plan_of(self, found: HybridPath, search: HybridSearch, least: float) -> Plan:
         grid = self._scene.grid
         path, cells = pose_path_of(found, least, grid, self._scene.robot.radius / grid.resolution)
         note = "" if found.exact else self._note("goal", path.poses[-1], "a pose within the tolerances")

@@ -12,7 +12,7 @@ from lampyris._core import elementary
 from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.planning.hybrid.motions import HybridShape
-from lampyris.planning.lattice.map import PaddedMap, cost_to_any
+from lampyris.planning.lattice.map import BorderedMap, cost_to_any
 from lampyris.planning.lattice.poses import distance
 from lampyris.typing import Cell, Floats
 
@@ -26,7 +26,7 @@ _THICK = 1.21
 Vertex = tuple[int, int]
 
 
-class HybridMap(PaddedMap):
+class HybridMap(BorderedMap):
     """The map of one grid with obstacles, for one robot.
 
     Parameters
@@ -55,7 +55,9 @@ class HybridMap(PaddedMap):
         cos, sin = elementary.direction(yaw)
         pose = (np.array([one]) for one in (x - column + reach, y - row + reach, cos, sin))
         sweep(px, -py, *pose, 0.0, touched, side, side)
-        rows = self.walls.reshape(-1, self.stride)[row + self.border - reach :, column + self.border - reach :]
+        rows = self.walls.reshape(-1, self.stride)[
+            row + self.border - reach :, column + self.border - reach :
+        ]
         return not (touched.reshape(side, side) & rows[:side, :side]).any()
 
     def cost_to_go(self, goals: Iterable[Vertex]) -> Floats:
@@ -93,7 +95,9 @@ class HybridMap(PaddedMap):
         rows, columns = np.nonzero(free)
         dx, dy = columns - 0.5 - x, rows - 0.5 - y
         inside = dx * dx + dy * dy <= wide * wide
-        return [(cx, cy) for cx, cy in zip(columns[inside].tolist(), rows[inside].tolist(), strict=True)], _DIAGONAL
+        return [
+            (cx, cy) for cx, cy in zip(columns[inside].tolist(), rows[inside].tolist(), strict=True)
+        ], _DIAGONAL
 
     def _corners(self, x: float, y: float) -> list[Vertex]:
         """Corners of the cell of a point, if the base can be there."""

@@ -20,6 +20,8 @@ from lampyris.typing import Floats
 DRIVES = {"ackermann": CAR, "differential": IN_PLACE, "omnidirectional": SIDEWAYS}
 _TURNS = 36
 """A turn in place is about one of so many parts of a whole turn."""
+_DISCS = 8
+"""Discs that cover a footprint, at most."""
 _DIRECTIONS = 8
 """Directions in which an omnidirectional robot moves."""
 
@@ -65,6 +67,23 @@ class HybridShape:
         return circumscribed_radius(self.footprint)
 
     @property
+    def cover(self) -> Floats:
+        """Discs that cover the footprint: x, y (down), radius; float64 (n, 3).
+
+        They stand in a row along the longer side of the rectangle around it, about as many as it is wide.
+        """
+        vertices = np.array(self.footprint)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        size = high - low
+        axis = int(size[1] > size[0])
+        count = min(_DISCS, math.ceil(1.5 * size[axis] / size[1 - axis]))
+        part = size[axis] / count
+        discs = np.tile((low + high) / 2, (count, 1))
+        discs[:, axis] = low[axis] + part * (np.arange(count) + 0.5)
+        radius = math.sqrt(part * part + float(size[1 - axis] * size[1 - axis])) / 2
+        return np.column_stack((discs[:, 0], -discs[:, 1], np.full(count, radius)))
+
+    @property
     def backward(self) -> bool:
         """Whether it drives in reverse."""
         return math.isfinite(self.reverse_cost) and self.drive != "omnidirectional"
@@ -76,7 +95,7 @@ class HybridShape:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motions:
+class MotionSet:
     """The motions from any pose, as the search reads them.
 
     Parameters
@@ -99,7 +118,7 @@ class Motions:
 
 
 @lru_cache(16)
-def motions_of(shape: HybridShape) -> Motions:
+def motions_of(shape: HybridShape) -> MotionSet:
     """The motions of a robot."""
     wide = 2 * math.pi / shape.headings
     by = max(1, math.ceil(shape.motion_length / (shape.radius * wide) - 1e-9))
@@ -118,7 +137,7 @@ def motions_of(shape: HybridShape) -> Motions:
     if shape.drive == "omnidirectional":
         angles = [2 * math.pi * k / _DIRECTIONS for k in range(1, _DIRECTIONS)]
         rows += [(shape.motion_length, 0.0, angle, shape.motion_length, 0, 1) for angle in angles]
-    return Motions(
+    return MotionSet(
         np.array([row[:4] for row in rows]),
         np.array([(row[4] % shape.headings, row[5]) for row in rows], dtype=np.int64),
     )

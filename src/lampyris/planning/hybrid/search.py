@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core import elementary
 from lampyris.kernels.hybrid import search as kernel
 from lampyris.kernels.hybrid.goal_curve import SEGMENTS
 from lampyris.planning.hybrid.map import HybridMap
 from lampyris.planning.hybrid.motions import DRIVES, motions_of
 
 _ROOM = 1 << 14
+ZONE = 6.0
+"""Turning radii of estimated cost within which the curve to the goal is the heuristic where it is greater."""
+INTERVAL = 4.0
+"""A curve to the goal is tried once for every expansion, and for one expansion more with each so many cells to go."""
 _NOTHING = 2e-6
 """Cells, and radians, below which a segment is left out."""
 Pose = tuple[float, float, float]
@@ -22,7 +25,7 @@ Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class PoseQuery:
     """What to search for; cells, y down.
 
     Parameters
@@ -49,10 +52,9 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
-    """A segment of a path: where it begins, and how it is driven."""
+class PathPiece:
+    """A segment of a path, and how it is driven."""
 
-    pose: Pose
     length: float
     turn: float
     lateral: float
@@ -60,20 +62,19 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class HybridPath:
     """A path.
 
     Parameters
     ----------
     pieces : its segments, in order.
-    first, last : poses at the ends.
+    first : pose at the start.
     cost : in cells.
     exact : whether it ends at the goal, not only within the tolerances.
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[PathPiece, ...]
     first: Pose
-    last: Pose
     cost: float
     exact: bool
 
@@ -111,7 +112,7 @@ class HybridSearch:
         """Curves to the goal that were checked for collisions in the last search."""
         return int(self._count[kernel.CURVES])
 
-    def run(self, question: Question, field: NDArray[np.float32], limit: int | None) -> int:
+    def run(self, question: PoseQuery, field: NDArray[np.float32], limit: int | None) -> int:
         """Search; one of the kernel's outcomes."""
         hybrid_map, shape = self.hybrid_map, self.hybrid_map.shape
         self._question = question
@@ -130,19 +131,20 @@ class HybridSearch:
         numbers = np.array(
             [
                 shape.inner, shape.outer, shape.radius, shape.reverse_cost if shape.backward else 0.0, shape.switch_cost,
-                shape.turn_cost, question.weight, 6.0 * shape.radius, 4.0, question.reach, question.yaw_reach, question.yaw,
+                shape.turn_cost, question.weight, ZONE * shape.radius, INTERVAL, question.reach, question.yaw_reach, question.yaw,
                 2 * math.pi / self._bins, max(question.reach, 0.0),
             ]
         )  # fmt: skip
         border = hybrid_map.border
-        goal = np.array(question.goal) + (border, border, 0.0)
+        goal = np.array([question.goal[0] + border, question.goal[1] + border, question.goal[2]])
         self._best = np.array([-1.0, -1.0, 0.0])
         self._segments = np.zeros(3 * SEGMENTS)
         room = (np.zeros(3 * SEGMENTS), np.zeros(SEGMENTS), np.zeros(SEGMENTS, dtype=np.int64))
         while True:
             outcome = int(
                 kernel.search(
-                    hybrid_map.walls, hybrid_map.clear, field, vertices[:, 0].copy(), -vertices[:, 1], whole, numbers, goal,
+                    hybrid_map.walls, hybrid_map.clear, field, vertices[:, 0].copy(), -vertices[:, 1],
+                    shape.cover.ravel(), whole, numbers, goal,
                     moves_x, moves_y, motions.parts.ravel(), motions.turned.ravel(), self._slot, self._floats, self._wholes,
                     self._keys, self._heap, self._count, self._best, self._segments, *room,
                 )
@@ -171,23 +173,20 @@ class HybridSearch:
             self._keys[n], self._heap[n] = question.weight * float(field[cell]), n
         self._count[[kernel.WAITING, kernel.NODES]] = len(question.headings)
 
-    def result(self) -> Found | None:
+    def result(self) -> HybridPath | None:
         """The best path found; None: there is none."""
         cost, node, curved = self._best.tolist()
         if cost < 0:
             return None
         motions = motions_of(self.hybrid_map.shape)
         at = int(node)
-        last = self._pose(at)
-        pieces: list[Piece] = []
+        pieces: list[PathPiece] = []
         while True:
             parent, motion = self._wholes[6 * at + 1 : 6 * at + 3].tolist()
             if parent < 0:
                 break
             length, turn, lateral, _ = motions.parts[motion].tolist()
-            pieces.append(
-                Piece(self._pose(parent), length, turn, lateral, int(motions.turned[motion, 1]))
-            )
+            pieces.append(PathPiece(length, turn, lateral, int(motions.turned[motion, 1])))
             at = parent
         pieces.reverse()
         first = self._pose(at)
@@ -196,21 +195,11 @@ class HybridSearch:
                 if abs(length) < _NOTHING and (length != 0.0 or abs(turn) < _NOTHING):
                     continue  # rounding of a curve that begins or ends straight
                 gear = 0 if length == 0 else -1 if length < 0 else 1
-                pieces.append(Piece(last, length, turn, lateral, gear))
-                last = _moved(last, length, turn, lateral)
-        return Found(tuple(pieces), first, last, cost, bool(curved))
+                pieces.append(PathPiece(length, turn, lateral, gear))
+        return HybridPath(tuple(pieces), first, cost, bool(curved))
 
     def _pose(self, node: int) -> Pose:
         x, y, _ = self._floats[3 * node : 3 * node + 3].tolist()
         border, question = self.hybrid_map.border, self._question
         yaw = question.yaw + int(self._wholes[6 * node]) * (2 * math.pi / self._bins)
         return x - border, y - border, yaw
-
-
-def _moved(pose: Pose, length: float, turn: float, lateral: float) -> Pose:
-    """The pose at the end of a segment."""
-    x, y, yaw = pose
-    half = turn / 2
-    chord = length if turn == 0 else length * elementary.direction(half)[1] / half
-    cos, sin = elementary.direction(yaw + lateral + half)
-    return x + chord * cos, y + chord * sin, yaw + turn

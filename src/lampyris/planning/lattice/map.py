@@ -24,7 +24,7 @@ _LEAST = 1e-3
 _ROUNDING = 1e-6
 
 
-class PaddedMap:
+class BorderedMap:
     """The map of one grid with obstacles and a border.
 
     Parameters
@@ -78,7 +78,7 @@ def cost_to_any(free: NDArray[np.bool_], goals: Iterable[Cell]) -> Floats:
     return best
 
 
-class LatticeMap(PaddedMap):
+class LatticeMap(BorderedMap):
     """The map of one grid with obstacles, and the cells of a lattice's sweeps in it.
 
     Parameters

@@ -66,7 +66,7 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
         track[:, 1] = y - track[:, 1]
         parts.append(track[:-1])
         gears += [gear_of(primitive)] * (len(track) - 1)
-        cells += cells_passed(track, cells)
+        cells += _passed(track, cells)
     x, y = lattice_map.cell(found.last[0])
     parts.append(np.array([(x, y, angles(lattice.shape.headings)[found.last[1]])]))
     if not cells or cells[-1] != (x, y):
@@ -86,7 +86,7 @@ def gear_of(primitive: Primitive) -> int:
     return -1 if primitive.reverse else 1
 
 
-def cells_passed(track: Floats, before: list[Cell]) -> list[Cell]:
+def _passed(track: Floats, before: list[Cell]) -> list[Cell]:
     """Cells along a track after those passed before, each a straight or diagonal step from the last."""
     cells: list[Cell] = []
     for x, y in np.floor(track[:, :2] + 0.5).astype(int).tolist():

@@ -95,6 +95,4 @@ class PoseSession(SessionBase, Generic[M]):
         turned = abs(difference(float(pose[2]), asked[2]))
         if away < 1e-9 and turned < 1e-9:
             return ""
-        return (
-            f"the {what} of the path is {which}, {away:.3g} m and {math.degrees(turned):.3g} degrees away"
-        )
+        return f"the {what} of the path is {which}, {away:.3g} m and {math.degrees(turned):.3g} degrees away"
