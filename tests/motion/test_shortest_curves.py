@@ -11,6 +11,7 @@ import pytest
 
 from lampyris import curves
 from lampyris.errors import SettingError
+from lampyris.motion.geometry import shortest_curve
 from lampyris_selfcheck.reference.paths import shortest_curves as reference
 from reference.kernel_forms import use
 from sizes import sized
@@ -164,3 +165,12 @@ def test_both_forms_of_the_kernels_give_the_same_bits(monkeypatch: pytest.Monkey
 def test_wrong_arguments_are_refused_by_name(call: Callable[[], Any], error: str) -> None:
     with pytest.raises(SettingError, match=error):
         call()
+
+
+def test_more_poses_than_can_be_held_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shortest_curve, "_MOST_POSES", 10)
+    curve = curves.dubins((0, 0, 0), (9, 0, 0), 1.0)
+    assert len(curve.poses(0.9)) == 11
+    assert len(curve.poses(0.91)) == 11
+    with pytest.raises(SettingError, match=r"CURVE.*spacing 0.89; .*at least 0.9"):
+        curve.poses(0.89)

@@ -26,7 +26,7 @@ WAITING, EXPANDED, GENERATED, NODES, UNTIL_CURVE, CURVES = 0, 1, 2, 3, 4, 5
     INNER, OUTER, RADIUS, REVERSE, SWITCH, TURN_COST, WEIGHT, ZONE, INTERVAL, REACH, YAW_REACH, YAW, BIN, LEAST,
 ) = range(14)  # fmt: skip
 # Entries of ``whole``.
-STRIDE, ROWS, BORDER, BINS, MOTIONS, FAMILY, DRIVE, ANY_YAW, ANALYTIC, MOST, FIRST = range(11)
+STRIDE, ROWS, BORDER, BINS, MOTIONS, FAMILY, DRIVE, ANY_YAW, ANALYTIC, BUDGET, FIRST = range(11)
 
 
 @kernel(out=("node_float", "node_whole"), inline=True)
@@ -103,7 +103,7 @@ def search(
         nearest wall; estimate of the cost to the goal, negative where the base must not be.
     px, py, cover : float64 (k,), (k,), (3 d,): vertices of the outline, in cells; discs that cover it.
     whole, numbers : int64 (11,), float64 (14,): what the names above say. ``REACH`` below 0: only a curve reaches the
-        goal; ``MOST``: greatest number of expansions, negative: none; ``FIRST``: number of the first node.
+        goal; ``BUDGET``: greatest number of expansions, negative: none; ``FIRST``: number of the first node.
     goal : float64 (3,).
     motion_x, motion_y : float64 (bins * motions,): change of position, by heading and motion.
     motion_float : float64 (4 * motions,): length, turn, lateral, cost.
@@ -131,7 +131,7 @@ def search(
     while count[u64(WAITING)] > 0:
         if best[u64(0)] >= 0.0 and keys[u64(0)] >= best[u64(0)]:
             return FOUND
-        if whole[u64(MOST)] >= 0 and count[u64(EXPANDED)] >= whole[u64(MOST)]:
+        if whole[u64(BUDGET)] >= 0 and count[u64(EXPANDED)] >= whole[u64(BUDGET)]:
             return LIMIT
         if count[u64(WAITING)] >= room or count[u64(NODES)] >= room:
             return FULL
