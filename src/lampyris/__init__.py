@@ -60,7 +60,7 @@ _HOME = {
     "Track": "lampyris.model.obstacles",
 }
 
-_MODULES = ("plot",)
+_MODULES = ("curves", "plot")
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
+    from lampyris import curves as curves
     from lampyris import plot as plot
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive

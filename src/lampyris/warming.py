@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api, kernels
+from lampyris import api, curves, kernels
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates, Track
-from lampyris.model.robot import Robot
+from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws import registry as laws
@@ -226,9 +226,13 @@ def _attributes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved."""
+    """A lattice, searched once and improved; hybrid A*; shortest curves."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
     api.plan(_scene(robot=robot), "lattice", anytime=True, weight=3.0)
+    for drive in DRIVES:
+        api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
+    for curve in (curves.dubins, curves.reeds_shepp):
+        curve((0.0, 0.0, 0.0), (3.0, 1.0, 1.0), 1.0).poses(0.5)
 
 
 def _crowded() -> None:

@@ -121,8 +121,10 @@ class PosePath(Value):
     poses : float64 (n, 3): x, y (metres of the map frame, y up) and yaw (radians, in (-pi, pi]) of the base.
     gears : int8 (n - 1,): how each step between two poses is driven: 1 ahead (or sideways), -1 in reverse, 0
         turned in place.
-    cost_m : what the planner minimised: length, with its prices for reversing and for turning in place; metres.
-    lower_bound_m : no path of the planner's lattice costs less; metres.
+    cost_m : what the planner minimised: length, with its prices for reversing, for changes of gear and for turning in
+        place; metres.
+    lower_bound_m : no path that the planner's bound speaks of costs less: of a lattice, any path in that lattice; of
+        ``hybrid-astar``, any path of the robot at all; metres.
 
     Raises
     ------
@@ -200,7 +202,7 @@ class PosePath(Value):
 
     @property
     def bound(self) -> float:
-        """The cost is at most so many times the least cost in the planner's lattice; 1.0: it is the least."""
+        """The cost is so many times its lower bound, and so at most so many times the least; 1.0: it is the least."""
         if self.cost_m == self.lower_bound_m:
             return 1.0
         return self.cost_m / self.lower_bound_m if self.lower_bound_m > 0 else math.inf

@@ -201,7 +201,7 @@ class Plan(Value, Tabular):
 
     @property
     def bound(self) -> float | None:
-        """How many times the least cost in its lattice the path costs at most; None for planners on cells."""
+        """How many times the least cost the path costs at most (see :attr:`PosePath.lower_bound_m`); None on cells."""
         return None if self.pose_path is None else self.pose_path.bound
 
     @property

@@ -27,10 +27,11 @@ COST_SLACK = 1e-4
 def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
     """Judge the poses of a plan.
 
-    Ends: the first pose within a cell and a half of the start, the last within ``attributes["goal_tolerance"]``
-    (metres) and a cell and a half of the goal; yaws, where the scene has poses, within 0.3 rad, of the goal within
-    ``attributes["goal_yaw_tolerance"]`` if that is more. Prices of ``attributes``: ``reverse_cost``,
-    ``turn_cost`` (metres a radian).
+    Ends: the first pose within ``attributes["end_error"]`` (metres; a cell and a half if it is not stated) of the start,
+    the last within that and ``attributes["goal_tolerance"]`` (metres) of the goal; yaws, where the scene has poses,
+    within 0.3 rad, of the goal within ``attributes["goal_yaw_tolerance"]`` if that is more. If the error is stated and
+    below half a cell, yaws must be exact to 0.001 rad, but for a goal with a tolerance. Prices of ``attributes``:
+    ``reverse_cost``, ``turn_cost`` (metres a radian), ``switch_cost`` (metres a change of gear).
     """
     path, grid = plan.pose_path, scene.grid
     assert path is not None
@@ -54,15 +55,17 @@ def _angle(turn: Floats) -> Floats:
 def _check_ends(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     grid = scene.grid
     tolerance = plan.attributes.get("goal_tolerance", 0.0)
-    angle = max(0.3, plan.attributes.get("goal_yaw_tolerance", 0.0) + SLACK)
+    error = plan.attributes.get("end_error", 1.5 * grid.resolution)
+    swing = 1e-3 if error < 0.5 * grid.resolution else 0.3
+    angle = max(swing, plan.attributes.get("goal_yaw_tolerance", 0.0) + SLACK)
     for what, pose, asked, cell, more, turn in (
-        ("start", path.poses[0], scene.start_pose, scene.start, 0.0, 0.3),
+        ("start", path.poses[0], scene.start_pose, scene.start, 0.0, swing),
         ("goal", path.poses[-1], scene.goal_pose, scene.goal, tolerance, angle),
     ):
         wanted: Pose | None = asked
         x, y = wanted[:2] if wanted is not None else grid.to_metres(cell).tolist()
         away = math.hypot(pose[0] - x, pose[1] - y)
-        if away > 1.5 * grid.resolution + more + SLACK:
+        if away > error + more + SLACK:
             return Violation(what, "pose_path", f"it is {away:.6g} m from the {what}")
         if wanted is not None and abs(float(_angle(pose[2] - wanted[2]))) > turn:
             return Violation(
@@ -155,6 +158,8 @@ def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     price = np.where(path.gears < 0, reverse, 1.0)
     cost = math.fsum((lengths * price).tolist())
     cost += plan.attributes.get("turn_cost", 0.0) * math.fsum(turned[path.gears == 0].tolist())
+    driven = path.gears[path.gears != 0]
+    cost += plan.attributes.get("switch_cost", 0.0) * int(np.count_nonzero(driven[1:] != driven[:-1]))
     if abs(cost - path.cost_m) > COST_SLACK * max(cost, scene.grid.resolution):
         return Violation("cost", "pose_path", f"it says {path.cost_m:.9g} m, its poses come to {cost:.9g}")
     if path.lower_bound_m > path.cost_m:

@@ -59,7 +59,8 @@ def plan(
 ) -> None:
     """Plan a path and a speed for each of its cells; corners are rounded within half a step, or are stops.
 
-    The planner `lattice` plans poses for a robot with a footprint and a heading (`--robot`, `--start-m X,Y,YAW`).
+    The planners `lattice` and `hybrid-astar` plan poses for a robot with a footprint and a heading (`--robot`,
+    `--start-m X,Y,YAW`).
     """
     from lampyris.cli.request import Request, budget_of
 
@@ -146,7 +147,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         poses = found.pose_path
         rows += [
             ("length", f"{poses.length_m:.4g} m, {poses.reversals} reversals, {len(poses.poses)} poses"),
-            ("cost", f"{poses.cost_m:.6g} m; at most {poses.bound:.4g} times the least of the lattice"),
+            ("cost", f"{poses.cost_m:.6g} m; at most {poses.bound:.4g} times the lower bound"),
         ]
     elif found.path is not None and found.steps is not None:
         counts = ", ".join(f"{n} {w}" for n, w in zip(found.steps, STEP_WORDS, strict=False))

@@ -15,20 +15,18 @@ from lampyris._core.limits import demand_states
 from lampyris._core.settings import check_settings, flag, number, under_name, whole
 from lampyris.errors import SceneError, SettingError, shown
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
-from lampyris.model.change import Change
 from lampyris.model.moves import MOVES
-from lampyris.model.path import Pose, path_of
+from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
-from lampyris.planning.base import Budget, SessionBase, Traits
-from lampyris.planning.edits import edited
+from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
 from lampyris.planning.lattice.primitives import HEADINGS, angles
 from lampyris.planning.lattice.search import Found, LatticeSearch
-from lampyris.planning.session_limits import limited
+from lampyris.planning.lattice.session import PoseSession
 from lampyris.typing import Cell
 
 DISC_VERTICES = 16
@@ -121,7 +119,7 @@ def _occupied(end: str) -> str:
     return f"The footprint touches a wall at every pose of the lattice near the {end}."
 
 
-class LatticeSession(SessionBase):
+class LatticeSession(PoseSession[LatticeSearch]):
     """Remembers the map, the robot, the heuristic of the goal and the states of the last search.
 
     Parameters
@@ -131,51 +129,9 @@ class LatticeSession(SessionBase):
     """
 
     def __init__(self, settings: LatticePlanner, scene: Scene) -> None:
-        self._settings, self._scene = settings, scene
-        self._pose: Pose | None = scene.start_pose
-        self._robot = scene.start
-        self._under_walls: dict[Cell, int] = {}
+        super().__init__(settings.name, scene)
+        self._settings = settings
         self._lattice = lattice_for(scene, settings)
-        self._search: LatticeSearch | None = None
-        self._heuristic: tuple[object, np.ndarray] | None = None
-
-    def drop(self, anywhere: bool) -> str:
-        """See :class:`lampyris.planning.session_limits.Limited`."""
-        self._search, self._heuristic = None, None
-        return self._settings.name
-
-    @limited
-    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """Poses from where the robot is to the goal.
-
-        A change that moves the robot to a cell gives no heading: any heading will do there.
-
-        Raises
-        ------
-        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
-        """
-        change = change or Change()
-        scene = edited(self._scene, change, self._under_walls)
-        if scene is not self._scene:
-            self.drop(False)
-            self._scene = scene
-        if change.robot is not None:
-            self._robot, self._pose = change.robot, None
-        ends = (self._robot, scene.goal)  # covered now, free again later
-        obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
-        if obstacles or self._search is None:
-            self.drop(False)
-            self._search = self._new_search(obstacles)
-        try:
-            plan = self._answer(self._search, budget)
-        finally:
-            if obstacles:
-                self.drop(False)
-        if plan.status is Status.NO_PATH and obstacles:
-            free = self._new_search()
-            if self._answer(free, None).status is Status.FOUND:
-                return Plan(Status.HEMMED_IN, self._settings.name, expansions=plan.expansions)
-        return plan
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         name, lattice_map = self._settings.name, search.lattice_map
@@ -233,7 +189,10 @@ class LatticeSession(SessionBase):
     def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
         scene = self._scene
         path, cells = pose_path_of(found, search.lattice_map, scene.robot.radius / scene.grid.resolution)
-        ends = (self._note("start", path.poses[0]), self._note("goal", path.poses[-1]))
+        ends = tuple(
+            self._note(what, path.poses[k], "the nearest pose of the lattice")
+            for what, k in (("start", 0), ("goal", -1))
+        )
         terrain = "" if scene.grid.terrain is None else "terrain is ignored by planners of poses"
         notes = tuple(filter(None, (*ends, terrain)))
         return Plan(
@@ -241,20 +200,6 @@ class LatticeSession(SessionBase):
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes={name: getattr(self._settings, name) for name in _ATTRIBUTES},
         )  # fmt: skip
-
-    def _note(self, what: str, pose: np.ndarray) -> str:
-        """A note where an end of the path is not the pose that was asked for."""
-        asked = self._pose if what == "start" else self._scene.goal_pose
-        if asked is None:
-            return ""
-        away = distance((float(pose[0]), float(pose[1])), asked[:2])
-        turned = abs(difference(float(pose[2]), asked[2]))
-        if away < 1e-9 and turned < 1e-9:
-            return ""
-        return (
-            f"the {what} of the path is the nearest pose of the lattice, {away:.3g} m and "
-            f"{math.degrees(turned):.3g} degrees away"
-        )
 
     @property
     def lattice_map(self) -> LatticeMap:

@@ -15,50 +15,41 @@ from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.lattice import UNIT, StateLattice
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Floats
 
-_STEPS = replace(MOVES["octile"], corner_cutting=True)
+STEPS = replace(MOVES["octile"], corner_cutting=True)
 """Steps of the heuristic: a base between two walls that share a corner is stopped by its footprint, not here."""
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
 
 
-class LatticeMap:
-    """The map of one grid with obstacles.
+class BorderedMap:
+    """The map of one grid with obstacles and a border.
 
     Parameters
     ----------
     grid : the map.
-    lattice : whose sweeps are checked in it.
+    border : cells on each side.
     obstacles : cells that are blocked besides.
 
     Attributes
     ----------
     stride : cells of a row with its border.
+    room : float64 (height, width): clearance of the grid's cells, in cells.
     walls : uint8 (cells,): 1 where a cell with border is blocked; the border is not.
     clear : float32 (cells,): clearance in cells; 0 in the border, where the base must not be.
-    offsets, swept, stands : the lattice's cells as differences of indices.
     """
 
-    def __init__(self, grid: Grid, lattice: StateLattice, obstacles: Iterable[Cell] = ()) -> None:
-        self.grid, self.lattice = grid, lattice
-        self.border = lattice.border
+    def __init__(self, grid: Grid, border: int, obstacles: Iterable[Cell] = ()) -> None:
+        self.grid, self.border = grid, border
         blocked = grid.blocked.copy()
         for x, y in obstacles:
             blocked[y, x] = True
-        cells = clearance(replace(grid, blocked=blocked, terrain=None, unknown=None)) / grid.resolution
-        self.stride = grid.width + 2 * self.border
-        self.walls: NDArray[np.uint8] = np.pad(blocked, self.border).astype(np.uint8).ravel()
-        self.clear = np.pad(cells, self.border).astype(np.float32).ravel()
-        self.offsets = self._flat(lattice.cell)
-        self.swept = self._flat(lattice.sweep).astype(np.int32)
-        self.stands = self._flat(lattice.stand)
-        self._low = cells >= max(lattice.low_clearance - _ROUNDING, _LEAST)
-
-    def _flat(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
-        flat: NDArray[np.int64] = cells[:, 1].astype(np.int64) * self.stride + cells[:, 0]
-        return flat
+        self.room = clearance(replace(grid, blocked=blocked, terrain=None, unknown=None)) / grid.resolution
+        self.stride = grid.width + 2 * border
+        self.walls: NDArray[np.uint8] = np.pad(blocked, border).astype(np.uint8).ravel()
+        self.clear = np.pad(self.room, border).astype(np.float32).ravel()
 
     def index(self, cell: Cell) -> int:
         """The index of a cell of the map."""
@@ -68,6 +59,50 @@ class LatticeMap:
         """The cell of an index; it may lie in the border."""
         y, x = divmod(index, self.stride)
         return x - self.border, y - self.border
+
+
+def cost_to_any(free: NDArray[np.bool_], goals: Iterable[Cell]) -> Floats:
+    """A lower bound on the octile cost from each cell to the nearest of some goals; infinite where none is reached.
+
+    Of goals that walls do not separate the farthest counts as reached.
+    """
+    best: Floats = np.full(free.shape, np.inf)
+    left = list(goals)
+    while left:
+        cost = solve(free, STEPS, left[0]).cost
+        reached = [(x, y) for x, y in left if math.isfinite(cost[y, x])]
+        near = max((cost[y, x] for x, y in reached), default=0.0)
+        best = np.minimum(best, np.maximum(cost - near, 0.0))
+        done = {*reached, left[0]}
+        left = [cell for cell in left if cell not in done]
+    return best
+
+
+class LatticeMap(BorderedMap):
+    """The map of one grid with obstacles, and the cells of a lattice's sweeps in it.
+
+    Parameters
+    ----------
+    grid : the map.
+    lattice : whose sweeps are checked in it.
+    obstacles : cells that are blocked besides.
+
+    Attributes
+    ----------
+    offsets, swept, stands : the lattice's cells as differences of indices.
+    """
+
+    def __init__(self, grid: Grid, lattice: StateLattice, obstacles: Iterable[Cell] = ()) -> None:
+        super().__init__(grid, lattice.border, obstacles)
+        self.lattice = lattice
+        self.offsets = self._flat(lattice.cell)
+        self.swept = self._flat(lattice.sweep).astype(np.int32)
+        self.stands = self._flat(lattice.stand)
+        self._low = self.room >= max(lattice.low_clearance - _ROUNDING, _LEAST)
+
+    def _flat(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+        flat: NDArray[np.int64] = cells[:, 1].astype(np.int64) * self.stride + cells[:, 0]
+        return flat
 
     def is_free(self, cell: Cell, heading: int) -> bool:
         """Whether the footprint at the centre of a cell of the map touches no wall."""
@@ -96,15 +131,7 @@ class LatticeMap:
         the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do
         not separate the farthest counts as reached.
         """
-        best = np.full(self.grid.blocked.shape, np.inf)
-        left = list(goals)
-        while left:
-            cost = solve(self._low, _STEPS, left[0]).cost
-            reached = [(x, y) for x, y in left if math.isfinite(cost[y, x])]
-            near = max((cost[y, x] for x, y in reached), default=0.0)
-            best = np.minimum(best, np.maximum(cost - near, 0.0))
-            done = {*reached, left[0]}
-            left = [cell for cell in left if cell not in done]
+        best = cost_to_any(self._low, goals)
         known = np.isfinite(best)
         units = np.floor(np.where(known, best, 0.0) * (self.lattice.scale * UNIT))
         inside = np.where(known, units, -1).astype(np.int64)

@@ -1,0 +1,1 @@
+"""Loops over shortest curves of bounded curvature."""

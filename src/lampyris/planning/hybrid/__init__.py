@@ -1,0 +1,1 @@
+"""A planner of continuous poses: hybrid A*."""

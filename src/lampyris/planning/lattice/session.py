@@ -1,0 +1,98 @@
+"""What sessions of planners of poses have in common: the robot, the map, and what changes between two calls."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from lampyris.model.change import Change
+from lampyris.model.path import Pose
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.edits import edited
+from lampyris.planning.lattice.poses import difference, distance
+from lampyris.planning.session_limits import limited
+from lampyris.typing import Cell
+
+M = TypeVar("M")
+"""The memory of searches on one map."""
+
+
+class PoseSession(SessionBase, Generic[M]):
+    """Remembers the map, the robot, the heuristic of the goal and the memory of the last search.
+
+    Parameters
+    ----------
+    name : the planner's.
+    scene : what to plan in.
+    """
+
+    def __init__(self, name: str, scene: Scene) -> None:
+        self._name, self._scene = name, scene
+        self._pose: Pose | None = scene.start_pose
+        self._robot = scene.start
+        self._under_walls: dict[Cell, int] = {}
+        self._search: M | None = None
+        self._heuristic: tuple[object, np.ndarray] | None = None
+
+    @abstractmethod
+    def _new_search(self, obstacles: Iterable[Cell] = ()) -> M:
+        """The memory of a search on the map as it is now, with obstacles."""
+
+    @abstractmethod
+    def _answer(self, search: M, budget: Budget | None) -> Plan:
+        """Search from where the robot is to the goal."""
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`."""
+        self._search, self._heuristic = None, None
+        return self._name
+
+    @limited
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """Poses from where the robot is to the goal.
+
+        A change that moves the robot to a cell gives no heading: any heading will do there.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        change = change or Change()
+        scene = edited(self._scene, change, self._under_walls)
+        if scene is not self._scene:
+            self.drop(False)
+            self._scene = scene
+        if change.robot is not None:
+            self._robot, self._pose = change.robot, None
+        ends = (self._robot, scene.goal)  # covered now, free again later
+        obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
+        if obstacles or self._search is None:
+            self.drop(False)
+            self._search = self._new_search(obstacles)
+        try:
+            plan = self._answer(self._search, budget)
+        finally:
+            if obstacles:
+                self.drop(False)
+        if plan.status is Status.NO_PATH and obstacles:
+            free = self._new_search()
+            if self._answer(free, None).status is Status.FOUND:
+                return Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
+        return plan
+
+    def _note(self, what: str, pose: np.ndarray, which: str) -> str:
+        """A note where an end of the path is not the pose that was asked for, but ``which``."""
+        asked = self._pose if what == "start" else self._scene.goal_pose
+        if asked is None:
+            return ""
+        away = distance((float(pose[0]), float(pose[1])), asked[:2])
+        turned = abs(difference(float(pose[2]), asked[2]))
+        if away < 1e-9 and turned < 1e-9:
+            return ""
+        return f"the {what} of the path is {which}, {away:.3g} m and {math.degrees(turned):.3g} degrees away"
