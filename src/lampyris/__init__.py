@@ -16,6 +16,8 @@ _HOME = {
     "smooth": "lampyris.api",
     "drive": "lampyris.api",
     "list_planners": "lampyris.planning.registry",
+    "inflate": "lampyris.io.maps.inflation",
+    "inflation_costs": "lampyris.io.maps.inflation",
     "load_grid": "lampyris.api",
     "plan": "lampyris.api",
     "speed_profile": "lampyris.api",
@@ -78,6 +80,8 @@ if TYPE_CHECKING:
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
+    from lampyris.io.maps.inflation import inflate as inflate
+    from lampyris.io.maps.inflation import inflation_costs as inflation_costs
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve

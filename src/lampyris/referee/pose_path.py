@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from lampyris.model.grid import MAX_TERRAIN
 from lampyris.model.path import Pose, PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -22,6 +23,10 @@ SLACK = 1e-6
 """Share of a length, and radians, by which rounding may miss a rule."""
 COST_SLACK = 1e-4
 """Share of a cost: planners count in whole units."""
+TERRAIN_SLACK = 2e-3
+"""The same on terrain: arcs are cut into chords where they pass from cell to cell."""
+CHORDS = 8
+"""Chords of a step that terrain is looked up along."""
 
 
 def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
@@ -30,7 +35,8 @@ def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
     Ends: the first pose within a cell and a half of the start, the last within ``attributes["goal_tolerance"]``
     (metres) and a cell and a half of the goal; yaws, where the scene has poses, within 0.3 rad, of the goal within
     ``attributes["goal_yaw_tolerance"]`` if that is more. Prices of ``attributes``: ``reverse_cost``,
-    ``turn_cost`` (metres a radian).
+    ``turn_cost`` (metres a radian), ``cost_penalty`` (a length on terrain of value c costs 1 + cost_penalty * c / 252
+    times as much).
     """
     path, grid = plan.pose_path, scene.grid
     assert path is not None
@@ -153,10 +159,45 @@ def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     turned = np.abs(_angle(np.diff(path.poses[:, 2])))
     reverse = plan.attributes.get("reverse_cost", 1.0)
     price = np.where(path.gears < 0, reverse, 1.0)
-    cost = math.fsum((lengths * price).tolist())
-    cost += plan.attributes.get("turn_cost", 0.0) * math.fsum(turned[path.gears == 0].tolist())
-    if abs(cost - path.cost_m) > COST_SLACK * max(cost, scene.grid.resolution):
+    costs = lengths * price + plan.attributes.get("turn_cost", 0.0) * np.where(path.gears == 0, turned, 0.0)
+    penalty, slack = plan.attributes.get("cost_penalty", 0.0), COST_SLACK
+    if scene.grid.terrain is not None and penalty:
+        costs, slack = costs * (1.0 + penalty * _mean_terrain(path, scene) / MAX_TERRAIN), TERRAIN_SLACK
+    cost = math.fsum(costs.tolist())
+    if abs(cost - path.cost_m) > slack * max(cost, scene.grid.resolution):
         return Violation("cost", "pose_path", f"it says {path.cost_m:.9g} m, its poses come to {cost:.9g}")
     if path.lower_bound_m > path.cost_m:
         return Violation("bound", "pose_path", "the lower bound is above the cost")
     return None
+
+
+def _mean_terrain(path: PosePath, scene: Scene) -> Floats:
+    """The mean terrain value under the base during each step, by length; float64 (n - 1,)."""
+    grid = scene.grid
+    assert grid.terrain is not None
+    points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    turn = _angle(np.diff(path.poses[:, 2]))
+    means = np.zeros(len(turn))
+    for k in range(len(turn)):
+        marks = [_along_arc(points[k], points[k + 1], float(turn[k]), i / CHORDS) for i in range(CHORDS + 1)]
+        total = weighed = 0.0
+        for (ax, ay), (bx, by) in zip(marks[:-1], marks[1:], strict=True):
+            stops = {0.0, 1.0}
+            for a, b in ((ax, bx), (ay, by)):
+                for line in range(math.floor(min(a, b) - 0.5), math.ceil(max(a, b) + 0.5) + 1):
+                    if min(a, b) < line + 0.5 < max(a, b):
+                        stops.add((line + 0.5 - a) / (b - a))
+            shares = sorted(stops)
+            for t0, t1 in zip(shares[:-1], shares[1:], strict=True):
+                middle = (t0 + t1) / 2
+                x, y = math.floor(ax + middle * (bx - ax) + 0.5), math.floor(ay + middle * (by - ay) + 0.5)
+                part = (t1 - t0) * math.hypot(bx - ax, by - ay)
+                inside = 0 <= x < grid.width and 0 <= y < grid.height
+                total += part
+                weighed += part * float(grid.terrain[y, x]) if inside else 0.0
+        if total > 0:
+            means[k] = weighed / total
+        else:
+            x, y = np.floor(points[k] + 0.5).astype(int)
+            means[k] = float(grid.terrain[y, x])
+    return means

@@ -24,6 +24,7 @@ from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
@@ -100,6 +101,7 @@ class _Build:
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
+            inflation=Inflation(**file.inflation.model_dump()),
         )  # fmt: skip
 
     def _drive(self) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +148,8 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "obstacles": [_obstacle(one) for one in scene.traffic],
     }
+    if scenario.inflation.inflation_radius > 0:
+        data["inflation"] = _settings("inflation", asdict(scenario.inflation))
     if (zones := _zones(scenario, folder)) is not None:
         data["zones"] = zones
     if scenario.edits:

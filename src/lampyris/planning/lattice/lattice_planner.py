@@ -35,7 +35,7 @@ DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
 _NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
-_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
+_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost", "cost_penalty")
 """Settings by which the referee judges a path."""
 
 State = tuple[Cell, int]
@@ -53,6 +53,8 @@ class LatticePlanner:
     reverse_cost : a metre in reverse costs as much as so many ahead.
     reverse : whether it may drive in reverse.
     turn_cost : a radian turned in place costs as much as so many metres ahead.
+    cost_penalty : ground of the highest terrain value, 252, costs so many times its length more; 4 is what planners
+        on cells pay, 0 ignores terrain.
     goal_tolerance : distance from the goal at which it counts as reached.
     goal_yaw_tolerance : angle from the yaw of the goal at which it counts as reached; at least the nearest heading
         does.
@@ -68,6 +70,7 @@ class LatticePlanner:
     reverse_cost: float = number(2.0, 1.0, 100.0)
     reverse: bool = flag(True)
     turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
+    cost_penalty: float = number(4.0, 0.0, 100.0)
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
 
@@ -234,7 +237,8 @@ class LatticeSession(SessionBase):
         scene = self._scene
         path, cells = pose_path_of(found, search.lattice_map, scene.robot.radius / scene.grid.resolution)
         ends = (self._note("start", path.poses[0]), self._note("goal", path.poses[-1]))
-        terrain = "" if scene.grid.terrain is None else "terrain is ignored by planners of poses"
+        ignored = scene.grid.terrain is not None and self._settings.cost_penalty == 0
+        terrain = "terrain is ignored (cost_penalty=0)" if ignored else ""
         notes = tuple(filter(None, (*ends, terrain)))
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
@@ -272,7 +276,7 @@ class LatticeSession(SessionBase):
         """
         grid, lattice = self._scene.grid, self._lattice
         demand_states(grid.height, grid.width, lattice.border, lattice.shape.headings, self._settings.name)
-        return LatticeSearch(LatticeMap(grid, lattice, obstacles))
+        return LatticeSearch(LatticeMap(grid, lattice, obstacles, self._settings.cost_penalty))
 
     def starts(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""
