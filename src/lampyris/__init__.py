@@ -19,6 +19,9 @@ _HOME = {
     "inflate": "lampyris.io.maps.inflation",
     "inflation_costs": "lampyris.io.maps.inflation",
     "load_grid": "lampyris.api",
+    "load_primitives": "lampyris.io.primitives.load",
+    "motion_primitives": "lampyris.planning.lattice.generate",
+    "save_primitives": "lampyris.io.primitives.write",
     "plan": "lampyris.api",
     "speed_profile": "lampyris.api",
     "simulate": "lampyris.api",
@@ -42,6 +45,8 @@ _HOME = {
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
+    "Motion": "lampyris.model.motion_primitives",
+    "MotionPrimitives": "lampyris.model.motion_primitives",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -82,6 +87,8 @@ if TYPE_CHECKING:
     from lampyris.errors import SettingError as SettingError
     from lampyris.io.maps.inflation import inflate as inflate
     from lampyris.io.maps.inflation import inflation_costs as inflation_costs
+    from lampyris.io.primitives.load import load_primitives as load_primitives
+    from lampyris.io.primitives.write import save_primitives as save_primitives
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve
@@ -90,6 +97,8 @@ if TYPE_CHECKING:
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid
+    from lampyris.model.motion_primitives import Motion as Motion
+    from lampyris.model.motion_primitives import MotionPrimitives as MotionPrimitives
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
     from lampyris.model.obstacles import ObstacleStates as ObstacleStates
@@ -111,6 +120,7 @@ if TYPE_CHECKING:
     from lampyris.planning.base import Budget as Budget
     from lampyris.planning.field.many import solve_fields as solve_fields
     from lampyris.planning.field.solve import solve_field as solve_field
+    from lampyris.planning.lattice.generate import motion_primitives as motion_primitives
     from lampyris.planning.registry import list_planners as list_planners
     from lampyris.scenarios import load_scenario as load_scenario
     from lampyris.scenarios import run as run

@@ -25,6 +25,9 @@ COST_SLACK = 1e-4
 """Share of a cost: planners count in whole units."""
 TERRAIN_SLACK = 2e-3
 """The same on terrain: arcs are cut into chords where they pass from cell to cell."""
+SAMPLED_DRIFT, SAMPLED_LOOSE, SAMPLED_DIGIT = 0.16, 0.021, 1.1e-4
+"""Paths of primitives given by poses with few digits (``attributes["sampled"]``): radians that the direction of travel
+may miss the heading by, share of a turning radius, and metres or radians of the last digit."""
 CHORDS = 8
 """Chords of a step that terrain is looked up along."""
 
@@ -97,13 +100,17 @@ def _check_steps(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     # An arc's chord lies halfway between its headings.
     travel = np.arctan2(d[:, 1], d[:, 0]) - np.where(gears < 0, math.pi, 0.0)
     drift = np.abs(_angle(travel - (poses[:-1, 2] + turn / 2)))
-    sideways = ~still & (drift > 1e-4)
+    drift_most, loose, digit = 1e-4, 1e-4, 0.0
+    if plan.attributes.get("sampled"):
+        drift_most, loose, digit = SAMPLED_DRIFT, SAMPLED_LOOSE, SAMPLED_DIGIT
+    sideways = ~still & (drift > drift_most + digit / np.maximum(lengths, SLACK * cell))
     if robot.drive != "omnidirectional" and sideways.any():
         k = int(sideways.argmax())
         return Violation(
             "drive", f"step {k}", f"it moves {math.degrees(drift[k]):.4g} degrees off its heading"
         )
-    tight = np.abs(turn) * robot.turn_radius > lengths * (1 + 1e-4) + SLACK * cell
+    least = lengths * (1 + loose) + SLACK * cell + digit * (1.0 + robot.turn_radius)
+    tight = np.abs(turn) * robot.turn_radius > least
     tight &= ~still
     if tight.any():
         k = int(tight.argmax())
@@ -159,6 +166,10 @@ def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     turned = np.abs(_angle(np.diff(path.poses[:, 2])))
     reverse = plan.attributes.get("reverse_cost", 1.0)
     price = np.where(path.gears < 0, reverse, 1.0)
+    if path.prices is not None:
+        if not (path.prices > 0).all():
+            return Violation("cost", "pose_path", "a step whose price is not above 0")
+        price, turned = price * path.prices, turned * path.prices
     costs = lengths * price + plan.attributes.get("turn_cost", 0.0) * np.where(path.gears == 0, turned, 0.0)
     penalty, slack = plan.attributes.get("cost_penalty", 0.0), COST_SLACK
     if scene.grid.terrain is not None and penalty:

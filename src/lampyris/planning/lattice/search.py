@@ -43,7 +43,7 @@ class LatticeSearch:
 
     def __init__(self, lattice_map: LatticeMap) -> None:
         self.lattice_map = lattice_map
-        self._headings = lattice_map.lattice.shape.headings
+        self._headings = len(lattice_map.lattice.angles)
         n = lattice_map.walls.size * self._headings
         # Pages of memory that no search touches are never made.
         self._mark = np.zeros(n, dtype=np.int64)
