@@ -45,8 +45,8 @@ _HOME = {
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
-    "Motion": "lampyris.model.motion_primitives",
-    "MotionPrimitives": "lampyris.model.motion_primitives",
+    "Motion": "lampyris.model.lattice.motion_primitives",
+    "MotionPrimitives": "lampyris.model.lattice.motion_primitives",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -97,8 +97,8 @@ if TYPE_CHECKING:
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid
-    from lampyris.model.motion_primitives import Motion as Motion
-    from lampyris.model.motion_primitives import MotionPrimitives as MotionPrimitives
+    from lampyris.model.lattice.motion_primitives import Motion as Motion
+    from lampyris.model.lattice.motion_primitives import MotionPrimitives as MotionPrimitives
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
     from lampyris.model.obstacles import ObstacleStates as ObstacleStates

@@ -121,7 +121,9 @@ def test_options_scenarios_and_studies_say_the_same(tmp_path: Path) -> None:
     worlds = lampyris.load_study(study).worlds
     assert (worlds[0].ground.grid.terrain == grid.terrain).all()
     for verb, more in (("simulate", ["--ticks", "20"]), ("drive", ["--obstacles", "0"])):
-        assert call(verb, "env-6", "--resolution", "0.5", "--planner", "astar", *more, *options).returncode in (0, 4)
+        assert call(
+            verb, "env-6", "--resolution", "0.5", "--planner", "astar", *more, *options
+        ).returncode in (0, 4)
 
 
 def test_wrong_values_are_refused_by_their_option() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -192,14 +193,14 @@ def _mean_terrain(path: PosePath, scene: Scene) -> Floats:
     for k in range(len(turn)):
         marks = [_along_arc(points[k], points[k + 1], float(turn[k]), i / CHORDS) for i in range(CHORDS + 1)]
         total = weighed = 0.0
-        for (ax, ay), (bx, by) in zip(marks[:-1], marks[1:], strict=True):
+        for (ax, ay), (bx, by) in pairwise(marks):
             stops = {0.0, 1.0}
             for a, b in ((ax, bx), (ay, by)):
                 for line in range(math.floor(min(a, b) - 0.5), math.ceil(max(a, b) + 0.5) + 1):
                     if min(a, b) < line + 0.5 < max(a, b):
                         stops.add((line + 0.5 - a) / (b - a))
             shares = sorted(stops)
-            for t0, t1 in zip(shares[:-1], shares[1:], strict=True):
+            for t0, t1 in pairwise(shares):
                 middle = (t0 + t1) / 2
                 x, y = math.floor(ax + middle * (bx - ax) + 0.5), math.floor(ay + middle * (by - ay) + 0.5)
                 part = (t1 - t0) * math.hypot(bx - ax, by - ay)

@@ -18,7 +18,7 @@ from lampyris.cli.text import print_json
 from lampyris.errors import FileError, UsageError
 
 if TYPE_CHECKING:
-    from lampyris.model.motion_primitives import MotionPrimitives
+    from lampyris.model.lattice.motion_primitives import MotionPrimitives
 
 
 def primitives(
@@ -34,7 +34,10 @@ def primitives(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FILE", help=".json: as Nav2's Smac planner reads it; .mprim: as SBPL does."
+            "--out",
+            "-o",
+            metavar="FILE",
+            help=".json: as Nav2's Smac planner reads it; .mprim: as SBPL does.",
         ),
     ] = None,
     picture: Annotated[
@@ -110,8 +113,12 @@ def _print(record: dict[str, Any]) -> None:
         ("turning radius", radius),
         (
             "in reverse",
-            "each motion, from the opposite heading" if record["reverse_from_opposite_heading"] else "as listed",
+            "each motion, from the opposite heading"
+            if record["reverse_from_opposite_heading"]
+            else "as listed",
         ),
     ]
-    rows += [(drive, "can drive all" if why is None else f"no: {why}") for drive, why in record["drives"].items()]
+    rows += [
+        (drive, "can drive all" if why is None else f"no: {why}") for drive, why in record["drives"].items()
+    ]
     text.facts(record["file"] or "motion primitives", rows)

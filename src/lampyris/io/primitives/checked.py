@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from lampyris.errors import FileError, LimitError, SettingError
-from lampyris.model.motion_primitives import MAX_HEADINGS, MAX_MOTIONS, MAX_POSES, Motion, MotionPrimitives, on_lattice
+from lampyris.model.lattice.motion_primitives import (
+    MAX_HEADINGS,
+    MAX_MOTIONS,
+    MAX_POSES,
+    Motion,
+    MotionPrimitives,
+    on_lattice,
+)
 
 
 class Motions:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 
-from lampyris.errors import FileError
+from lampyris.errors import FileError, file_name
 from lampyris.io.files import read_regular
 from lampyris.io.primitives.mprim import looks_like_mprim, read_mprim
 from lampyris.io.primitives.nav2_json import read_nav2
 from lampyris.io.text.strict_json import MAX_BYTES
-from lampyris.model.motion_primitives import MotionPrimitives
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 
 
 def load_primitives(path: str | os.PathLike[str]) -> MotionPrimitives:
@@ -29,7 +29,7 @@ def load_primitives(path: str | os.PathLike[str]) -> MotionPrimitives:
         and the primitive's number.
     LimitError : more bytes, headings, primitives or poses than allowed.
     """
-    name = os.fspath(path)
+    name = file_name("path", path)
     data = read_regular(name, MAX_BYTES)
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()
     if text.startswith(b"{"):

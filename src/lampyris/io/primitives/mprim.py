@@ -26,7 +26,7 @@ import re
 from lampyris.errors import FileError, LimitError, SettingError
 from lampyris.io.primitives.checked import Motions, enough_headings
 from lampyris.io.text.strict_yaml import shown
-from lampyris.model.motion_primitives import MAX_MOTIONS, MAX_POSES, MotionPrimitives, headings_of
+from lampyris.model.lattice.motion_primitives import MAX_MOTIONS, MAX_POSES, MotionPrimitives, headings_of
 
 FIRST_WORD = "resolution_m:"
 _MOST_WORDS = 3 * MAX_POSES + 20 * MAX_MOTIONS

@@ -8,6 +8,7 @@ that may reverse drives each motion from the opposite heading backwards.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 from lampyris._core.scalars import in_range
@@ -15,7 +16,7 @@ from lampyris.errors import FileError, SettingError
 from lampyris.io.primitives.checked import Motions, enough_headings
 from lampyris.io.text.strict_json import JsonDocument, pointer, read_json
 from lampyris.io.text.strict_yaml import KeyPath, shown
-from lampyris.model.motion_primitives import MotionPrimitives, headings_of
+from lampyris.model.lattice.motion_primitives import MotionPrimitives, headings_of
 
 LENGTH_SLACK = 0.05
 """Share by which ``trajectory_length`` may differ from the length of the poses."""
@@ -87,7 +88,7 @@ class _Reader:
         poses = motions.made[-1].poses.tolist()
         steps = [
             math.sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]))
-            for a, b in zip(poses[:-1], poses[1:], strict=True)
+            for a, b in pairwise(poses)
         ]
         length = math.fsum(steps)
         if abs(length - stated) > LENGTH_SLACK * length + 0.1 * motions.resolution:
@@ -102,17 +103,18 @@ class _Reader:
 
     # ---- values --------------------
 
-    def _table(self, at: KeyPath) -> dict[str, Any]:
+    def _table(self, at: KeyPath) -> dict[Any, Any]:
         found: Any = self._document.data
         for step in at:
             found = found[step]
-        return found  # type: ignore[no-any-return]
+        table: dict[Any, Any] = found
+        return table
 
     def _value(self, at: KeyPath, kind: type, allowed: str) -> Any:
         parent = self._table(at[:-1])
         if isinstance(parent, dict) and at[-1] not in parent:
             raise self._refuse(at[:-1], f"no {shown(str(at[-1]))}", allowed)
-        value = parent[at[-1]]  # type: ignore[index]
+        value: Any = parent[at[-1]]
         if not isinstance(value, kind) or isinstance(value, bool):
             raise self._refuse(at, shown(value), allowed)
         return value

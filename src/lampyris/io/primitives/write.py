@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from lampyris.errors import SettingError, UsageError, of_kind
+from lampyris._core.scalars import is_word
+from lampyris.errors import SettingError, UsageError, file_name, of_kind, shown
 from lampyris.io.files import write_file
-from lampyris.model.motion_primitives import Motion, MotionPrimitives
+from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
+from lampyris.model.robot import DRIVES
 from lampyris.typing import Floats
 
 ENDINGS = (".json", ".mprim")
@@ -34,7 +36,9 @@ def save_primitives(
     FileError : it cannot be written.
     """
     of_kind("primitives", primitives, MotionPrimitives)
-    target = Path(path)
+    target = Path(file_name("path", path))
+    if not is_word(drive, DRIVES):
+        raise SettingError("DRIVE", shown(drive), where="drive", allowed=", ".join(DRIVES))
     ending = target.suffix.lower()
     if ending not in ENDINGS:
         raise UsageError("SUFFIX", repr(target.suffix), where=str(target), allowed=", ".join(ENDINGS))

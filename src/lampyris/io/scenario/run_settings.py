@@ -17,4 +17,6 @@ if TYPE_CHECKING:
 else:
     SimulateTable = table_of("SimulateTable", SimulationSettings, "How to simulate.")
     DriveTable = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")
-    InflationTable = table_of("InflationTable", Inflation, "Costs of the cells near walls, as Nav2's inflation layer has them.")
+    InflationTable = table_of(
+        "InflationTable", Inflation, "Costs of the cells near walls, as Nav2's inflation layer has them."
+    )

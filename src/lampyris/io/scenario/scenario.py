@@ -96,7 +96,7 @@ class Scenario:
     drive: Mapping[str, Any] | None = None
     edits: tuple[Edit, ...] = None  # type: ignore[assignment]
     ground: Grid | None = None
-    inflation: Inflation = Inflation()
+    inflation: Inflation = field(default_factory=Inflation)
 
     def __post_init__(self) -> None:
         for what, value, kind in (

@@ -334,7 +334,8 @@ class ScenarioFile(Table):
         None, description="The speed law (see `lampyris laws`); null: the preset's."
     )
     inflation: InflationTable = Field(
-        InflationTable.model_validate({}), description="Costs of the cells near walls; without it there are none."
+        InflationTable.model_validate({}),
+        description="Costs of the cells near walls; without it there are none.",
     )
     zones: FileName | None = Field(
         None, description="Speed zones: a Nav2 speed mask (.yaml), or m/s for each cell (.npy, .csv)."

@@ -6,7 +6,7 @@ import math
 
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, of_kind, shown
-from lampyris.model.motion_primitives import Motion, MotionPrimitives
+from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.model.robot import Robot
 from lampyris.planning.lattice.lattice import LatticeShape, motions_of
 from lampyris.planning.lattice.primitives import HEADINGS, angles, quarter_turned

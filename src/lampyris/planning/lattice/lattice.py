@@ -15,7 +15,7 @@ from lampyris._core import elementary
 from lampyris._core.cancellation import checkpoint
 from lampyris.errors import FileError, LimitError
 from lampyris.kernels.lattice.sweep import sweep
-from lampyris.model.motion_primitives import MotionPrimitives
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
 from lampyris.planning.lattice.primitives import (
     Primitive,

@@ -18,7 +18,7 @@ from lampyris.errors import FileError, SceneError, SettingError, shown
 from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.change import Change
-from lampyris.model.motion_primitives import MotionPrimitives
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
 from lampyris.model.path import Pose, path_of
 from lampyris.model.plan import Plan, Status
@@ -101,7 +101,11 @@ class LatticePlanner:
             object.__setattr__(self, "primitives", os.fspath(given))
         elif not (given is None or isinstance(given, MotionPrimitives) or (isinstance(given, str) and given)):
             raise SettingError.of(
-                "PRIMITIVES", "primitives", shown(given), where=self.name, allowed="a file, or MotionPrimitives"
+                "PRIMITIVES",
+                "primitives",
+                shown(given),
+                where=self.name,
+                allowed="a file, or MotionPrimitives",
             )
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:

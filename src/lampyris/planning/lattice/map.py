@@ -78,7 +78,7 @@ class LatticeMap:
         cost = int(self.lattice.cost[primitive])
         if len(self.price):
             part = slice(*self.price_first[primitive : primitive + 2])
-            cost += int(self.price_weight[part] @ self.price[index + self.price_cell[part]].astype(np.int64))
+            cost += int((self.price_weight[part] * self.price[index + self.price_cell[part]]).sum())
         return cost
 
     def index(self, cell: Cell) -> int:

@@ -36,9 +36,7 @@ def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.sqrt(dx * dx + dy * dy)
 
 
-def states_near(
-    grid: Grid, headings: int | tuple[float, ...], pose: Pose
-) -> list[tuple[Cell, int]]:
+def states_near(grid: Grid, headings: int | tuple[float, ...], pose: Pose) -> list[tuple[Cell, int]]:
     """The lattice states around a pose, the nearest first: the four nearest cells with the nearest heading."""
     (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
     cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from lampyris._core import elementary
 from lampyris.errors import FileError
-from lampyris.model.motion_primitives import Motion, MotionPrimitives
+from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.typing import Cell, Floats
 
 DRIFT = 0.15
@@ -145,7 +145,7 @@ def sampled(
         if reverse and not backward and made.length > 0 and motion.start in opposite:
             start, end = opposite[motion.start], opposite.get(motion.end)
             if end is not None:
-                turned = track + (0.0, 0.0, given.headings[start] - track[0, 2])
+                turned = track + np.array((0.0, 0.0, given.headings[start] - track[0, 2]))
                 yield SampledPrimitive(start, end, motion.cell, turned, True, motion.price)
 
 

@@ -150,10 +150,9 @@ class LatticeSearch:
             ) * self._headings + heading
             primitives.append(primitive)
             states.append((state // self._headings, heading))
-        cost = sum(
-            self.lattice_map.cost(state[0], primitive)
-            for state, primitive in zip(states, primitives, strict=True)
-        )
+        cost = 0
+        for (cell, _), primitive in zip(states, primitives, strict=True):
+            cost += self.lattice_map.cost(cell, primitive)
         _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
         # with a consistent heuristic no search finds a path of more than its weight times the least cost.

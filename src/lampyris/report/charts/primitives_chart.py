@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lampyris.model.motion_primitives import MotionPrimitives
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.report import style
 
 DPI = 150
@@ -50,6 +50,8 @@ def draw_primitives(primitives: MotionPrimitives, out: style.OutFile) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("m", fontsize=9, color=style.INK)
     axes.tick_params(labelsize=8, colors=style.FAINT)
-    title = f"{len(primitives.motions)} primitives at {len(primitives.headings)} headings, cells of {cell:g} m"
+    title = (
+        f"{len(primitives.motions)} primitives at {len(primitives.headings)} headings, cells of {cell:g} m"
+    )
     figure.text(0.02, 0.975, title, fontsize=10, fontweight="bold", color=style.INK, va="top")
     style.save(figure, out, suffix, DPI)

@@ -331,7 +331,8 @@ class StudyFile(Table):
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")
     inflation: InflationTable = Field(
-        InflationTable.model_validate({}), description="Costs of the cells near walls; without it there are none."
+        InflationTable.model_validate({}),
+        description="Costs of the cells near walls; without it there are none.",
     )
     maps: Annotated[
         list[StudyMap], Field(min_length=1, max_length=MAX_ENTRIES), Rule("MAPS", "one or more maps")

@@ -23,7 +23,7 @@ MAX_POSES = 500_000
 """Poses of all motions together."""
 MAX_STEP = 5.0
 """Cells between two poses of a motion: what lies between them is taken for an arc."""
-MAX_TURN = math.pi / 4
+MAX_TURN = 0.8
 """Radians between two poses."""
 NEAR = 0.1
 """Cells by which the first and the last pose of a motion may miss the centre of a cell."""
@@ -146,13 +146,17 @@ class MotionPrimitives(Value):
         if not isinstance(motions, list | tuple) or not all(isinstance(one, Motion) for one in motions):
             raise _refused(f"motions {shown(motions)}", "a sequence of Motion")
         if not 1 <= len(motions) <= MAX_MOTIONS or sum(len(one.poses) for one in motions) > MAX_POSES:
-            raise _refused(f"{len(motions):,} motions", f"1 to {MAX_MOTIONS:,}, of {MAX_POSES:,} poses in all")
+            raise _refused(
+                f"{len(motions):,} motions", f"1 to {MAX_MOTIONS:,}, of {MAX_POSES:,} poses in all"
+            )
         object.__setattr__(
             self, "motions", tuple(on_lattice(one, self.headings, self.resolution) for one in motions)
         )
 
     def _brief(self) -> str:
-        return f"<MotionPrimitives: {len(self.motions)} at {len(self.headings)} headings, {self.resolution:g} m>"
+        return (
+            f"<MotionPrimitives: {len(self.motions)} at {len(self.headings)} headings, {self.resolution:g} m>"
+        )
 
 
 def headings_of(given: object) -> tuple[float, ...]:
