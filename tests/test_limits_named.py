@@ -274,6 +274,7 @@ ASKED: dict[str, str] = {
     "io.text.strict_yaml.MAX_DIGITS": LIMITS_PY,
     "io.text.strict_yaml.MAX_VALUES": LIMITS_PY,
     "model.robot.MOST_VERTICES": "lattice/test_robot_files.py",
+    "planning.lattice.lattice.MOST_LENGTH": "lattice/test_primitive_files.py",
     "planning.lattice.lattice.MOST_REACH": "lattice/test_robot_files.py",
     "model.edit.MAX_EDITED": "model/test_edit.py",
     "model.edit.MAX_EDITS": HERE,

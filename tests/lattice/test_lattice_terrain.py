@@ -19,6 +19,7 @@ from lampyris.planning.lattice.lattice_planner import LatticePlanner, lattice_fo
 from lampyris.planning.lattice.terrain import tracks_of
 from lampyris.referee import check_plan
 from lampyris_selfcheck.reference.paths.lattice import Motion, least_costs
+from reference.kernel_forms import use
 from sizes import sized
 
 CAR = ((1.9, 0.6), (-0.5, 0.6), (-0.5, -0.6), (1.9, -0.6))
@@ -125,6 +126,18 @@ def test_terrain_that_is_ignored_is_named_and_changes_are_followed() -> None:
 
 def plan_notes(plan: Plan) -> tuple[str, ...]:
     return plan.notes
+
+
+def test_both_forms_of_the_search_weigh_terrain_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {}
+    for form in ("plain", "compiled"):
+        use(monkeypatch, form)
+        plans = [
+            LatticePlanner(weight=1.2).open(scene_of(seed, "ackermann"), np.random.default_rng(0)).plan()
+            for seed in range(3)
+        ]
+        found[form] = [(plan.pose_path, plan.expansions) for plan in plans]
+    assert found["plain"] == found["compiled"]
 
 
 def test_the_referee_refuses_a_cost_that_leaves_terrain_out() -> None:

@@ -18,7 +18,7 @@ from lampyris.errors import SettingError, shown
 from lampyris.typing import Cell, Floats
 
 MAX_HEADINGS = 128
-MAX_MOTIONS = 10_000
+MAX_MOTIONS = 2_000
 MAX_POSES = 500_000
 """Poses of all motions together."""
 MAX_STEP = 5.0

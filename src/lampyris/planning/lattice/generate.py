@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from lampyris._core.scalars import in_range
+from lampyris._core.scalars import in_range, is_whole
 from lampyris.errors import SettingError, of_kind, shown
 from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.model.robot import Robot
-from lampyris.planning.lattice.lattice import LatticeShape, motions_of
+from lampyris.planning.lattice.lattice import LatticeShape, demand_reach, motions_of
 from lampyris.planning.lattice.primitives import HEADINGS, angles, quarter_turned
 
 SPACING = 0.5
@@ -31,6 +31,7 @@ def motion_primitives(
     Raises
     ------
     SettingError : a resolution or a number of headings out of its range.
+    LimitError : motions of more than 1,000 cells.
 
     Examples
     --------
@@ -44,12 +45,14 @@ def motion_primitives(
         raise SettingError.of(
             "MAP_RESOLUTION", "resolution", shown(resolution), allowed="1e-6 to 1000 metres a cell"
         )
-    if headings not in HEADINGS or isinstance(headings, bool):
+    if not is_whole(headings, 0) or int(headings) not in HEADINGS:
         raise SettingError.of("HEADINGS", "headings", shown(headings), allowed="16 or 32")
+    headings = int(headings)
     shape = LatticeShape(
         (), robot.drive, robot.turn_radius / resolution, headings, 1.0 if reverse else math.inf
     )
     quarter = sorted(motions_of(shape), key=lambda one: one.start)
+    demand_reach(quarter, 0.0)
     motions = [
         Motion(
             k % len(quarter),

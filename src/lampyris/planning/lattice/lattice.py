@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
@@ -35,6 +35,8 @@ STEP = 0.1
 """Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
 MOST_REACH = 1_000
 """Cells that a motion with the footprint may reach."""
+MOST_LENGTH = 200_000
+"""Cells that all motions together may be long."""
 MARGIN = STEP / 2 + 1e-6
 """By how much the footprint is widened in a sweep: no point of it is ever farther from a pose than that."""
 
@@ -140,15 +142,7 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
     first = np.searchsorted([one.start for one in made], np.arange(n + 1)).astype(np.int32)
     cost = np.array([_cost(one, shape) for one in quarter] * times, dtype=np.int64)
     arm = circumscribed_radius(shape.footprint)
-    reach = arm + max(max(abs(x), abs(y)) for x, y in (one.cell for one in quarter))
-    if reach > MOST_REACH:
-        raise LimitError(
-            "LATTICE_REACH",
-            f"motions and footprint reach {reach:.0f} cells",
-            allowed=f"at most {MOST_REACH} cells",
-            todo="take a coarser resolution or a smaller turn_radius",
-            setting="robot.turn_radius",
-        )
+    demand_reach(quarter, arm)
     swept = _turned([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter], times)
     poses = [np.array([(0.0, 0.0, angle)]) for angle in turns]
     stands = _turned([_swept(shape.footprint, pose, arm) for pose in poses], times)
@@ -169,6 +163,35 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
         scale * (1 - 1e-12),
         max(inscribed - low, 0.0),
     )
+
+
+def demand_reach(motions: Sequence[LatticeMotion], arm: float) -> None:
+    """Refuse motions that are too long to be laid out pose by pose.
+
+    Parameters
+    ----------
+    arm : distance from the base to the farthest point of the robot, cells.
+
+    Raises
+    ------
+    LimitError : ``LATTICE_REACH``, ``LATTICE_LENGTH``.
+    """
+    reach = arm + max((one.reach for one in motions), default=0.0)
+    if reach > MOST_REACH:
+        raise LimitError(
+            "LATTICE_REACH",
+            f"motions and footprint reach {reach:.0f} cells",
+            allowed=f"at most {MOST_REACH} cells",
+            todo="take a coarser resolution or a smaller turn_radius",
+            setting="robot.turn_radius",
+        )
+    length = math.fsum(one.length for one in motions)
+    if length > MOST_LENGTH:
+        raise LimitError(
+            "LATTICE_LENGTH",
+            f"motions of {length:,.0f} cells together",
+            allowed=f"at most {MOST_LENGTH:,} cells",
+        )
 
 
 def motions_of(shape: LatticeShape) -> Iterable[Primitive]:

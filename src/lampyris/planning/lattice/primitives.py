@@ -72,6 +72,11 @@ class Primitive:
         return math.fsum(abs(length) for length, _ in self.pieces)
 
     @property
+    def reach(self) -> float:
+        """How far from the first cell it ends along an axis, cells."""
+        return float(max(map(abs, self.cell)))
+
+    @property
     def turn(self) -> float:
         """Angle turned, radians, whichever direction."""
         return math.fsum(abs(turn) for _, turn in self.pieces)

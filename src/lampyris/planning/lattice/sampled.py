@@ -43,6 +43,10 @@ class LatticeMotion(Protocol):
         """Distance driven."""
 
     @property
+    def reach(self) -> float:
+        """How far from the first cell it goes along an axis."""
+
+    @property
     def turn(self) -> float:
         """Angle turned, radians, whichever direction."""
 
@@ -82,6 +86,11 @@ class SampledPrimitive:
     def length(self) -> float:
         """Distance driven, cells."""
         return math.fsum(step_lengths(self.track).tolist())
+
+    @property
+    def reach(self) -> float:
+        """How far from the first cell it goes along an axis, cells."""
+        return float(np.abs(self.track[:, :2]).max())
 
     @property
     def turn(self) -> float:
