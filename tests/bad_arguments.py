@@ -77,6 +77,10 @@ def path() -> lampyris.Path:
     return path_of(np.array([(0, 0), (0, 1), (0, 2)]), scene().moves)
 
 
+def motion() -> lampyris.Motion:
+    return lampyris.Motion(0, 0, 0, (1, 0), [(0, 0, 0), (1, 0, 0)])
+
+
 def samples() -> dict[str, dict[str, Any]]:
     """Right arguments for the parameters without a default, by class or function."""
     xy, where = np.array([[0.0, 0.0], [1.0, 0.0]]), scene()
@@ -113,6 +117,13 @@ def samples() -> dict[str, dict[str, Any]]:
         "load_grid": {"path_or_name": "env-1"}, "load_scenario": {"path": "right.yaml"},
         "save_scenario": {"scenario": lampyris.Scenario(where), "path": "saved.yaml"},
         "run": {"scenario": lampyris.Scenario(where)},
+        "Motion": {"number": 0, "start": 0, "end": 0, "cell": (1, 0), "poses": [(0, 0, 0), (1, 0, 0)]},
+        "MotionPrimitives": {"resolution": 1.0, "headings": (0.0,), "motions": (motion(),)},
+        "load_primitives": {"path": "right.mprim"},
+        "save_primitives": {"primitives": lampyris.MotionPrimitives(1.0, (0.0,), (motion(),)), "path": "saved.mprim"},
+        "motion_primitives": {"robot": lampyris.Robot(), "resolution": 0.1},
+        "inflate": {"grid": where.grid, "robot": lampyris.Robot(), "inflation_radius": 1.0},
+        "inflation_costs": {"grid": where.grid, "inscribed_radius": 0.0, "inflation_radius": 1.0},
         "load_study": {"path": "study.yaml"}, "run_study": {"study": "study.yaml"},
         "dissertation_speeds": {"cells": path().cells, "ring1": [0, 0, 0], "ring2": [0, 0, 0]},
     }  # fmt: skip

@@ -58,6 +58,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a scenario and a study, in which files may be written."""
     monkeypatch.chdir(tmp_path)
     lampyris.save_scenario(lampyris.Scenario(scene()), "right.yaml")
+    lampyris.save_primitives(samples()["save_primitives"]["primitives"], "right.mprim")
     Path("study.yaml").write_text(STUDY)
     return tmp_path
 

@@ -16,7 +16,12 @@ _HOME = {
     "smooth": "lampyris.api",
     "drive": "lampyris.api",
     "list_planners": "lampyris.planning.registry",
+    "inflate": "lampyris.io.maps.inflation",
+    "inflation_costs": "lampyris.io.maps.inflation",
     "load_grid": "lampyris.api",
+    "load_primitives": "lampyris.io.primitives.load",
+    "motion_primitives": "lampyris.planning.lattice.generate",
+    "save_primitives": "lampyris.io.primitives.write",
     "plan": "lampyris.api",
     "speed_profile": "lampyris.api",
     "simulate": "lampyris.api",
@@ -40,6 +45,8 @@ _HOME = {
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
+    "Motion": "lampyris.model.lattice.motion_primitives",
+    "MotionPrimitives": "lampyris.model.lattice.motion_primitives",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -79,6 +86,10 @@ if TYPE_CHECKING:
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
+    from lampyris.io.maps.inflation import inflate as inflate
+    from lampyris.io.maps.inflation import inflation_costs as inflation_costs
+    from lampyris.io.primitives.load import load_primitives as load_primitives
+    from lampyris.io.primitives.write import save_primitives as save_primitives
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve
@@ -87,6 +98,8 @@ if TYPE_CHECKING:
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid
+    from lampyris.model.lattice.motion_primitives import Motion as Motion
+    from lampyris.model.lattice.motion_primitives import MotionPrimitives as MotionPrimitives
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
     from lampyris.model.obstacles import ObstacleStates as ObstacleStates
@@ -108,6 +121,7 @@ if TYPE_CHECKING:
     from lampyris.planning.base import Budget as Budget
     from lampyris.planning.field.many import solve_fields as solve_fields
     from lampyris.planning.field.solve import solve_field as solve_field
+    from lampyris.planning.lattice.generate import motion_primitives as motion_primitives
     from lampyris.planning.registry import list_planners as list_planners
     from lampyris.scenarios import load_scenario as load_scenario
     from lampyris.scenarios import run as run

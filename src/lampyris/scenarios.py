@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from lampyris import api
@@ -16,7 +17,7 @@ from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.recipes.make import recipe_named
 from lampyris.io.scenario import read as reading
-from lampyris.io.scenario.save import write_scenario
+from lampyris.io.scenario.save import named_file, write_scenario
 from lampyris.io.scenario.scenario import Made, MapSource, Scenario
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
@@ -41,6 +42,10 @@ class _Names:
     def planner(self, name: str, settings: Mapping[str, Any]) -> object:
         """The planner itself."""
         return registry.make(name, settings)
+
+    def files(self, name: str) -> tuple[str, ...]:
+        """The planner's settings that are names of files."""
+        return files_of(name)
 
     def law(self, name: str, settings: Mapping[str, Any]) -> object:
         """The law itself."""
@@ -179,7 +184,18 @@ def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str
     FileError : it cannot be written.
     """
     of_kind("scenario", scenario, Scenario)
-    return write_scenario(completed(scenario), file_name("path", path))
+    target, done = Path(file_name("path", path)), completed(scenario)
+    names = {key: done.settings[key] for key in files_of(done.planner) if isinstance(done.settings[key], str)}
+    named = {key: named_file(name, target.parent) for key, name in names.items()}
+    return write_scenario(replace(done, settings={**done.settings, **named}), target)
+
+
+def files_of(planner: str) -> tuple[str, ...]:
+    """The settings of a planner that are names of files; none of one that is not known."""
+    try:
+        return tuple(getattr(registry.planner_class(planner), "files", ()))
+    except LampyrisError:
+        return ()
 
 
 def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:

@@ -47,13 +47,14 @@ def nouns() -> dict[type, Any]:
     seen = ObstacleTrack(0, ((0, 0), (1, 0)))
     poses = lampyris.plan(still, "lattice").pose_path
     assert poses is not None
+    primitives = lampyris.motion_primitives(lampyris.Robot(), 0.5)
     found = [
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,
         Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,)), lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
         lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
-        *trace.events[:1], *driven.moments[:1],
+        primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))
     return {type(one): one for one in [*found, *jump.candidates[:1]]}

@@ -18,6 +18,7 @@ from lampyris.cli.verbs import (
     movingai,
     plan,
     planners,
+    primitives,
     reproduce,
     run,
     schema,
@@ -67,7 +68,7 @@ def _root(
 
 
 for verb in (
-    plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, movingai.movingai, speed.speed, laws.laws,
-    drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
+    plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, primitives.primitives, movingai.movingai,
+    speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
 ):  # fmt: skip
     app.command(cls=Command)(with_groups(verb))

@@ -22,13 +22,14 @@ from lampyris._core.settings import Setting, defaults_of, meanings_of, settings_
 from lampyris.cli import options
 from lampyris.model.robot import Robot
 from lampyris.model.settings.drive import DriveSettings
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.simulation import SimulationSettings
 
 _TYPES = {"number": float, "whole": int, "word": str, "flag": bool}
 
 
 @dataclass(frozen=True)
-class MapOptions:
+class _MapOptions:
     """Which map, and how its file is read."""
 
     map_: options.Map
@@ -105,7 +106,7 @@ def option_of(name: str, setting: Setting, meaning: str) -> Any:
     return Annotated[kind | None if setting.none else kind, option]
 
 
-def group_of(name: str, kind: type, first: tuple[Any, ...] = ()) -> type:
+def group_of(name: str, kind: type, first: tuple[Any, ...] = (), base: type = object) -> type:
     """A group with an option for every declared setting of a dataclass.
 
     Parameters
@@ -113,16 +114,18 @@ def group_of(name: str, kind: type, first: tuple[Any, ...] = ()) -> type:
     name : of the group.
     kind : dataclass whose fields are declared by :mod:`lampyris._core.settings`.
     first : options that come before them, as for :func:`dataclasses.make_dataclass`.
+    base : a group whose options come before them too.
     """
     meanings, usual = meanings_of(kind), defaults_of(kind)
     made = [
         (key, option_of(key, setting, meanings.get(key, key)), dataclass_field(default=usual[key]))
         for key, setting in settings_of(kind).items()
     ]
-    return make_dataclass(name, [*first, *made], frozen=True)
+    return make_dataclass(name, [*first, *made], bases=(base,), frozen=True)
 
 
 if TYPE_CHECKING:
+    MapOptions: TypeAlias = Any
     RobotOptions: TypeAlias = Any
     DriveOptions: TypeAlias = Any
     SimulationOptions: TypeAlias = Any
@@ -130,6 +133,7 @@ else:
     RobotOptions = group_of(
         "RobotOptions", Robot, (("robot_file", options.RobotFile, dataclass_field(default=None)),)
     )
+    MapOptions = group_of("MapOptions", Inflation, base=_MapOptions)
     DriveOptions = group_of("DriveOptions", DriveSettings)
     SimulationOptions = group_of("SimulationOptions", SimulationSettings)
 

@@ -27,6 +27,7 @@ ENDINGS: Mapping[str, tuple[str, ...]] = {
     "parquet": (".parquet",),
     "report": (".html", ".htm"),
     "scenario": (".yaml", ".yml", ".json"),
+    "primitives": (".json", ".mprim"),
     "study": (".yaml", ".yml"),
     "record": (".jsonl", ".ndjson", ".json", ".txt", ""),
     "ledger": (".ledger", ".jsonl", ".ndjson", ".json", ".txt", ""),

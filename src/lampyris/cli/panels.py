@@ -8,7 +8,10 @@ from typing import Any
 
 PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "Map": ("resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones"),
+        "Map": (
+            "resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones",
+            "inflation-radius", "cost-scaling-factor",
+        ),
         "Ends": ("start", "goal", "start-m", "goal-m", "path", "units"),
         "Robot": (
             "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",

@@ -32,6 +32,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
@@ -136,6 +137,7 @@ class Request:
         return Scenario(
             scene, self.planner, settings, law, law_settings, self.seed, map=source,
             notes=(*document.notes, *notes), zones=None if where is None else str(where),
+            inflation=Inflation(**settings_in(self.map, Inflation)),
         )  # fmt: skip
 
     def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> dict[str, Any]:

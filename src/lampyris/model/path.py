@@ -125,6 +125,7 @@ class PosePath(Value):
         place; metres.
     lower_bound_m : no path that the planner's bound speaks of costs less: of a lattice, any path in that lattice; of
         ``hybrid-astar``, any path of the robot at all; metres.
+    prices : float64 (n - 1,): factors of the cost of each step, as files of motion primitives give them; None: 1.
 
     Raises
     ------
@@ -135,6 +136,7 @@ class PosePath(Value):
     gears: NDArray[np.int8]
     cost_m: float
     lower_bound_m: float
+    prices: Floats | None = None
 
     def __post_init__(self) -> None:
         poses = numbers_of("pose_path", "poses", self.poses, (None, 3))
@@ -142,6 +144,9 @@ class PosePath(Value):
         gears = whole_of("pose_path", "gears", self.gears, (max(len(poses) - 1, 0),)).astype(np.int8)
         gears.setflags(write=False)
         object.__setattr__(self, "gears", gears)
+        if self.prices is not None:
+            prices = numbers_of("pose_path", "prices", self.prices, (max(len(poses) - 1, 0),))
+            object.__setattr__(self, "prices", prices)
         if len(poses) == 0:
             raise SettingError("ARRAY", "no pose", where="pose_path.poses", allowed="at least one")
         costs = numbers((self.lower_bound_m, self.cost_m), (2,))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
+from lampyris.model.grid import MAX_TERRAIN
 from lampyris.model.path import Pose, PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -22,6 +24,13 @@ SLACK = 1e-6
 """Share of a length, and radians, by which rounding may miss a rule."""
 COST_SLACK = 1e-4
 """Share of a cost: planners count in whole units."""
+TERRAIN_SLACK = 2e-3
+"""The same on terrain: arcs are cut into chords where they pass from cell to cell."""
+SAMPLED_DRIFT, SAMPLED_LOOSE, SAMPLED_DIGIT = 0.16, 0.021, 1.1e-4
+"""Paths of primitives given by poses with few digits (``attributes["sampled"]``): radians that the direction of travel
+may miss the heading by, share of a turning radius, and metres or radians of the last digit."""
+CHORDS = 8
+"""Chords of a step that terrain is looked up along."""
 
 
 def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
@@ -31,7 +40,8 @@ def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
     the last within that and ``attributes["goal_tolerance"]`` (metres) of the goal; yaws, where the scene has poses,
     within 0.3 rad, of the goal within ``attributes["goal_yaw_tolerance"]`` if that is more. If the error is stated and
     below half a cell, yaws must be exact to 0.001 rad, but for a goal with a tolerance. Prices of ``attributes``:
-    ``reverse_cost``, ``turn_cost`` (metres a radian), ``switch_cost`` (metres a change of gear).
+    ``reverse_cost``, ``turn_cost`` (metres a radian), ``switch_cost`` (metres a change of gear), ``cost_penalty`` (a
+    length on terrain of value c costs 1 + cost_penalty * c / 252 times as much).
     """
     path, grid = plan.pose_path, scene.grid
     assert path is not None
@@ -94,13 +104,17 @@ def _check_steps(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     # An arc's chord lies halfway between its headings.
     travel = np.arctan2(d[:, 1], d[:, 0]) - np.where(gears < 0, math.pi, 0.0)
     drift = np.abs(_angle(travel - (poses[:-1, 2] + turn / 2)))
-    sideways = ~still & (drift > 1e-4)
+    drift_most, loose, digit = 1e-4, 1e-4, 0.0
+    if plan.attributes.get("sampled"):
+        drift_most, loose, digit = SAMPLED_DRIFT, SAMPLED_LOOSE, SAMPLED_DIGIT
+    sideways = ~still & (drift > drift_most + digit / np.maximum(lengths, SLACK * cell))
     if robot.drive != "omnidirectional" and sideways.any():
         k = int(sideways.argmax())
         return Violation(
             "drive", f"step {k}", f"it moves {math.degrees(drift[k]):.4g} degrees off its heading"
         )
-    tight = np.abs(turn) * robot.turn_radius > lengths * (1 + 1e-4) + SLACK * cell
+    least = lengths * (1 + loose) + SLACK * cell + digit * (1.0 + robot.turn_radius)
+    tight = np.abs(turn) * robot.turn_radius > least
     tight &= ~still
     if tight.any():
         k = int(tight.argmax())
@@ -156,12 +170,51 @@ def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     turned = np.abs(_angle(np.diff(path.poses[:, 2])))
     reverse = plan.attributes.get("reverse_cost", 1.0)
     price = np.where(path.gears < 0, reverse, 1.0)
-    cost = math.fsum((lengths * price).tolist())
-    cost += plan.attributes.get("turn_cost", 0.0) * math.fsum(turned[path.gears == 0].tolist())
+    if path.prices is not None:
+        if not (path.prices > 0).all():
+            return Violation("cost", "pose_path", "a step whose price is not above 0")
+        price, turned = price * path.prices, turned * path.prices
+    costs = lengths * price + plan.attributes.get("turn_cost", 0.0) * np.where(path.gears == 0, turned, 0.0)
+    penalty, slack = plan.attributes.get("cost_penalty", 0.0), COST_SLACK
+    if scene.grid.terrain is not None and penalty:
+        costs, slack = costs * (1.0 + penalty * _mean_terrain(path, scene) / MAX_TERRAIN), TERRAIN_SLACK
+    cost = math.fsum(costs.tolist())
     driven = path.gears[path.gears != 0]
     cost += plan.attributes.get("switch_cost", 0.0) * int(np.count_nonzero(driven[1:] != driven[:-1]))
-    if abs(cost - path.cost_m) > COST_SLACK * max(cost, scene.grid.resolution):
+    if abs(cost - path.cost_m) > slack * max(cost, scene.grid.resolution):
         return Violation("cost", "pose_path", f"it says {path.cost_m:.9g} m, its poses come to {cost:.9g}")
     if path.lower_bound_m > path.cost_m:
         return Violation("bound", "pose_path", "the lower bound is above the cost")
     return None
+
+
+def _mean_terrain(path: PosePath, scene: Scene) -> Floats:
+    """The mean terrain value under the base during each step, by length; float64 (n - 1,)."""
+    grid = scene.grid
+    assert grid.terrain is not None
+    points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    turn = _angle(np.diff(path.poses[:, 2]))
+    means = np.zeros(len(turn))
+    for k in range(len(turn)):
+        marks = [_along_arc(points[k], points[k + 1], float(turn[k]), i / CHORDS) for i in range(CHORDS + 1)]
+        total = weighed = 0.0
+        for (ax, ay), (bx, by) in pairwise(marks):
+            stops = {0.0, 1.0}
+            for a, b in ((ax, bx), (ay, by)):
+                for line in range(math.floor(min(a, b) - 0.5), math.ceil(max(a, b) + 0.5) + 1):
+                    if min(a, b) < line + 0.5 < max(a, b):
+                        stops.add((line + 0.5 - a) / (b - a))
+            shares = sorted(stops)
+            for t0, t1 in pairwise(shares):
+                middle = (t0 + t1) / 2
+                x, y = math.floor(ax + middle * (bx - ax) + 0.5), math.floor(ay + middle * (by - ay) + 0.5)
+                part = (t1 - t0) * math.hypot(bx - ax, by - ay)
+                inside = 0 <= x < grid.width and 0 <= y < grid.height
+                total += part
+                weighed += part * float(grid.terrain[y, x]) if inside else 0.0
+        if total > 0:
+            means[k] = weighed / total
+        else:
+            x, y = np.floor(points[k] + 0.5).astype(int)
+            means[k] = float(grid.terrain[y, x])
+    return means

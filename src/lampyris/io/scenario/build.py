@@ -24,6 +24,7 @@ from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
@@ -35,6 +36,10 @@ class Names(Protocol):
 
     def planner(self, name: str, settings: Mapping[str, Any]) -> object:
         """Whether there is such a planner with such settings."""
+        ...
+
+    def files(self, name: str) -> tuple[str, ...]:
+        """The settings of a planner that are names of files; none of one that is not known."""
         ...
 
     def law(self, name: str, settings: Mapping[str, Any]) -> object:
@@ -71,6 +76,7 @@ class _Build:
         moves, default_law = PRESETS[file.preset]
         planner, settings = _named(file.planner)
         law, law_settings = _named(file.law or default_law)
+        settings = self._with_files(planner, settings)
         self.tried(("planner",), self.names.planner, planner, settings)
         self.tried(("law",), self.names.law, law, law_settings)
         robot = self.tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
@@ -100,7 +106,17 @@ class _Build:
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
+            inflation=Inflation(**file.inflation.model_dump()),
         )  # fmt: skip
+
+    def _with_files(self, planner: str, settings: Mapping[str, Any]) -> Mapping[str, Any]:
+        """A planner's settings with the files that they name, found from the scenario's folder."""
+        found = dict(settings)
+        for key in self.names.files(planner):
+            if isinstance(found.get(key), str):
+                at: KeyPath = ("planner", "settings", key)
+                found[key] = self.tried(at, self.files.path, found[key], at)
+        return found
 
     def _drive(self) -> dict[str, Any] | None:
         """Settings of a drive in continuous time; None: it is none."""

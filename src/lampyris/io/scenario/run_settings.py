@@ -1,4 +1,4 @@
-"""The tables of a scenario file that say how to run it: tick by tick, or in continuous time."""
+"""The tables of a scenario file that say how to run it: tick by tick, in continuous time, among which costs."""
 
 from __future__ import annotations
 
@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, TypeAlias
 from lampyris.io.scenario.declared_table import table_of
 from lampyris.io.scenario.schema_types import Table
 from lampyris.model.settings.drive import DriveSettings
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.simulation import SimulationSettings
 
 if TYPE_CHECKING:
     SimulateTable: TypeAlias = Table
     DriveTable: TypeAlias = Table
+    InflationTable: TypeAlias = Table
 else:
     SimulateTable = table_of("SimulateTable", SimulationSettings, "How to simulate.")
     DriveTable = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")
+    InflationTable = table_of(
+        "InflationTable", Inflation, "Costs of the cells near walls, as Nav2's inflation layer has them."
+    )

@@ -11,7 +11,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +148,8 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "obstacles": [_obstacle(one) for one in scene.traffic],
     }
+    if scenario.inflation.inflation_radius > 0:
+        data["inflation"] = _settings("inflation", asdict(scenario.inflation))
     if (zones := _zones(scenario, folder)) is not None:
         data["zones"] = zones
     if scenario.edits:
@@ -180,10 +182,10 @@ def _zones(scenario: Scenario, folder: Path) -> str | None:
             todo = "save them to a .npy and name it in Scenario.zones"
             raise SettingError("ZONES", "speed zones that are in no file", todo=todo)
         return None
-    return _named_file(scenario.zones, folder)
+    return named_file(scenario.zones, folder)
 
 
-def _named_file(path: str, folder: Path) -> str:
+def named_file(path: str, folder: Path) -> str:
     """A file's name as a scenario in a folder has it."""
     name = _relative(path, folder)
     if not plain_path(name):
@@ -197,7 +199,7 @@ def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
         return {"bundled": source.name, "resolution": grid.resolution}
     if isinstance(source, MapFile):
         return {
-            "file": _named_file(source.path, folder),
+            "file": named_file(source.path, folder),
             "resolution": grid.resolution,
             "values": source.values,
             "colour": source.colour,

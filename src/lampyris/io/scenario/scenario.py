@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from lampyris._core import defaults
 from lampyris.errors import SettingError, shown
+from lampyris.io.maps.inflation import inflated
 from lampyris.model.edit import Edit, applied, check_edits
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
+from lampyris.model.settings.inflation import Inflation
 
 MAX_SEED = 2**63 - 1
 PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
@@ -69,7 +71,8 @@ class Scenario:
     drive : settings of a drive in continuous time; None: it is none.
     edits : walls that come and go, all of them, in order of time; None: those of the scene. The scene follows
         them: what is of tick 0 is in its grid, the later ones are its edits.
-    ground : the map before the edit of tick 0; None: the scene's grid. The scene's grid is made from it.
+    ground : the map before the edit of tick 0 and inflation; None: the scene's grid. The scene's grid is made from it.
+    inflation : costs of cells near walls, in the scene's terrain; walls that come later have none.
 
     Raises
     ------
@@ -93,9 +96,12 @@ class Scenario:
     drive: Mapping[str, Any] | None = None
     edits: tuple[Edit, ...] = None  # type: ignore[assignment]
     ground: Grid | None = None
+    inflation: Inflation = field(default_factory=Inflation)
 
     def __post_init__(self) -> None:
-        for what, value, kind in (("scene", self.scene, Scene), ("ground", self.ground, Grid)):
+        for what, value, kind in (
+            ("scene", self.scene, Scene), ("ground", self.ground, Grid), ("inflation", self.inflation, Inflation)
+        ):  # fmt: skip
             if not isinstance(value, kind) and not (what == "ground" and value is None):
                 raise SettingError("TYPE", shown(value), where=what, allowed=f"a {kind.__name__}")
         scene, given = self.scene, self.ground
@@ -103,11 +109,13 @@ class Scenario:
         object.__setattr__(self, "edits", edits)
         now = edits[:1] if edits and edits[0].tick == 0 else ()
         later = edits[len(now) :]
-        if now and given is None:
+        changed = bool(now) or self.inflation.inflation_radius > 0
+        if changed and given is None:
             object.__setattr__(self, "ground", scene.grid)
-        elif given is not None and not now:
+        elif given is not None and not changed:
             object.__setattr__(self, "ground", None)
         grid = scene.grid if given is None and not now else applied(given or scene.grid, now)
+        grid = inflated(grid, scene.robot, self.inflation)
         if grid is not scene.grid or later != scene.edits:
             object.__setattr__(self, "scene", replace(scene, grid=grid, edits=later))
 
@@ -134,7 +142,7 @@ class Scenario:
 def _decided(one: Scenario) -> tuple[Any, ...]:
     who = (one.planner, dict(one.settings), one.law, dict(one.law_settings), one.seed)
     drive = None if one.drive is None else dict(one.drive)
-    return (*who, one.simulated, one.ticks, one.patience, one.name, drive, one.edits)
+    return (*who, one.simulated, one.ticks, one.patience, one.name, drive, one.edits, one.inflation)
 
 
 def _same_map(a: Grid, b: Grid) -> bool:

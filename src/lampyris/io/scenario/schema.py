@@ -14,7 +14,7 @@ from pydantic import Discriminator, Field, StringConstraints, Tag
 from lampyris._core import defaults
 from lampyris.io.maps.load import COLOURS, VALUES
 from lampyris.io.scenario.declared_table import table_of
-from lampyris.io.scenario.run_settings import DriveTable, SimulateTable
+from lampyris.io.scenario.run_settings import DriveTable, InflationTable, SimulateTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema_types import (
     FileName,
@@ -345,6 +345,10 @@ class ScenarioFile(Table):
     planner: NameOrTable = Field(defaults.PLANNER, description="The planner: see `lampyris planners`.")
     law: NameOrTable | None = Field(
         None, description="The speed law (see `lampyris laws`); null: the preset's."
+    )
+    inflation: InflationTable = Field(
+        InflationTable.model_validate({}),
+        description="Costs of the cells near walls; without it there are none.",
     )
     zones: FileName | None = Field(
         None, description="Speed zones: a Nav2 speed mask (.yaml), or m/s for each cell (.npy, .csv)."

@@ -1,7 +1,7 @@
 """Distance to the nearest wall, exactly, in two passes over a flat map.
 
 The distance runs from a cell's centre to the nearest *point of a blocked cell's square*: squared, in half
-cells, ``f(dx) + f(dy)`` with ``f(d) = max(2 |d| - 1, 0)^2``.
+cells, ``f(dx) + f(dy)`` with ``f(d) = max(2 |d| - 1, 0)^2``; or to its centre, with ``f(d) = (2 d)^2``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from lampyris.kernels._jit import kernel, stopped, u64
 
 
 @kernel(out=("squared",))
-def wall_distance(blocked, squared, centre, peak, start, height, width, never, halt):
+def wall_distance(blocked, squared, centre, peak, start, height, width, never, edge, halt):
     """Squared distance to the nearest wall in half cells; ``never`` where the map has no wall.
 
     Parameters
@@ -20,6 +20,7 @@ def wall_distance(blocked, squared, centre, peak, start, height, width, never, h
     centre, peak, start : int64, (width,); scratch: column, height and first place of each curve on the
         envelope.
     never : more than any squared distance.
+    edge : 1: to the nearest point of a blocked cell; 0: to the centre of one.
 
     Down and up each column first, by counting cells. Along each row then: a wall in column u, at F(u)
     already from its row, gives cell x ``F(u) + (2 x - 1 - 2 u)^2`` from the left or ``F(u) + (2 x + 1 - 2
@@ -55,7 +56,7 @@ def wall_distance(blocked, squared, centre, peak, start, height, width, never, h
             cells = squared[row + u64(u)]
             if cells >= never:
                 continue
-            own = (2 * cells - 1) * (2 * cells - 1) if cells > 0 else 0
+            own = (2 * cells - edge) * (2 * cells - edge) if cells > 0 else 0
             squared[row + u64(u)] = own
             begin = -never
             while top >= 0:
@@ -72,13 +73,13 @@ def wall_distance(blocked, squared, centre, peak, start, height, width, never, h
         if top < 0:
             continue
         k = 0
-        left = peak[0] + (1 + 2 * centre[0]) * (1 + 2 * centre[0])
+        left = peak[0] + (edge + 2 * centre[0]) * (edge + 2 * centre[0])
         for x in range(width):
-            place = 2 * x + 1
+            place = 2 * x + edge
             while k < top and start[k + 1] <= place:
                 k += 1
             right = peak[k] + (place - 2 * centre[k]) * (place - 2 * centre[k])
-            best = left if left < right else right
+            best = left if edge == 1 and left < right else right
             own = squared[row + u64(x)]
             squared[row + u64(x)] = own if own < best else best
             left = right

@@ -62,7 +62,8 @@ def _pop(keys, states, n):
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=1)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
-    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best, halt,
+    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,
+    price, price_first, price_cell, price_weight, halt,
 ):  # fmt: skip
     """Search until a goal state is taken out, nothing waits, or the budget is used.
 
@@ -88,7 +89,11 @@ def search(
     aside : int32: states that were closed when their cost fell.
     count : int64 (5,): waiting, set aside, expanded, generated, swept cells looked at.
     best : int64 (2,): cost of the best goal state, and the state; -1: none yet.
+    price : uint8 (cells,): terrain; empty: there is none.
+    price_first : int32 (primitives + 1,): where the cells begin that the base passes through during a primitive.
+    price_cell, price_weight : int32, int64 (k,): each as an offset, and what a terrain value of 1 there adds to the cost.
     """
+    priced = len(price) > 0
     waiting = int(count[u64(0)])
     aside_n = int(count[u64(1)])
     expanded = int(count[u64(2)])
@@ -147,6 +152,13 @@ def search(
                         checked += k - sweep_first[u64(p)]
                         break
                 if not open_:
+                    continue
+            if priced:
+                for k in range(price_first[u64(p)], price_first[u64(p + 1)]):
+                    g_to += price_weight[u64(k)] * price[u64(cell + price_cell[u64(k)])]
+                if not new and old - low <= g_to:
+                    continue
+                if best[u64(0)] >= 0 and g_to + h >= best[u64(0)]:
                     continue
             mark[u64(to)] = low + g_to
             parent[u64(to)] = p

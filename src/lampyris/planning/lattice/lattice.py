@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.cancellation import checkpoint
-from lampyris.errors import LimitError
+from lampyris.errors import FileError, LimitError
 from lampyris.kernels.lattice.sweep import sweep
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
 from lampyris.planning.lattice.primitives import (
     Primitive,
@@ -25,6 +26,7 @@ from lampyris.planning.lattice.primitives import (
     quarter_turned,
     straight,
 )
+from lampyris.planning.lattice.sampled import LatticeMotion, sampled
 from lampyris.typing import Floats
 
 UNIT = 1 << 20
@@ -33,6 +35,8 @@ STEP = 0.1
 """Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
 MOST_REACH = 1_000
 """Cells that a motion with the footprint may reach."""
+MOST_LENGTH = 200_000
+"""Cells that all motions together may be long."""
 MARGIN = STEP / 2 + 1e-6
 """By how much the footprint is widened in a sweep: no point of it is ever farther from a pose than that."""
 
@@ -49,6 +53,7 @@ class LatticeShape:
     headings : 16 or 32.
     reverse_cost : by how much a length driven in reverse costs more; infinite: none is.
     turn_cost : cost of a radian turned in place.
+    primitives : the primitives of a file, in place of our own; ``headings`` is how many theirs are.
     """
 
     footprint: Polygon
@@ -57,6 +62,7 @@ class LatticeShape:
     headings: int = 16
     reverse_cost: float = 2.0
     turn_cost: float = 4.0
+    primitives: MotionPrimitives | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +86,7 @@ class StateLattice:
     """
 
     shape: LatticeShape
-    primitives: tuple[Primitive, ...]
+    primitives: tuple[LatticeMotion, ...]
     first: NDArray[np.int32]
     cell: NDArray[np.int64]
     turned: NDArray[np.int32]
@@ -95,6 +101,12 @@ class StateLattice:
     low_clearance: float
 
     @property
+    def angles(self) -> tuple[float, ...]:
+        """The angle of each heading, radians in [0, 2 pi)."""
+        given = self.shape.primitives
+        return angles(self.shape.headings) if given is None else given.headings
+
+    @property
     def border(self) -> int:
         """Cells around a map that sweeps may reach."""
         return int(max(np.abs(self.sweep).max(), np.abs(self.cell).max())) + 1
@@ -107,28 +119,35 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
     Raises
     ------
     LimitError : ``LATTICE_REACH``: motions of more than 1,000 cells.
+    FileError : primitives of a file that the robot cannot drive.
     """
     n = shape.headings
-    # Everything is worked out for the headings of a quarter turn, and turned into the other quarters.
-    quarter = sorted(_motions(shape), key=lambda one: one.start)
-    made = [quarter_turned(one, n, k) for k in range(4) for one in quarter]
+    quarter: list[LatticeMotion]
+    made: list[LatticeMotion]
+    if shape.primitives is None:
+        # Everything is worked out for the headings of a quarter turn, and turned into the other quarters.
+        ours = sorted(motions_of(shape), key=lambda one: one.start)
+        quarter, times = list(ours), 4
+        made = [quarter_turned(one, n, k) for k in range(4) for one in ours]
+        turns = angles(n)[: n // 4]
+    else:
+        reverse = math.isfinite(shape.reverse_cost)
+        given = sampled(shape.primitives, shape.drive, shape.turn_radius, reverse)
+        made = quarter = sorted(given, key=lambda one: one.start)
+        times, turns = 1, shape.primitives.headings
+        if not any(one.cell != (0, 0) for one in made):
+            raise FileError(
+                "PRIMITIVE", "no motion to another cell", where=shape.primitives.name, allowed="one at least"
+            )
     first = np.searchsorted([one.start for one in made], np.arange(n + 1)).astype(np.int32)
-    cost = np.array([_cost(one, shape) for one in quarter] * 4, dtype=np.int64)
+    cost = np.array([_cost(one, shape) for one in quarter] * times, dtype=np.int64)
     arm = circumscribed_radius(shape.footprint)
-    reach = arm + max(max(abs(x), abs(y)) for x, y in (one.cell for one in quarter))
-    if reach > MOST_REACH:
-        raise LimitError(
-            "LATTICE_REACH",
-            f"motions and footprint reach {reach:.0f} cells",
-            allowed=f"at most {MOST_REACH} cells",
-            todo="take a coarser resolution or a smaller turn_radius",
-            setting="robot.turn_radius",
-        )
-    swept = _all_quarters([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter])
-    poses = [np.array([(0.0, 0.0, angle)]) for angle in angles(n)[: n // 4]]
-    stands = _all_quarters([_swept(shape.footprint, pose, arm) for pose in poses])
+    demand_reach(quarter, arm)
+    swept = _turned([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter], times)
+    poses = [np.array([(0.0, 0.0, angle)]) for angle in turns]
+    stands = _turned([_swept(shape.footprint, pose, arm) for pose in poses], times)
     low, chains = _low_chains([one.poses(STEP, 0.0) for one in quarter])
-    scale = min(int(c) / UNIT / o for c, o in zip(cost, chains * 4, strict=True) if o > 0)
+    scale = min(int(c) / UNIT / o for c, o in zip(cost, chains * times, strict=True) if o > 0)
     inscribed = inscribed_radius(shape.footprint)
     return StateLattice(
         shape,
@@ -146,7 +165,36 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
     )
 
 
-def _motions(shape: LatticeShape) -> Iterable[Primitive]:
+def demand_reach(motions: Sequence[LatticeMotion], arm: float) -> None:
+    """Refuse motions that are too long to be laid out pose by pose.
+
+    Parameters
+    ----------
+    arm : distance from the base to the farthest point of the robot, cells.
+
+    Raises
+    ------
+    LimitError : ``LATTICE_REACH``, ``LATTICE_LENGTH``.
+    """
+    reach = arm + max((one.reach for one in motions), default=0.0)
+    if reach > MOST_REACH:
+        raise LimitError(
+            "LATTICE_REACH",
+            f"motions and footprint reach {reach:.0f} cells",
+            allowed=f"at most {MOST_REACH} cells",
+            todo="take a coarser resolution or a smaller turn_radius",
+            setting="robot.turn_radius",
+        )
+    length = math.fsum(one.length for one in motions)
+    if length > MOST_LENGTH:
+        raise LimitError(
+            "LATTICE_LENGTH",
+            f"motions of {length:,.0f} cells together",
+            allowed=f"at most {MOST_LENGTH:,} cells",
+        )
+
+
+def motions_of(shape: LatticeShape) -> Iterable[Primitive]:
     """The motions that begin at a heading of the first quarter turn."""
     n = shape.headings
     headings = range(n // 4)
@@ -176,11 +224,11 @@ def _sideways(n: int) -> Iterable[Primitive]:
                 yield Primitive(k, k, ahead.cell, ahead.pieces, angles(n)[k], lateral)
 
 
-def _cost(one: Primitive, shape: LatticeShape) -> int:
+def _cost(one: LatticeMotion, shape: LatticeShape) -> int:
     if one.length == 0:
-        return math.ceil(one.turn * shape.turn_cost * UNIT)
+        return math.ceil(one.turn * shape.turn_cost * one.price * UNIT)
     factor = shape.reverse_cost if one.reverse else 1.0
-    return math.ceil(one.length * factor * UNIT)
+    return math.ceil(one.length * factor * one.price * UNIT)
 
 
 def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
@@ -216,10 +264,10 @@ def _reach(cells: NDArray[np.int32]) -> float:
     return math.sqrt(float((corner * corner).sum(axis=1).max()))
 
 
-def _all_quarters(swept: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
-    """The same cells, then turned counterclockwise by one, two and three quarters; y points down."""
+def _turned(swept: list[NDArray[np.int32]], times: int) -> list[NDArray[np.int32]]:
+    """The same cells, then turned counterclockwise by one quarter and so on, ``times`` in all; y points down."""
     quarters = [swept]
-    for _ in range(3):
+    for _ in range(times - 1):
         quarters.append([np.column_stack((cells[:, 1], -cells[:, 0])) for cells in quarters[-1]])
     return [cells for quarter in quarters for cells in quarter]
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.limits import demand_states
 from lampyris._core.settings import check_settings, flag, number, under_name, whole
-from lampyris.errors import SceneError, SettingError, shown
+from lampyris.errors import FileError, SceneError, SettingError, shown
+from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -24,7 +27,7 @@ from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
-from lampyris.planning.lattice.primitives import HEADINGS, angles
+from lampyris.planning.lattice.primitives import HEADINGS
 from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.typing import Cell
@@ -33,7 +36,7 @@ DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
 _NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
-_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
+_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost", "cost_penalty")
 """Settings by which the referee judges a path."""
 
 State = tuple[Cell, int]
@@ -51,6 +54,10 @@ class LatticePlanner:
     reverse_cost : a metre in reverse costs as much as so many ahead.
     reverse : whether it may drive in reverse.
     turn_cost : a radian turned in place costs as much as so many metres ahead.
+    primitives : file of motion primitives to drive in place of ours, with its own headings: Nav2's JSON or SBPL's
+        ``.mprim`` (:func:`lampyris.load_primitives`, whose result is taken too).
+    cost_penalty : ground of the highest terrain value, 252, costs so many times its length more; 4 is what planners
+        on cells pay, 0 ignores terrain.
     goal_tolerance : distance from the goal at which it counts as reached.
     goal_yaw_tolerance : angle from the yaw of the goal at which it counts as reached; at least the nearest heading
         does.
@@ -66,10 +73,14 @@ class LatticePlanner:
     reverse_cost: float = number(2.0, 1.0, 100.0)
     reverse: bool = flag(True)
     turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
+    cost_penalty: float = number(4.0, 0.0, 100.0)
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
+    primitives: str | MotionPrimitives | None = None
 
     name: ClassVar[str] = "lattice"
+    files: ClassVar[tuple[str, ...]] = ("primitives",)
+    """Settings that are names of files: in scenarios relative to the scenario's folder."""
     traits: ClassVar[Traits] = Traits(optimal=False, plans_headings=True)
     summary: ClassVar[str] = "State lattice: poses for a robot with a shape, with a bound on the cost."
     source: ClassVar[str] = (
@@ -83,22 +94,51 @@ class LatticePlanner:
                 "HEADINGS", "headings", shown(self.headings), where=self.name, allowed="16 or 32"
             )
 
+        given: Any = self.primitives
+        if isinstance(given, os.PathLike):
+            object.__setattr__(self, "primitives", os.fspath(given))
+        elif not (given is None or isinstance(given, MotionPrimitives) or (isinstance(given, str) and given)):
+            raise SettingError.of(
+                "PRIMITIVES",
+                "primitives",
+                shown(given),
+                where=self.name,
+                allowed="a file, or MotionPrimitives",
+            )
+
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
         return LatticeSession(self, scene)
 
 
 def lattice_for(scene: Scene, settings: LatticePlanner) -> StateLattice:
-    """The lattice of a scene's robot on the cells of its map."""
+    """The lattice of a scene's robot on the cells of its map.
+
+    Raises
+    ------
+    FileError : primitives for another resolution, or that the robot cannot drive.
+    """
     cell = scene.grid.resolution
+    given = settings.primitives
+    if isinstance(given, str):
+        given = load_primitives(given)
+    if given is not None and abs(given.resolution - cell) > 1e-6 * cell:
+        raise FileError(
+            "PRIMITIVE_RESOLUTION",
+            f"primitives for cells of {given.resolution:.9g} m, on a map of {cell:.9g} m",
+            where=given.name or "primitives",
+            allowed="the resolution of the map",
+            todo="make them for this map: lampyris primitives --resolution",
+        )
     return lattice_of(
         LatticeShape(
             footprint=tuple((x / cell, y / cell) for x, y in outline(scene)),
             drive=scene.robot.drive,
             turn_radius=scene.robot.turn_radius / cell,
-            headings=settings.headings,
+            headings=settings.headings if given is None else len(given.headings),
             reverse_cost=settings.reverse_cost if settings.reverse else math.inf,
             turn_cost=settings.turn_cost / cell,
+            primitives=given,
         )
     )
 
@@ -193,12 +233,16 @@ class LatticeSession(PoseSession[LatticeSearch]):
             self._note(what, path.poses[k], "the nearest pose of the lattice")
             for what, k in (("start", 0), ("goal", -1))
         )
-        terrain = "" if scene.grid.terrain is None else "terrain is ignored by planners of poses"
+        ignored = scene.grid.terrain is not None and self._settings.cost_penalty == 0
+        terrain = "terrain is ignored (cost_penalty=0)" if ignored else ""
         notes = tuple(filter(None, (*ends, terrain)))
+        attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
+        if self._lattice.shape.primitives is not None:
+            attributes["sampled"] = 1.0
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
-            attributes={name: getattr(self._settings, name) for name in _ATTRIBUTES},
+            attributes=attributes,
         )  # fmt: skip
 
     @property
@@ -216,34 +260,33 @@ class LatticeSession(PoseSession[LatticeSearch]):
         LimitError : ``MEMORY``.
         """
         grid, lattice = self._scene.grid, self._lattice
-        demand_states(grid.height, grid.width, lattice.border, lattice.shape.headings, self._settings.name)
-        return LatticeSearch(LatticeMap(grid, lattice, obstacles))
+        demand_states(grid.height, grid.width, lattice.border, len(lattice.angles), self._settings.name)
+        return LatticeSearch(LatticeMap(grid, lattice, obstacles, self._settings.cost_penalty))
 
     def starts(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""
-        n, grid = self._settings.headings, self._scene.grid
+        turns, grid = self._lattice.angles, self._scene.grid
         if not grid.contains(self._robot):
             raise SceneError("CHANGE_OUTSIDE", f"cell {self._robot} is outside the map", where="change.robot")
         if self._pose is None:
-            states = [(self._robot, k) for k in range(n)]
+            states = [(self._robot, k) for k in range(len(turns))]
             return [one for one in states if lattice_map.is_free(*one)]
-        states = [one for one in states_near(grid, n, self._pose) if lattice_map.is_free(*one)]
+        states = [one for one in states_near(grid, turns, self._pose) if lattice_map.is_free(*one)]
         return states[:1]
 
     def goals(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the goal: all within the tolerances, or the nearest that is free."""
-        n, scene = self._settings.headings, self._scene
+        turns, scene = self._lattice.angles, self._scene
         pose = scene.goal_pose
         x, y = scene.goal if pose is None else scene.grid.frame.to_points(pose[0], pose[1]).tolist()
         reach = self._settings.goal_tolerance / scene.grid.resolution
         width, height = scene.grid.width, scene.grid.height
-        headings = list(range(n))
+        headings = list(range(len(turns)))
         if pose is not None:
             yaw = pose[2] - scene.grid.origin[2]
             most = self._settings.goal_yaw_tolerance
-            headings = [k for k in headings if abs(difference(angles(n)[k], yaw)) <= most] or headings_near(
-                n, yaw
-            )[:1]
+            near = [k for k in headings if abs(difference(turns[k], yaw)) <= most]
+            headings = near or headings_near(turns, yaw)[:1]
         cells = [
             (cx, cy)
             for cx in range(max(0, math.ceil(x - reach)), min(width - 1, math.floor(x + reach)) + 1)
@@ -253,5 +296,5 @@ class LatticeSession(PoseSession[LatticeSearch]):
         states = lattice_map.free_states(cells, headings)
         if states or pose is None:
             return states
-        near = [one for one in states_near(scene.grid, n, pose) if lattice_map.is_free(*one)]
-        return near[:1]
+        around = [one for one in states_near(scene.grid, turns, pose) if lattice_map.is_free(*one)]
+        return around[:1]

@@ -15,6 +15,7 @@ from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.lattice import UNIT, StateLattice
+from lampyris.planning.lattice.terrain import tracks_of
 from lampyris.typing import Cell, Floats
 
 STEPS = replace(MOVES["octile"], corner_cutting=True)
@@ -86,23 +87,43 @@ class LatticeMap(BorderedMap):
     grid : the map.
     lattice : whose sweeps are checked in it.
     obstacles : cells that are blocked besides.
+    cost_penalty : what terrain of the highest value adds to the cost of a length, as a multiple of it.
 
     Attributes
     ----------
     offsets, swept, stands : the lattice's cells as differences of indices.
+    price, price_first, price_cell, price_weight : terrain, and what it adds to each primitive; empty if nothing.
     """
 
-    def __init__(self, grid: Grid, lattice: StateLattice, obstacles: Iterable[Cell] = ()) -> None:
+    def __init__(
+        self, grid: Grid, lattice: StateLattice, obstacles: Iterable[Cell] = (), cost_penalty: float = 0.0
+    ) -> None:
         super().__init__(grid, lattice.border, obstacles)
         self.lattice = lattice
         self.offsets = self._flat(lattice.cell)
         self.swept = self._flat(lattice.sweep).astype(np.int32)
         self.stands = self._flat(lattice.stand)
+        self.price: NDArray[np.uint8] = np.zeros(0, np.uint8)
+        self.price_first, self.price_cell = np.zeros(1, np.int32), np.zeros(0, np.int32)
+        self.price_weight = np.zeros(0, np.int64)
+        if grid.terrain is not None and cost_penalty > 0:
+            tracks = tracks_of(lattice)
+            self.price = np.pad(grid.terrain, self.border).ravel()
+            self.price_first, self.price_cell = tracks.first, self._flat(tracks.cell).astype(np.int32)
+            self.price_weight = tracks.weights(cost_penalty)
         self._low = self.room >= max(lattice.low_clearance - _ROUNDING, _LEAST)
 
     def _flat(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
         flat: NDArray[np.int64] = cells[:, 1].astype(np.int64) * self.stride + cells[:, 0]
         return flat
+
+    def cost(self, index: int, primitive: int) -> int:
+        """The cost of a primitive that begins at the cell of an index, in units of the lattice."""
+        cost = int(self.lattice.cost[primitive])
+        if len(self.price):
+            part = slice(*self.price_first[primitive : primitive + 2])
+            cost += int((self.price_weight[part] * self.price[index + self.price_cell[part]]).sum())
+        return cost
 
     def is_free(self, cell: Cell, heading: int) -> bool:
         """Whether the footprint at the centre of a cell of the map touches no wall."""
@@ -126,6 +147,8 @@ class LatticeMap(BorderedMap):
 
     def heuristic(self, goals: tuple[Cell, ...]) -> NDArray[np.int64]:
         """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
+
+        Terrain only adds to the cost of a path, and is left out.
 
         The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
         the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do

@@ -10,7 +10,8 @@ from lampyris.model.grid import Grid
 from lampyris.model.path import Pose, PosePath
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
-from lampyris.planning.lattice.primitives import Primitive, angles
+from lampyris.planning.lattice.primitives import angles
+from lampyris.planning.lattice.sampled import LatticeMotion
 from lampyris.planning.lattice.search import Found
 from lampyris.typing import Cell, Cells, Floats
 
@@ -18,9 +19,10 @@ STEP = 0.45
 """Cells that a point of the robot moves at most between two poses of a path."""
 
 
-def headings_near(headings: int, yaw: float) -> list[int]:
+def headings_near(headings: int | tuple[float, ...], yaw: float) -> list[int]:
     """Headings by their distance from a yaw in the frame of the cells, the nearest first."""
-    return sorted(range(headings), key=lambda k: (abs(difference(angles(headings)[k], yaw)), k))
+    turns = angles(headings)
+    return sorted(range(len(turns)), key=lambda k: (abs(difference(turns[k], yaw)), k))
 
 
 def difference(a: float, b: float) -> float:
@@ -34,7 +36,7 @@ def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.sqrt(dx * dx + dy * dy)
 
 
-def states_near(grid: Grid, headings: int, pose: Pose) -> list[tuple[Cell, int]]:
+def states_near(grid: Grid, headings: int | tuple[float, ...], pose: Pose) -> list[tuple[Cell, int]]:
     """The lattice states around a pose, the nearest first: the four nearest cells with the nearest heading."""
     (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
     cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]
@@ -57,6 +59,7 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
     lattice, grid = lattice_map.lattice, lattice_map.grid
     parts: list[Floats] = []
     gears: list[int] = []
+    prices: list[float] = []
     cells: list[Cell] = []
     for (cell, _), k in zip(found.states, found.primitives, strict=True):
         primitive = lattice.primitives[k]
@@ -66,20 +69,27 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
         track[:, 1] = y - track[:, 1]
         parts.append(track[:-1])
         gears += [gear_of(primitive)] * (len(track) - 1)
+        prices += [primitive.price] * (len(track) - 1)
         cells += _passed(track, cells)
     x, y = lattice_map.cell(found.last[0])
-    parts.append(np.array([(x, y, angles(lattice.shape.headings)[found.last[1]])]))
+    parts.append(np.array([(x, y, lattice.angles[found.last[1]])]))
     if not cells or cells[-1] != (x, y):
         cells.append((x, y))
     points = np.concatenate(parts)
     yaw = math.pi - np.remainder(math.pi - points[:, 2] - grid.origin[2], 2 * math.pi)
     metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
     to_m = grid.resolution / UNIT
-    path = PosePath(metres, np.array(gears, dtype=np.int64), found.cost * to_m, found.lower_bound * to_m)
+    path = PosePath(
+        metres,
+        np.array(gears, dtype=np.int64),
+        found.cost * to_m,
+        found.lower_bound * to_m,
+        np.array(prices) if any(price != 1.0 for price in prices) else None,
+    )
     return path, np.array(cells, dtype=np.int32)
 
 
-def gear_of(primitive: Primitive) -> int:
+def gear_of(primitive: LatticeMotion) -> int:
     """How a primitive is driven: 1 ahead, -1 in reverse, 0 on the spot."""
     if primitive.length == 0:
         return 0

@@ -38,8 +38,10 @@ def vectors(headings: int) -> tuple[tuple[int, int], ...]:
 
 
 @lru_cache(8)
-def angles(headings: int) -> tuple[float, ...]:
-    """The angle of each heading, radians in [0, 2 pi)."""
+def angles(headings: int | tuple[float, ...]) -> tuple[float, ...]:
+    """The angle of each heading, radians in [0, 2 pi): of so many of ours, or those given."""
+    if isinstance(headings, tuple):
+        return headings
     return tuple(float(elementary.atan2(y, x)) % (2 * math.pi) for x, y in vectors(headings))
 
 
@@ -70,6 +72,11 @@ class Primitive:
         return math.fsum(abs(length) for length, _ in self.pieces)
 
     @property
+    def reach(self) -> float:
+        """How far from the first cell it ends along an axis, cells."""
+        return float(max(map(abs, self.cell)))
+
+    @property
     def turn(self) -> float:
         """Angle turned, radians, whichever direction."""
         return math.fsum(abs(turn) for _, turn in self.pieces)
@@ -78,6 +85,11 @@ class Primitive:
     def reverse(self) -> bool:
         """Whether it is driven in reverse."""
         return any(length < 0 for length, _ in self.pieces)
+
+    @property
+    def price(self) -> float:
+        """Factor of its cost."""
+        return 1.0
 
     def poses(self, step: float, arm: float) -> Floats:
         """Poses along it, both ends included: x, y (cells, y up) and yaw; float64 (n, 3).

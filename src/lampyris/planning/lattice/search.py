@@ -43,7 +43,7 @@ class LatticeSearch:
 
     def __init__(self, lattice_map: LatticeMap) -> None:
         self.lattice_map = lattice_map
-        self._headings = lattice_map.lattice.shape.headings
+        self._headings = len(lattice_map.lattice.angles)
         n = lattice_map.walls.size * self._headings
         # Pages of memory that no search touches are never made.
         self._mark = np.zeros(n, dtype=np.int64)
@@ -99,7 +99,8 @@ class LatticeSearch:
                     lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                     lattice_map.swept, self._goals, self._near, weight, -1 if limit is None else limit, self._run,
                     self._mark, self._parent, self._closed, self._round, self._keys, self._states, self._aside,
-                    self._count, self._best,
+                    self._count, self._best, lattice_map.price, lattice_map.price_first, lattice_map.price_cell,
+                    lattice_map.price_weight,
                 )
             )  # fmt: skip
             if outcome != kernel.FULL:
@@ -149,7 +150,9 @@ class LatticeSearch:
             ) * self._headings + heading
             primitives.append(primitive)
             states.append((state // self._headings, heading))
-        cost = int(lattice.cost[primitives].sum()) if primitives else 0
+        cost = 0
+        for (cell, _), primitive in zip(states, primitives, strict=True):
+            cost += self.lattice_map.cost(cell, primitive)
         _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
         # with a consistent heuristic no search finds a path of more than its weight times the least cost.

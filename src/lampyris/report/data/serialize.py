@@ -69,7 +69,9 @@ def plan_record(
 
 def pose_record(path: PosePath) -> dict[str, Any]:
     """A path of poses: metres of the map frame and radians."""
+    prices = {} if path.prices is None else {"prices": path.prices.tolist()}
     return {
+        **prices,
         "poses": path.poses.tolist(),
         "gears": path.gears.tolist(),
         "length_m": path.length_m,

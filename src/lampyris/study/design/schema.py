@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from lampyris._core import defaults
 from lampyris._core.defaults import MOBILITY, TRACKS
-from lampyris.io.scenario.run_settings import DriveTable
+from lampyris.io.scenario.run_settings import DriveTable, InflationTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema import (
     MAP_KEYS,
@@ -330,6 +330,10 @@ class StudyFile(Table):
         Rule("MOVES", "dissertation, octile, four-connected or sixteen-connected"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")
+    inflation: InflationTable = Field(
+        InflationTable.model_validate({}),
+        description="Costs of the cells near walls; without it there are none.",
+    )
     maps: Annotated[
         list[StudyMap], Field(min_length=1, max_length=MAX_ENTRIES), Rule("MAPS", "one or more maps")
     ] = Field(description="Maps with their queries.")

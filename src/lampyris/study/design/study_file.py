@@ -16,6 +16,7 @@ from lampyris.io.scenario.read import read_document
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
+from lampyris.model.settings.inflation import Inflation
 from lampyris.study.design import bundled
 from lampyris.study.design.study import Kind, Study, StudyTraffic, World
 
@@ -139,7 +140,8 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     robot = tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
     kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
     _check_kind(file, kind, traffic_cases, tried)
-    reader = Worlds(files, tried, robot, moves, file.seed, has_folder)
+    inflation = Inflation(**file.inflation.model_dump())
+    reader = Worlds(files, tried, robot, moves, inflation, file.seed, has_folder)
     worlds = reader.of(file.maps)
     _check_traffic(worlds, traffic_cases, tried)
     if tried.faults:

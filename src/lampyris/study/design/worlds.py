@@ -19,6 +19,7 @@ from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError, LimitError, SceneError, plural
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import grid_for, read_scen
+from lampyris.io.maps.inflation import inflated
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.map_source import Files
 from lampyris.io.scenario.schema import Point, Pose
@@ -27,6 +28,7 @@ from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.inflation import Inflation
 from lampyris.planning.field.layers import free_cells
 from lampyris.study.design import schema as form
 from lampyris.study.design.config import Made, Tried
@@ -51,17 +53,24 @@ class Worlds:
     ----------
     files : where the files are that it names.
     tried : keeps what is wrong.
-    robot, moves : of the study.
+    robot, moves, inflation : of the study.
     root : its seed.
     has_folder : whether there is a folder that names of files are relative to.
     """
 
     def __init__(
-        self, files: Files, tried: Tried, robot: Robot, moves: str, root: int, has_folder: bool
+        self,
+        files: Files,
+        tried: Tried,
+        robot: Robot,
+        moves: str,
+        inflation: Inflation,
+        root: int,
+        has_folder: bool,
     ) -> None:
         self.notes: list[str] = []
         self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
-        self.has_folder = has_folder
+        self.has_folder, self.inflation = has_folder, inflation
         self.made: Made[World] = []
         self._names: dict[str, tuple[StudyMap, KeyPath]] = {}
         self._hashes: dict[str, str] = {}
@@ -136,6 +145,7 @@ class Worlds:
 
     def _ground(self, name: str, grid: Grid, key_path: KeyPath) -> StudyMap:
         """The map under its name; one that is known already, if it is the same."""
+        grid = inflated(grid, self.robot, self.inflation)
         cells = map_hash(grid)
         if name in self._names:
             known, first = self._names[name]
@@ -216,8 +226,9 @@ class Worlds:
         seen: set[tuple[str, Cell, Cell]] = set()
         for one in _scens(path):
             found = movingai.load(one, self._map_for(one, chosen, key_path), max_cells=self.files.max_cells)
-            # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
+            # Published lengths are of octile moves on plain ground, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
+            compared &= self.inflation.inflation_radius == 0
             grounds: dict[bool, StudyMap] = {}
             for query in spread(found.queries, spec.limit):
                 grid = grid_for(found.document, query.start)

@@ -14,6 +14,8 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.paths import PathPoints, read_path_points
+from lampyris.io.primitives.load import load_primitives
+from lampyris.io.scenario.robot_file import read_robot
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -21,6 +23,9 @@ from lampyris.io.tracks import dob
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
+from lampyris.model.lattice.motion_primitives import MotionPrimitives
+from lampyris.model.robot import DRIVES, Robot
+from lampyris.planning.lattice.sampled import sampled
 from lampyris.scenarios import load_scenario
 from lampyris_selfcheck.checks.files import fuzz_study as of_study
 from lampyris_selfcheck.checks.files import fuzz_valid as valid
@@ -102,6 +107,14 @@ def _scenario(path: Path, _: int) -> Scenario:
     return load_scenario(path, max_cells=of_study.MAX_CELLS)
 
 
+def _primitives(path: Path, k: int) -> MotionPrimitives:
+    """Motion primitives, and those that a robot of each kind can drive."""
+    found = load_primitives(path)
+    if k % 2 == 0:
+        list(sampled(found, DRIVES[k % 3], k % 5 * 0.3 / found.resolution, k % 4 == 0))
+    return found
+
+
 def _zones(path: Path, _: int) -> Any:
     return read_zones(path, valid.SMALL, 1.0)
 
@@ -160,4 +173,7 @@ TARGETS: Mapping[str, Target] = {
     "zones": Target(corpora.ZONES, "z.csv", _zones, valid.zones),
     "zones-npy": Target(corpora.ZONES_NPY, "z.npy", _zones, valid.zones),
     "dob": Target(corpora.DOB, "t.dob", _obstacles, valid.obstacles),
+    "mprim": Target(corpora.MPRIM, "p.mprim", _primitives, valid.primitives),
+    "primitives-json": Target(corpora.PRIMITIVES_JSON, "p.json", _primitives, valid.primitives),
+    "robot": Target(corpora.ROBOT, "r.yaml", lambda p, k: Robot(**read_robot(p)), valid.robot),
 }

@@ -14,7 +14,9 @@ from lampyris.io.paths import PathPoints
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.grid import Grid
+from lampyris.model.lattice.motion_primitives import MAX_HEADINGS, MotionPrimitives
 from lampyris.model.obstacles import ObstacleStates
+from lampyris.model.robot import DRIVES, Robot
 from lampyris.typing import Cell
 from lampyris_selfcheck.reference.files.map_sizes import Uneven, size
 
@@ -164,3 +166,29 @@ def scenario(found: Scenario) -> None:
     must(0 <= found.seed < 2**63, f"seed {found.seed}")
     for note in found.notes:
         words(note)
+
+
+def primitives(found: MotionPrimitives) -> None:
+    """Motion primitives: from a lattice state to another, without jumps."""
+    must(1e-6 <= found.resolution <= 1000, f"resolution {found.resolution}")
+    must(1 <= len(found.headings) <= MAX_HEADINGS, f"{len(found.headings)} headings")
+    must(found.motions, "no motion")
+    for one in found.motions:
+        must(np.isfinite(one.poses).all() and len(one.poses) >= 2, f"poses of {one.number}")
+        must(1e-3 <= one.price <= 1e6, f"price {one.price}")
+        ends = [(0.0, 0.0), (one.cell[0] * found.resolution, one.cell[1] * found.resolution)]
+        for pose, end, heading in zip(one.poses[[0, -1]], ends, (one.start, one.end), strict=True):
+            must(np.abs(pose[:2] - end).max() <= 1e-9 * found.resolution + 1e-12, f"ends of {one.number}")
+            off = math.remainder(float(pose[2]) - found.headings[heading], 2 * math.pi)
+            must(abs(off) < 1e-9, f"heading of {one.number}")
+        must(
+            np.abs(np.diff(one.poses[:, :2], axis=0)).max() <= 6 * found.resolution, f"a jump in {one.number}"
+        )
+
+
+def robot(found: Robot) -> None:
+    """A robot."""
+    must(found.drive in DRIVES, f"drive {found.drive}")
+    for value in (found.radius, found.v_max, found.a_max, found.d_max, found.a_lat_max, found.turn_radius):
+        must(0 <= value <= 1e9, f"a limit of {value}")
+    must(found.inscribed_radius <= found.radius, "the inscribed radius is above the circumscribed")

@@ -217,6 +217,102 @@ ObstacleExistsAfterTrajectory: 0
 DOB = Corpus(
     (_DOB,), (b"NumberOfPoints:", b"ObstacleRadius:", b"DynamicObstacleID:", b"NumberOfTrajectories:")
 )
+_MPRIM = b"""resolution_m: 0.1
+numberofangles: 4
+totalnumberofprimitives: 3
+primID: 0
+startangle_c: 0
+endpose_c: 3 0 0
+additionalactioncostmult: 1
+intermediateposes: 3
+0.0000 0.0000 0.0000
+0.1500 0.0000 0.0000
+0.3000 0.0000 0.0000
+primID: 1
+startangle_c: 0
+endpose_c: 0 0 -1
+additionalactioncostmult: 5
+intermediateposes: 3
+0 0 0
+0 0 -0.7854
+0 0 -1.5708
+primID: 0
+startangle_c: 1
+endpose_c: 0 -1 1
+additionalactioncostmult: 2
+intermediateposes: 2
+0.0 0.0 1.5708
+0.0 -0.1 1.5708
+"""
+_ANGLES = b"""resolution_m: 0.025
+min_turning_radius_m: 1.0
+numberofangles: 2
+angle:0 0.0
+angle:1 0.46364761
+totalnumberofprimitives: 1
+primID: 7
+startangle_c: 1
+endpose_c: 2 1 1
+additionalactioncostmult: 1
+turning_radius: 0.0000
+intermediateposes: 2
+0.0 0.0 0.4636
+0.05 0.025 0.4636
+"""
+MPRIM = Corpus(
+    (_MPRIM, _ANGLES),
+    (
+        b"primID:",
+        b"startangle_c:",
+        b"endpose_c:",
+        b"intermediateposes:",
+        b"angle:1",
+        b"numberofangles:",
+        b"turning_radius:",
+    ),
+)
+_AHEAD = b"""{"trajectory_id": 0, "start_angle_index": 0, "end_angle_index": 0, "left_turn": true, "trajectory_radius": 0.0,
+ "trajectory_length": 0.2, "arc_length": 0.0, "straight_length": 0.2, "poses": [[0.1, 0, 0], [0.2, 0.0, 0.0]]}"""
+_IN_PLACE = b"""{"trajectory_id": 1, "start_angle_index": 1, "end_angle_index": 0,
+ "poses": [[0, 0, 1.570796], [0, 0, 1e0], [0, 0, 0.5], [0, 0, 0.0]]}"""
+PRIMITIVES_JSON = Corpus(
+    (
+        b'{"version": 1.0, "lattice_metadata": {"motion_model": "diff", "turning_radius": 0.5, "grid_resolution": 0.05,'
+        b' "num_of_headings": 2, "heading_angles": [0.0, 1.5707963267948966], "number_of_trajectories": 2},\n'
+        b'"primitives": [' + _AHEAD + b",\n" + _IN_PLACE + b"]}",
+        b'{"lattice_metadata": {"grid_resolution": 0.1, "heading_angles": [0]}, "primitives": ['
+        + _AHEAD
+        + b"]}",
+    ),
+    (
+        b"poses",
+        b"grid_resolution",
+        b"heading_angles",
+        b"primitives",
+        b"trajectory_length",
+        b"start_angle_index",
+        b"NaN",
+    ),
+    change=change_tree,
+)
+ROBOT = Corpus(
+    (
+        b"rectangle: [1.2, 0.6]\ndrive: ackermann\nturn_radius: 1.5\nv_max: 0.8\n",
+        b"footprint: [[1, 0.3], [-0.3, 0.3], [-0.3, -0.3], [1, -0.3]]\na_max: 1\nd_max: 2.0\njerk_max: null\n",
+        b"radius: 0.25\na_lat_max: 1e0\n",
+    ),
+    (
+        b"footprint",
+        b"rectangle",
+        b"radius",
+        b"drive",
+        b"turn_radius",
+        b"differential",
+        b"omnidirectional",
+        *YAML_WORDS,
+    ),
+    change=change_tree,
+)
 SCENARIO_WORDS = (
     *b"version name map map_hash start goal robot preset moves planner law seed obstacles".split(),
     *b"simulate bundled file recipe rows resolution values colour size settings origin radius".split(),

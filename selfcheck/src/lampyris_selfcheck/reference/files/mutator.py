@@ -340,7 +340,7 @@ def _tree(data: bytes) -> Any:
     except (ValueError, RecursionError):
         try:
             tree = json.loads(json.dumps(yaml.safe_load(data.removesuffix(b"---\n")), default=str))
-        except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+        except (yaml.YAMLError, ValueError, TypeError, LookupError, RecursionError):
             return None
     return tree if isinstance(tree, dict | list) else None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 State = tuple[int, int, int]
 """Column, row and heading."""
@@ -12,7 +12,10 @@ Motion = tuple[int, int, int, int, tuple[tuple[int, int], ...]]
 
 
 def least_costs(
-    walls: Sequence[Sequence[bool]], motions: Mapping[int, Sequence[Motion]], starts: Iterable[State]
+    walls: Sequence[Sequence[bool]],
+    motions: Mapping[int, Sequence[Motion]],
+    starts: Iterable[State],
+    more: Callable[[int, int, int, int], int] = lambda x, y, heading, place: 0,
 ) -> dict[State, int]:
     """The least cost of every state that can be reached; cells off the map are no walls, but no base stands there.
 
@@ -21,6 +24,7 @@ def least_costs(
     walls : rows of cells.
     motions : of each heading.
     starts : states with cost 0.
+    more : what a motion costs besides, by the cell and heading that it begins at and its place among their motions.
     """
     height, width = len(walls), len(walls[0])
     best = dict.fromkeys(starts, 0)
@@ -33,7 +37,8 @@ def least_costs(
             continue
         done.add(state)
         x, y, heading = state
-        for dx, dy, turned, price, swept in motions[heading]:
+        for place, (dx, dy, turned, length, swept) in enumerate(motions[heading]):
+            price = length + more(x, y, heading, place)
             to = (x + dx, y + dy, turned)
             if not (0 <= to[0] < width and 0 <= to[1] < height):
                 continue

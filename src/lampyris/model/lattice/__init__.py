@@ -1,0 +1,1 @@
+"""Values of state lattices."""
