@@ -29,6 +29,15 @@ from lampyris.referee.meetings import (
     touching_at_the_end,
     tracks_violation,
 )
+from lampyris.referee.pose_drive import (
+    at_goal_pose,
+    curves_violation,
+    ends_violation,
+    outline_in,
+    walls_violation,
+    with_poses,
+    yaw_rate_violation,
+)
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -44,7 +53,8 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle size``, ``obstacle speed``,
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; on paths of poses also ``pose`` (yaw and curve do not fit each
+    other or the drive of the robot) and ``yaw rate``, and walls and contacts are those of the footprint; of obstacles ``obstacle size``, ``obstacle speed``,
     ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
     contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
@@ -62,6 +72,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _limits(drive)
         or _stops(drive)
         or _lateral(drive, motion)
+        or yaw_rate_violation(drive, motion)
         or _walls(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
@@ -120,7 +131,7 @@ def measure(drive: Drive) -> dict[str, Any]:
 
 def _motion(drive: Drive) -> RobotMotion:
     pieces = pieces_of(drive.curves, drive.scene.grid.resolution)
-    return motion_of(drive.t, drive.s, drive.v, drive.a, drive.leg, pieces)
+    return motion_of(drive.t, drive.s, drive.v, drive.a, drive.leg, pieces, outline_in(drive))
 
 
 def _at(rule: str, bad: NDArray[np.bool_], sentence: str, *values: Floats) -> Violation | None:
@@ -184,6 +195,8 @@ def _legs(drive: Drive) -> Violation | None:
 
 
 def _curves(drive: Drive) -> Violation | None:
+    if with_poses(drive):
+        return curves_violation(drive)
     for k in np.unique(drive.leg).tolist():
         found = joins(drive.curves[k], f"curve {k}", drive.scene.robot.turn_radius)
         if found is not None:
@@ -225,7 +238,11 @@ def _driven(drive: Drive) -> Violation | None:
         return found
     place = _places(drive, leg, s)
     start = np.array(drive.scene.start, dtype=np.float64)
-    if np.abs(place[0] - start).max() > SAME:
+    if with_poses(drive):
+        found = ends_violation(drive, place[0], np.flatnonzero(~same) + 1)
+        if found is not None:
+            return found
+    elif np.abs(place[0] - start).max() > SAME:
         return Violation(
             "start", "stretch 0", f"begins at {_xy(place[0])} cells; the start is {drive.scene.start}"
         )
@@ -321,6 +338,8 @@ def _walls(drive: Drive) -> Violation | None:
     if off.any():
         k = int(off.argmax())
         return Violation("outside", f"stretch {k}", f"{_xy(place[k])} is off the map")
+    if outline_in(drive) is not None:
+        return walls_violation(drive, _ranges(drive))
     for (curve, s0, s1), k in zip(_ranges(drive), np.unique(drive.leg).tolist(), strict=True):
         found = wall_along(curve, s0, s1, grid, radius)
         if found is not None:
@@ -341,6 +360,8 @@ def _end(drive: Drive) -> Violation | None:
     word, v = drive.outcome.value, float(drive.v[-1])
     place = _places(drive, drive.leg[-1:], drive.s[-1:])[0]
     there = np.abs(place - np.array(drive.scene.goal)).max() <= AT_GOAL
+    if with_poses(drive):
+        there = at_goal_pose(drive, place)
     if drive.arrived != bool(there and v == 0.0):
         what = f"{word}, and the robot is at {_xy(place)} with {v!r} m/s; the goal is {drive.scene.goal}"
         return Violation("outcome", "drive", what)
