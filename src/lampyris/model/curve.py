@@ -123,7 +123,9 @@ class PoseCurve(Curve):
         n = len(self.lengths)
         for name, shape in (("yaw", (n,)), ("turn", (n,)), ("outline", (None, 2)), ("states", (None,))):
             object.__setattr__(self, name, numbers_of("curve", name, getattr(self, name), shape))
-        end_yaw, margin = numbers_of("curve", "end_yaw and margin", (self.end_yaw, self.margin), (2,)).tolist()
+        end_yaw, margin = numbers_of(
+            "curve", "end_yaw and margin", (self.end_yaw, self.margin), (2,)
+        ).tolist()
         object.__setattr__(self, "end_yaw", end_yaw)
         object.__setattr__(self, "margin", margin)
 
@@ -150,7 +152,9 @@ class PoseCurve(Curve):
     def gears(self) -> NDArray[np.int64]:
         """How each piece is driven: 1 ahead (or sideways), -1 in reverse, 0 in place; (n,)."""
         along = self.heading[:, 0] * elementary.cos(self.yaw) - self.heading[:, 1] * elementary.sin(self.yaw)
-        gears: NDArray[np.int64] = np.where(self.in_place, 0, np.where(along < -0.999, -1, 1)).astype(np.int64)
+        gears: NDArray[np.int64] = np.where(self.in_place, 0, np.where(along < -0.999, -1, 1)).astype(
+            np.int64
+        )
         return gears
 
     def pieces_at(self, s: Floats) -> NDArray[np.int64]:

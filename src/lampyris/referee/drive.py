@@ -53,11 +53,13 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; on paths of poses also ``pose`` (yaw and curve do not fit each
-    other or the drive of the robot) and ``yaw rate``, and walls and contacts are those of the footprint; of obstacles ``obstacle size``, ``obstacle speed``,
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle size``, ``obstacle speed``,
     ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
     contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
+
+    On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
+    rate``; walls and contacts are those of the footprint, and to turn in place is to move.
 
     Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so
     that the jerk between two is not defined.

@@ -63,7 +63,7 @@ def _pose_curve(curve: PoseCurve, name: str, robot: Robot) -> Violation | None:
     rules: tuple[tuple[str, NDArray[np.bool_], str], ...] = (
         ("curve", ~still & (np.abs(size - 1.0) > SAME), "its heading is no unit vector"),
         ("bend", np.abs(curve.curvature) * robot.turn_radius > 1.0 + SAME * 100, "it is sharper than turn_radius"),
-        ("pose", ~still & (np.abs(curve.turn + curve.curvature) * curve.lengths > SAME), "the yaw does not turn as the path does"),
+        ("pose", ~still & (np.abs(curve.turn + curve.curvature) * curve.lengths > SAME), "its yaw turns otherwise"),
         ("pose", ~still & goes_straight & (drift > 1e-4), "it moves to the side of its heading"),
         ("pose", still & (curve.curvature != 0.0), "a turn in place has a curvature"),
         ("pose", still & (robot.drive == "ackermann"), "an ackermann robot turns in place"),
@@ -80,7 +80,9 @@ def _pose_curve(curve: PoseCurve, name: str, robot: Robot) -> Violation | None:
     for rule, off, unit in (("curve", gap / (1.0 + np.abs(curve.xy).max()), "cells"), ("pose", yaw, "rad")):
         if (off > SAME).any():
             k = int(off.argmax())
-            return Violation(rule, f"{name}, piece {k}", f"ends {float(off[k]):g} {unit} from where the next begins")
+            return Violation(
+                rule, f"{name}, piece {k}", f"ends {float(off[k]):g} {unit} from where the next begins"
+            )
     turns = np.hypot(*(goes[:-1] - curve.heading[1:]).T) > 10 * SAME
     turns |= still[:-1] & still[1:] & (np.sign(curve.turn[:-1]) != np.sign(curve.turn[1:]))
     turns[curve.stops[curve.stops > 0] - 1] = False
@@ -185,5 +187,7 @@ def walls_violation(drive: Drive, ranges: Sequence[tuple[Curve, float, float]]) 
                 x, y = places[i].tolist()
                 hit = overlapped(placed(outline / res, x, y, float(yaws[i])), grid.blocked)
                 if hit is not None:
-                    return Violation("wall", f"after {float(s[i]):.6g} m", f"the robot overlaps the blocked cell {hit}")
+                    return Violation(
+                        "wall", f"after {float(s[i]):.6g} m", f"the robot overlaps the blocked cell {hit}"
+                    )
     return None

@@ -61,15 +61,33 @@ def gaps_at(px, py, hx, hy, begins, kappa, cosine, sine, turn, pieces, resolutio
     """Distance from each point (cells) to the footprint at distance ``s``, metres, negative inside; into ``gap``."""
     k = piece_of(begins, pieces, s, 0)
     for i in range(len(xs)):
-        ax, ay = in_frame(
-            px, py, hx, hy, begins, kappa, cosine, sine, turn, resolution, k, s, xs[i], ys[i]
-        )
+        ax, ay = in_frame(px, py, hx, hy, begins, kappa, cosine, sine, turn, resolution, k, s, xs[i], ys[i])
         gap[i] = point_gap(vx, vy, ax, ay)
 
 
 @kernel(out=("gap",), each=50_000)
 def least_gaps(
-    px, py, hx, hy, begins, kappa, cosine, sine, turn, pieces, moved, rate, resolution, vx, vy, s0, s1, parts, xs, ys, gap
+    px,
+    py,
+    hx,
+    hy,
+    begins,
+    kappa,
+    cosine,
+    sine,
+    turn,
+    pieces,
+    moved,
+    rate,
+    resolution,
+    vx,
+    vy,
+    s0,
+    s1,
+    parts,
+    xs,
+    ys,
+    gap,
 ):
     """A lower bound of each point's distance to the footprint at all distances from ``s0`` to ``s1``; into ``gap``.
 
@@ -83,9 +101,7 @@ def least_gaps(
     """
     for i in range(len(xs)):
         k = piece_of(begins, pieces, s0, 0)
-        ax, ay = in_frame(
-            px, py, hx, hy, begins, kappa, cosine, sine, turn, resolution, k, s0, xs[i], ys[i]
-        )
+        ax, ay = in_frame(px, py, hx, hy, begins, kappa, cosine, sine, turn, resolution, k, s0, xs[i], ys[i])
         before = point_gap(vx, vy, ax, ay)
         there = moved[k] + rate[k] * (s0 - begins[k])
         least = before
@@ -180,10 +196,10 @@ def wall_gaps(blocked, width, height, vx, vy, xs, ys, cosine, sine, cells_x, cel
             high_x = max(high_x, x)
             high_y = max(high_y, y)
         best = gap[i]
-        left = max(int(math.floor(low_x - best)), 0)
-        right = min(int(math.ceil(high_x + best)), width - 1)
-        top = max(int(math.floor(low_y - best)), 0)
-        bottom = min(int(math.ceil(high_y + best)), height - 1)
+        left = max(math.floor(low_x - best), 0)
+        right = min(math.ceil(high_x + best), width - 1)
+        top = max(math.floor(low_y - best), 0)
+        bottom = min(math.ceil(high_y + best), height - 1)
         for row in range(top, bottom + 1):
             if row - 0.5 > high_y + best or row + 0.5 < low_y - best:
                 continue

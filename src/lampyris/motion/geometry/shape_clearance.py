@@ -21,7 +21,9 @@ from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats, Points
 
 
-def distance_along(samples: SampledPath, grid: Grid, reach: float, nodes: slice | NDArray[np.int64] = slice(None)) -> Floats:
+def distance_along(
+    samples: SampledPath, grid: Grid, reach: float, nodes: slice | NDArray[np.int64] = slice(None)
+) -> Floats:
     """Metres from the path's nodes (on a curve of poses: from the robot's rim there) to the nearest blocked square.
 
     Infinity beyond ``reach``; see :func:`lampyris.motion.geometry.clearance.wall_distance`.
@@ -88,4 +90,5 @@ def turn_rate(samples: SampledPath) -> Floats | None:
     if not isinstance(curve, PoseCurve) or len(samples) < 2:
         return None
     rate = np.abs(curve.turn[curve.pieces_at(0.5 * (samples.s[1:] + samples.s[:-1]))])
-    return np.maximum(np.append(rate, rate[-1]), np.insert(rate, 0, rate[0]))
+    most: Floats = np.maximum(np.append(rate, rate[-1]), np.insert(rate, 0, rate[0]))
+    return most

@@ -91,9 +91,12 @@ def pieces_of(curves: tuple[Curve, ...], resolution: float) -> Pieces:
     yaw, turn = [], []
     for curve in curves:
         n = len(curve.lengths)
-        poses = isinstance(curve, PoseCurve)
-        yaw.append(curve.yaw if poses and n else np.full(max(n, 1), curve.end_yaw if poses else 0.0))
-        turn.append(curve.turn if poses and n else np.zeros(max(n, 1)))
+        poses = curve if isinstance(curve, PoseCurve) else None
+        turn.append(poses.turn if poses is not None and n else np.zeros(max(n, 1)))
+        if poses is None:
+            yaw.append(np.zeros(max(n, 1)))
+        else:
+            yaw.append(poses.yaw if n else np.array([poses.end_yaw]))
         if n == 0:
             at.append(np.array([curve.end]))
             along.append(np.array([(1.0, 0.0)]))

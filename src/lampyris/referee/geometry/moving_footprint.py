@@ -7,6 +7,7 @@ each edge measured, and its side found by the parity of crossings.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,8 @@ def _to_outline(outline: Points, points: Points) -> Floats:
     share = np.clip((p * edge).sum(axis=2) / (edge * edge).sum(axis=1), 0.0, 1.0)
     rest = p - share[:, :, None] * edge
     distance = np.sqrt((rest * rest).sum(axis=2).min(axis=1))
-    return np.where(_inside(outline, points), -distance, distance)
+    signed: Floats = np.where(_inside(outline, points), -distance, distance)
+    return signed
 
 
 def _inside(outline: Points, points: Points) -> NDArray[np.bool_]:
@@ -50,7 +52,9 @@ def _inside(outline: Points, points: Points) -> NDArray[np.bool_]:
     return inside
 
 
-def times_within(outline: Points, place: Points, yaw: float, at: Points, velocity: Points, limit: float, length: float) -> list[tuple[float, float]]:  # fmt: skip
+def times_within(
+    outline: Points, place: Points, yaw: float, at: Points, velocity: Points, limit: float, length: float
+) -> list[tuple[float, float]]:
     """When a point that moves straight is within ``limit`` of a standing footprint, or on it: intervals in [0, length].
 
     The place of each edge is convex with its margin, so that the point is in it for one interval; these, and those between
@@ -82,7 +86,7 @@ def times_within(outline: Points, place: Points, yaw: float, at: Points, velocit
             if 0.0 < t < length:
                 cuts.add(t)
     times = sorted(cuts)
-    for t0, t1 in zip(times, times[1:], strict=False):
+    for t0, t1 in pairwise(times):
         middle = 0.5 * (t0 + t1)
         if _inside(outline, np.array([(px + ux * middle, py + uy * middle)]))[0]:
             spans.append((t0, t1))

@@ -67,7 +67,10 @@ def wheel(
         Constant: (lambda one: Follow(), ceiling),
         Optimum: (lambda one: Follow(), limits),
         DissertationLaw: (lambda one: ByRings(scene, one), limits),
-        Rpp: (lambda one: Regulated(replace(scene, robot=inscribed_disc(scene.robot)) if poses else scene, one), limits),
+        Rpp: (
+            lambda one: Regulated(replace(scene, robot=inscribed_disc(scene.robot)) if poses else scene, one),
+            limits,
+        ),
     }
     make, static = table[type(settings)]
     name = getattr(settings, "name", "") or next(

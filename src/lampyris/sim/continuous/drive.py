@@ -207,7 +207,9 @@ class DriveSimulation(Exclusive):
         """
         if poses and name_of(law) == "dissertation":
             why = "it looks at the cells that a disc passes, and a path of poses is driven by a footprint"
-            raise UsageError("LAW", f"the law dissertation and a planner of poses: {why}", where="law", allowed="physical")
+            raise UsageError(
+                "LAW", f"the law dissertation and a planner of poses: {why}", where="law", allowed="physical"
+            )
 
     def _take(self, curve: Curve) -> None:
         """Follow a path from its beginning."""

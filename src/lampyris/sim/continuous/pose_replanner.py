@@ -33,6 +33,7 @@ from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.typing import Cell, Floats
 
+
 def outlined(scene: Scene) -> Scene:
     """The scene as speed laws are to see it on a curve of poses, which has the robot's outline: its radius is 0."""
     return replace(scene, robot=disc(scene.robot, 0.0))

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris.kernels.motion.footprint_distance import gaps_at, least_gaps
@@ -79,7 +80,15 @@ class PoseLookup(CurveLookup):
         return min(max(float(s), 0.0), self.length)
 
     def first_unsafe(
-        self, s: float, v: float, push: float, period: float, d_max: float, xy: Points, reach: Floats, speed: Floats
+        self,
+        s: float,
+        v: float,
+        push: float,
+        period: float,
+        d_max: float,
+        xy: Points,
+        reach: Floats,
+        speed: Floats,
     ) -> int:
         """The first obstacle that a push for one period and full braking after it are not safe from; -1: none.
 
@@ -96,7 +105,7 @@ class PoseLookup(CurveLookup):
         )  # fmt: skip
 
     def first_contact(
-        self, segments: Floats, legs: Floats, radius: Floats, old: Floats
+        self, segments: Floats, legs: Floats, radius: Floats, old: NDArray[np.int64]
     ) -> tuple[float, int]:
         """The first instant at which the robot and one of several discs overlap, and which; (infinity, -1): never.
 
