@@ -255,7 +255,7 @@ def speed_profile(
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
         made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
         return replace(made, frame=scene.grid.frame)
-    poses = path.pose_path if isinstance(path, Plan) else None
+    poses, whole = path.pose_path if isinstance(path, Plan) else None, scene
     if poses is not None:
         if smooth != "none":
             raise UsageError(
@@ -283,7 +283,7 @@ def speed_profile(
         made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
     else:
         made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
-    _judge(made, along, scene, laws.settings_named(law), v0)
+    _judge(made, along, scene, laws.settings_named(law), v0, whole)
     return replace(made, frame=scene.grid.frame)
 
 
@@ -323,8 +323,13 @@ def _scheduled(
     return made
 
 
-def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, v0: float) -> None:
-    """Have the referee look at a profile: the motion itself, and the caps that its law promises."""
+def _judge(
+    made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, v0: float, whole: Scene
+) -> None:
+    """Have the referee look at a profile: the motion itself, and the caps that its law promises.
+
+    ``whole`` is the scene with the robot as it is: on a path of poses the laws are given one without a radius.
+    """
     robot = scene.robot
     if isinstance(along, SampledPath) and made.law == "dissertation":
         # It knows no limits of the robot but the top speed; how it is driven must still add up.
@@ -338,8 +343,17 @@ def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, 
     plain = ours == PhysicalLaw(creep=ours.creep) and scene.zones is None
     slowest = None if plain else LEAST
     corners = path is not None and ours.curvature
+    curve = along.curve if isinstance(along, SampledPath) else None
     found = referee.check_profile(
-        made, path, scene, v0=v0, creep=creep, slowest=slowest, corners=corners, stops=path is not None
+        made,
+        path,
+        scene,
+        v0=v0,
+        creep=creep,
+        slowest=slowest,
+        corners=corners,
+        stops=path is not None,
+        curve=curve,
     )
     referee.demand(found)
     if isinstance(along, SampledPath) and along.curve is not None and made.law != "rpp":
@@ -347,7 +361,7 @@ def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, 
         found = check_caps(
             made,
             along.curve,
-            scene,
+            whole,
             creep=creep,
             curvature=ours.curvature,
             clearance=static and ours.clearance,
