@@ -61,7 +61,7 @@ class PoseLookup(CurveLookup):
         """Distance from the robot's rim at a distance to points (cells, (m, 2)), metres, negative inside; (m,)."""
         gap = np.zeros(len(xy))
         if len(xy):
-            xs, ys = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
+            xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
             gaps_at(*self._pieces, self.curve.resolution, self._vx, self._vy, self._within(s), xs, ys, gap)
         return gap - self.margin
 
@@ -69,7 +69,7 @@ class PoseLookup(CurveLookup):
         """A lower bound of :meth:`gaps` at all distances from one to another; (m,)."""
         gap = np.zeros(len(xy))
         if len(xy):
-            xs, ys = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
+            xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
             least_gaps(
                 *self._pieces, self._moved, self._rate, self.curve.resolution, self._vx, self._vy,
                 self._within(s0), self._within(s1), PARTS, xs, ys, gap,
@@ -96,7 +96,7 @@ class PoseLookup(CurveLookup):
         ----------
         reach, speed : metres that the robot's rim must keep from each place now, and m/s by which that grows; (m,).
         """
-        xs, ys = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
+        xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
         return int(
             footprint_first_unsafe(
                 *self._pieces, self._moved, self._rate, self.curve.resolution, self._vx, self._vy, self._arm,
