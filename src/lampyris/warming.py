@@ -226,9 +226,15 @@ def _attributes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved."""
+    """A lattice, searched once and improved; its poses driven, and what the footprint comes near to."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
-    api.plan(_scene(robot=robot), "lattice", anytime=True, weight=3.0)
+    scene = _scene(robot=robot, traffic=(RandomWalk(2), Patrol(((12, 3), (12, 9)))))
+    plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
+    api.speed_profile(scene, plan)
+    late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
+    for more in ({}, late):
+        with suppress(LampyrisError):
+            api.drive(scene, "lattice", time_limit=3.0, **more)
 
 
 def _crowded() -> None:

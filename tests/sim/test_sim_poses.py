@@ -91,7 +91,7 @@ def test_parts_of_a_curve_backwards_and_joined_are_where_it_is(kind: str) -> Non
             assert np.abs(other.at(s)[0] - curve.at(there)[0]).max() < 1e-9
             away = np.remainder(other.yaw_at(s) - curve.yaw_at(there) + math.pi, 2 * math.pi) - math.pi
             assert np.abs(away).max() < 1e-9
-        whole = joined(part_of(curve, 0.0, a), part_of(curve, a, curve.length)) if 0 < a else curve
+        whole = joined(part_of(curve, 0.0, a), part_of(curve, a, curve.length)) if a > 0 else curve
         s = rng.uniform(0, curve.length, 20)
         assert np.abs(whole.at(s)[0] - curve.at(s)[0]).max() < 1e-9
         # A border is a stop where the curve stops, and at no other place.
@@ -211,7 +211,10 @@ def test_a_disc_on_a_path_of_poses_meets_obstacles_when_a_disc_does() -> None:
     t, who = box.first_contact(segments, legs, np.array([0.25]), np.zeros(1, dtype=np.int64))
     assert (t, who) == (pytest.approx(2.5 - 0.5 - 0.5 - 0.25, abs=1e-5), 0)
     beside = np.array([(0.0, 3.0, x, y + (0.2 + 0.25) / 0.05 + 0.001, 0.0, 0.0)])
-    assert box.first_contact(segments, beside, np.array([0.25]), np.zeros(1, dtype=np.int64)) == (math.inf, -1)
+    assert box.first_contact(segments, beside, np.array([0.25]), np.zeros(1, dtype=np.int64)) == (
+        math.inf,
+        -1,
+    )
 
 
 # ---- drives --------------------
@@ -221,7 +224,8 @@ def test_a_disc_on_a_path_of_poses_meets_obstacles_when_a_disc_does() -> None:
 def test_a_robot_follows_its_poses_and_arrives(kind: str) -> None:
     scene = scene_of(kind, yaw_rate_max=0.8)
     made = lampyris.drive(scene, "lattice", weight=1.5)
-    assert made.arrived and made.optimum is not None
+    assert made.arrived
+    assert made.optimum is not None
     path = lampyris.plan(scene, "lattice", weight=1.5).pose_path
     assert path is not None
     t = np.linspace(0, made.duration, 400)
@@ -256,7 +260,8 @@ def test_turning_in_place_takes_time() -> None:
 def test_a_drive_that_begins_at_its_goal_has_arrived() -> None:
     scene = scene_of(goal=(1.0, 1.5, 0.0), traffic=RandomWalk(2))
     made = lampyris.drive(scene, "lattice")
-    assert made.arrived and made.duration == 0.0
+    assert made.arrived
+    assert made.duration == 0.0
 
 
 def blocked_way(kind: str, **more):
@@ -265,8 +270,16 @@ def blocked_way(kind: str, **more):
     track = tuple((43, k) for k in (*range(4, y + 1), *[y] * 4000))
     free = Grid(np.zeros((60, 80), dtype=np.bool_), resolution=0.05)
     robot = Robot(footprint=BOX, drive=kind, turn_radius=0.3 if kind == "ackermann" else 0.0, v_max=0.5)
-    scene = Scene(free, start_pose=(0.6, 1.5, 0.0), goal_pose=(3.0, 1.5, 0.0), robot=robot, traffic=Recorded(track, 0.15))
-    return drive(scene, LatticePlanner(weight=1.5), patience=1.0, obstacle_speed=0.9, time_limit=120.0, **more)
+    scene = Scene(
+        free,
+        start_pose=(0.6, 1.5, 0.0),
+        goal_pose=(3.0, 1.5, 0.0),
+        robot=robot,
+        traffic=Recorded(track, 0.15),
+    )
+    return drive(
+        scene, LatticePlanner(weight=1.5), patience=1.0, obstacle_speed=0.9, time_limit=120.0, **more
+    )
 
 
 @pytest.mark.parametrize("kind", DRIVES)
@@ -274,7 +287,8 @@ def test_a_blocked_robot_finds_another_path_from_where_it_stands(kind: str) -> N
     made = blocked_way(kind)
     assert check_drive(made) is None
     assert made.arrived, made.detail
-    assert made.replans >= 1 and len(made.curves) >= 2
+    assert made.replans >= 1
+    assert len(made.curves) >= 2
     # It stood between two states: the new path begins with what leads to one of them.
     assert all(isinstance(curve, PoseCurve) for curve in made.curves)
     poses = made.poses(np.linspace(0, made.duration, 2000))
@@ -306,7 +320,9 @@ def test_the_clearance_cap_is_that_of_the_footprint() -> None:
     assert held
     for k in held:
         assert made.v[k] <= max(0.1 * 2.0, math.sqrt(2 * room[k])) + 1e-9
-    disc = replace(scene, robot=replace(scene.robot, footprint=((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))))
+    disc = replace(
+        scene, robot=replace(scene.robot, footprint=((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)))
+    )
     assert made.duration > lampyris.speed_profile(disc, plan).duration
 
 
