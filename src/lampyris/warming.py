@@ -232,9 +232,11 @@ def _poses() -> None:
     plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
     api.speed_profile(scene, plan)
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
-    for more in ({}, late):
+    x, y = scene.start
+    onto = replace(scene, traffic=(Recorded(tuple((x + k, y) for k in (3, 2, 1, 0))),))
+    for there, more in ((scene, {}), (scene, late), (onto, {})):
         with suppress(LampyrisError):
-            api.drive(scene, "lattice", time_limit=3.0, **more)
+            api.drive(there, "lattice", time_limit=3.0, **more)
 
 
 def _crowded() -> None:

@@ -19,6 +19,15 @@ from lampyris.referee.geometry.moving_discs import (
     nearest,
     standing_contacts,
 )
+from lampyris.referee.geometry.pose_drive import (
+    at_goal_pose,
+    curves_violation,
+    ends_violation,
+    outline_in,
+    walls_violation,
+    with_poses,
+    yaw_rate_violation,
+)
 from lampyris.referee.geometry.separation import obstacles_violation
 from lampyris.referee.geometry.shapes import Ints, stands_free
 from lampyris.referee.meetings import (
@@ -28,15 +37,6 @@ from lampyris.referee.meetings import (
     pairs_in,
     touching_at_the_end,
     tracks_violation,
-)
-from lampyris.referee.pose_drive import (
-    at_goal_pose,
-    curves_violation,
-    ends_violation,
-    outline_in,
-    walls_violation,
-    with_poses,
-    yaw_rate_violation,
 )
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats

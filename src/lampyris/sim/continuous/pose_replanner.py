@@ -94,12 +94,12 @@ class PoseReplanner(Replanner):
         plan: Plan | None = None
         for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
             shut = squares_near(self.scene, message, more)
-            for at, way in joins:
+            for at, lead in joins:
                 pose = pose_at(route.poses, at, self.scene.grid)
                 plan = self._ask_from(pose, shut - self._beneath(route, at, shut))
                 if plan and plan.pose_path is not None and self._same(pose, plan.pose_path.poses[0]):
                     curve = curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
-                    return plan, curve if way is None else joined(way, curve)
+                    return plan, curve if lead is None else joined(lead, curve)
         if plan is None:
             plan = self._ask_from(pose_at(route.poses, s, self.scene.grid), squares_near(self.scene, message))
         return plan, None
@@ -107,7 +107,7 @@ class PoseReplanner(Replanner):
     def _joins(
         self, route: PoseLookup, s: float, message: ObstacleMessage | None
     ) -> list[tuple[float, PoseCurve | None]]:
-        """Distances of states at which a new path may begin, and the way there from ``s``; None: the robot is there."""
+        """Distances of states at which a new path may begin, and the path there from ``s``; None: the robot is there."""
         curve, states = route.poses, route.poses.states
         here = states[np.abs(states - s) <= _HERE]
         if len(here) or not len(states):
@@ -118,7 +118,7 @@ class PoseReplanner(Replanner):
             found.append((float(ahead[0]), part_of(curve, s, float(ahead[0]))))
         if len(behind) and self._may_back(curve, float(behind[-1]), s):
             found.append((float(behind[-1]), backwards(part_of(curve, float(behind[-1]), s))))
-        return [(at, way) for at, way in found if self._clear(route, s, at, message)]
+        return [(at, lead) for at, lead in found if self._clear(route, s, at, message)]
 
     def _may_back(self, curve: PoseCurve, low: float, high: float) -> bool:
         """Whether the planner drives in reverse, or the robot would not."""
@@ -127,7 +127,7 @@ class PoseReplanner(Replanner):
         return bool((part_of(curve, low, high).gears < 1).all())
 
     def _clear(self, route: PoseLookup, s: float, at: float, message: ObstacleMessage | None) -> bool:
-        """Whether no obstacle that stands as reported is on the way along the path."""
+        """Whether no obstacle that stands as reported is on the path between."""
         if message is None or not len(message.xy) or not np.isfinite(message.xy).all():
             return True
         gaps = route.least_gaps(min(s, at), max(s, at), message.xy) - message.radius
