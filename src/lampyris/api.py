@@ -31,7 +31,7 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
-from lampyris.model.robot import LEAST, inscribed_disc
+from lampyris.model.robot import LEAST, disc, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec
@@ -42,6 +42,7 @@ from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.rpp import Rpp
 from lampyris.motion.profile import start_speed
 from lampyris.motion.timing.scheduled import scheduled_profile
 from lampyris.planning.assess import assess
@@ -254,15 +255,18 @@ def speed_profile(
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
         made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
         return replace(made, frame=scene.grid.frame)
-    poses = path.pose_path if isinstance(path, Plan) else None
+    poses, whole = path.pose_path if isinstance(path, Plan) else None, scene
     if poses is not None:
         if smooth != "none":
             raise UsageError(
                 "OPTIONS", "poses are driven as they are", where="smooth", allowed="a path of cells"
             )
-        # The speed near walls counts from the disc that is within the footprint.
-        scene = replace(scene, robot=inscribed_disc(scene.robot))
-        path = sample_curve(curve_of_poses(poses, scene.grid), _spacing(scene, spacing))
+        curve = curve_of_poses(poses, scene.grid, scene.robot)
+        if movers is not None:  # kept clear of the circle around the robot, wherever it looks
+            movers = replace(movers, radius=movers.radius + scene.robot.radius)
+        plain = isinstance(laws.settings_named(law), Rpp)
+        scene = replace(scene, robot=inscribed_disc(scene.robot) if plain else disc(scene.robot, 0.0))
+        path = sample_curve(curve, _spacing(scene, spacing))
         smooth, spacing = "none", None
         path = refined(path, scene)
     along = path if isinstance(path, SampledPath) else _path(path)
@@ -279,7 +283,7 @@ def speed_profile(
         made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
     else:
         made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
-    _judge(made, along, scene, laws.settings_named(law), v0)
+    _judge(made, along, scene, laws.settings_named(law), v0, whole)
     return replace(made, frame=scene.grid.frame)
 
 
@@ -319,8 +323,13 @@ def _scheduled(
     return made
 
 
-def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, v0: float) -> None:
-    """Have the referee look at a profile: the motion itself, and the caps that its law promises."""
+def _judge(
+    made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, v0: float, whole: Scene
+) -> None:
+    """Have the referee look at a profile: the motion itself, and the caps that its law promises.
+
+    ``whole`` is the scene with the robot as it is: on a path of poses the laws are given one without a radius.
+    """
     robot = scene.robot
     if isinstance(along, SampledPath) and made.law == "dissertation":
         # It knows no limits of the robot but the top speed; how it is driven must still add up.
@@ -334,8 +343,17 @@ def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, 
     plain = ours == PhysicalLaw(creep=ours.creep) and scene.zones is None
     slowest = None if plain else LEAST
     corners = path is not None and ours.curvature
+    curve = along.curve if isinstance(along, SampledPath) else None
     found = referee.check_profile(
-        made, path, scene, v0=v0, creep=creep, slowest=slowest, corners=corners, stops=path is not None
+        made,
+        path,
+        scene,
+        v0=v0,
+        creep=creep,
+        slowest=slowest,
+        corners=corners,
+        stops=path is not None,
+        curve=curve,
     )
     referee.demand(found)
     if isinstance(along, SampledPath) and along.curve is not None and made.law != "rpp":
@@ -343,7 +361,7 @@ def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, 
         found = check_caps(
             made,
             along.curve,
-            scene,
+            whole,
             creep=creep,
             curvature=ours.curvature,
             clearance=static and ours.clearance,
@@ -520,7 +538,7 @@ def drive(
     )  # fmt: skip
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "driving")
-    scene = among(scene, traffic)
+    scene = among(scene, traffic, poses=chosen.traits.plans_headings)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
     _with_method("feed", () if feed is None else (feed,), "tell")
@@ -535,12 +553,19 @@ def drive(
     return replace(made, detail=why(made, scene), timing=timing)
 
 
-def among(scene: Scene, traffic: ObstacleSpec | Sequence[ObstacleSpec] | None) -> Scene:
-    """The scene with this traffic, if any is given."""
+def among(
+    scene: Scene, traffic: ObstacleSpec | Sequence[ObstacleSpec] | None, *, poses: bool = False
+) -> Scene:
+    """The scene with this traffic, if any is given.
+
+    Parameters
+    ----------
+    poses : whether the robot has a heading: then it may stand where the circle around it does not fit.
+    """
     if traffic is not None:
         given: Any = traffic if isinstance(traffic, tuple | list) else (traffic,)
         scene = replace(scene, traffic=tuple(given))
-    free = free_space(scene)
+    free = free_space(replace(scene, robot=inscribed_disc(scene.robot)) if poses else scene)
     if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
         # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.
         scene = replace(scene, traffic=())

@@ -31,6 +31,8 @@ from lampyris.model.trace import Trace
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import draw_speed_on, line_of
+from lampyris.report.data.gaps import with_footprint
+from lampyris.report.pictures.footprints import outlines_along
 from lampyris.report.pictures.raster import draw_map
 from lampyris.typing import Cell, FloatGrid, Points
 
@@ -158,6 +160,8 @@ def trace(trace: Trace, *, ax: Axes | None = None) -> Axes:
 def drive(drive: Drive, *, ax: Axes | None = None) -> Axes:
     """A drive in continuous time: its map, where the robot and the obstacles went, start and goal.
 
+    A robot with a footprint and a heading is drawn to scale along its path.
+
     Parameters
     ----------
     drive : of :func:`lampyris.drive`.
@@ -165,7 +169,15 @@ def drive(drive: Drive, *, ax: Axes | None = None) -> Axes:
     """
     of_kind("drive", drive, Drive)
     driven = drive.at(np.linspace(0.0, drive.duration, _SAMPLES))[0] if len(drive.t) else np.zeros((0, 2))
-    return _run(drive.scene, driven, [track.xy for track in drive.tracks], ax)
+    axes = _run(drive.scene, driven, [track.xy for track in drive.tracks], ax)
+    if with_footprint(drive) and len(drive.t):
+        from matplotlib.collections import PolyCollection
+
+        poses = drive.poses(np.linspace(0.0, drive.duration, _SAMPLES))
+        look: dict[str, Any] = {"facecolor": style.with_alpha(style.GOAL, 0.22), "edgecolor": style.INK}
+        shown_ = PolyCollection(outlines_along(poses, drive.scene.robot), linewidths=0.7, zorder=2.5, **look)
+        axes.add_collection(shown_, autolim=False)
+    return axes
 
 
 def compare(

@@ -150,7 +150,11 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
     robot, usual = scenario.scene.robot, Robot()
     given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
     if scenario.planner in registry.pose_names():
-        given = [name for name in given if name not in ("radius", "footprint", "drive", "turn_radius")]
+        given = [
+            name
+            for name in given
+            if name not in ("radius", "footprint", "drive", "turn_radius", "yaw_rate_max")
+        ]
     if scenario.drive is not None:
         return ("jerk_max limits profiles, not drives",) if "jerk_max" in given else ()
     if laws.named(scenario.law).units != "m/s":

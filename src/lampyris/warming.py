@@ -226,9 +226,17 @@ def _attributes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved; hybrid A*; shortest curves."""
+    """A lattice, searched once and improved; its poses driven, and what the footprint comes near to; hybrid A*; curves."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
-    api.plan(_scene(robot=robot), "lattice", anytime=True, weight=3.0)
+    scene = _scene(robot=robot, traffic=(RandomWalk(2), Patrol(((12, 3), (12, 9)))))
+    plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
+    api.speed_profile(scene, plan)
+    late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
+    x, y = scene.start
+    onto = replace(scene, traffic=(Recorded(tuple((x + k, y) for k in (3, 2, 1, 0))),))
+    for there, more in ((scene, {}), (scene, late), (onto, {})):
+        with suppress(LampyrisError):
+            api.drive(there, "lattice", time_limit=3.0, **more)
     for drive in DRIVES:
         api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
     for curve in (curves.dubins, curves.reeds_shepp):

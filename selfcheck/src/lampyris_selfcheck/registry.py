@@ -15,6 +15,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "random": "checks.paths.random",
         "moving": "checks.traffic.moving",
         "profile": "checks.speed.profile",
+        "pose-drives": "checks.traffic.pose_drives",
         "sim": "checks.traffic.sim",
         "monitor": "checks.traffic.monitor",
         "faults": "checks.traffic.faults",

@@ -84,7 +84,9 @@ def decode(kind: type[T], given: object, where: str = "") -> T:
     """
     if not isinstance(given, Mapping):
         raise _refused(given, where, f"a dictionary of a {kind.__name__}")
-    made: Any = next((one for one in _family(kind) if one.__name__ == given.get("type")), None)
+    # The last of a name: a dataclass with slots replaces the class that it was made from.
+    named = [one for one in _family(kind) if one.__name__ == given.get("type")]
+    made: Any = named[-1] if named else None
     if made is None:
         names = " or ".join(one.__name__ for one in _family(kind))
         raise _refused(given.get("type"), f"{where}.type".lstrip("."), names)

@@ -15,6 +15,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Ends": ("start", "goal", "start-m", "goal-m", "path", "units"),
         "Robot": (
             "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
+            "yaw-rate-max",
             "tracking", "period", "command-period", "delay", "lag",
         ),
         "Planner and speed": (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lampyris._core.noun import Noun
+from lampyris.model.path import Pose
 from lampyris.typing import Cell
 
 
@@ -36,6 +37,8 @@ class Change(Noun):
     Parameters
     ----------
     robot : the cell the robot stands on now; None: where it was.
+    pose : the pose of a robot with a heading, (x, y, yaw): metres of the map frame, radians. Planners of poses begin at
+        the pose of theirs that is nearest to it, and take its cell for ``robot``; planners on cells do not look at it.
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow). A cell that a Change blocked and another frees has its terrain again.
@@ -54,3 +57,4 @@ class Change(Noun):
     terrain: tuple[tuple[Cell, int], ...] = ()
     tick: int = 0
     obstacle_tracks: tuple[ObstacleTrack, ...] | None = None
+    pose: Pose | None = None

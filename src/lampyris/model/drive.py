@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -9,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import elementary
 from lampyris._core.arrays import items_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
-from lampyris.model.curve import Curve
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
@@ -76,6 +78,8 @@ class Drive(Value, Tabular):
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
+    goal_tolerance : of a robot with a heading: metres and radians from the goal's pose within which the planner's goal lies;
+        None: the planner was one of cells.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -104,6 +108,7 @@ class Drive(Value, Tabular):
     detail: str = ""
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
+    goal_tolerance: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))
@@ -155,6 +160,27 @@ class Drive(Value, Tabular):
             here = self.leg[k] == leg
             xy[here] = self.curves[leg].at(s[here])[0]
         return xy, np.maximum(self.v[k] + self.a[k] * d, 0.0)
+
+    def poses(self, t: Floats) -> Floats:
+        """Where the robot is at some times and its yaw: metres of the map frame and radians, (m, 3).
+
+        Of a robot on a path of cells the yaw is the direction of the path.
+        """
+        t = np.clip(np.atleast_1d(np.asarray(t, dtype=np.float64)), self.t[0], self.t[-1])
+        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 1)
+        d = t - self.t[k]
+        s = self.s[k] + d * (self.v[k] + 0.5 * self.a[k] * d)
+        frame = self.scene.grid.frame
+        poses = np.zeros((len(t), 3))
+        for leg in np.unique(self.leg[k]).tolist():
+            here = self.leg[k] == leg
+            curve = self.curves[leg]
+            xy, heading = curve.at(s[here])
+            poses[here, :2] = frame.to_metres(xy)
+            along = elementary.atan2(-heading[:, 1], heading[:, 0])
+            poses[here, 2] = curve.yaw_at(s[here]) if isinstance(curve, PoseCurve) else along
+        poses[:, 2] = math.pi - np.remainder(math.pi - poses[:, 2] - frame.origin[2], 2 * math.pi)
+        return poses
 
     def why(self, k: int) -> str:
         """What bound the speed of stretch ``k``, in words."""

@@ -177,9 +177,25 @@ class PosePath(Value):
             bent, chord * np.where(bent, half, 1.0) / np.where(bent, elementary.sin(half), 1.0), chord
         )
 
-    def yaw_at(self, s: Floats) -> Floats:
-        """Yaw (radians, in (-pi, pi]) at distances driven, metres; where it turns in place, that after the turn."""
-        ends = np.concatenate(([0.0], np.cumsum(self.step_lengths)))
+    @property
+    def turned_in_place(self) -> float:
+        """Radians turned in place, either way."""
+        turn = np.remainder(np.diff(self.poses[:, 2]) + np.pi, 2 * np.pi) - np.pi
+        return math.fsum(np.abs(turn[self.gears == 0]).tolist())
+
+    def steps_in(self, arm: float) -> Floats:
+        """Length of each step where a radian turned in place counts as ``arm`` metres; metres, float64 (n - 1,)."""
+        turn = np.remainder(np.diff(self.poses[:, 2]) + np.pi, 2 * np.pi) - np.pi
+        return np.where(self.gears == 0, np.abs(turn) * arm, self.step_lengths)
+
+    def yaw_at(self, s: Floats, arm: float = 0.0) -> Floats:
+        """Yaw (radians, in (-pi, pi]) at distances, metres; of a turn that has no length, that after it.
+
+        Parameters
+        ----------
+        arm : metres that a radian turned in place counts as.
+        """
+        ends = np.concatenate(([0.0], np.cumsum(self.steps_in(arm))))
         yaw = np.unwrap(self.poses[:, 2])
         at = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, max(len(ends) - 2, 0))
         if len(ends) == 1:
@@ -189,13 +205,19 @@ class PosePath(Value):
         turned = yaw[at] + np.clip(share, 0.0, 1.0) * (yaw[at + 1] - yaw[at])
         return math.pi - np.remainder(math.pi - turned, 2 * math.pi)
 
-    def gear_at(self, s: Floats) -> NDArray[np.int64]:
-        """How it is driven at distances driven, metres: 1 ahead, -1 in reverse; of a change, what comes after it."""
-        driven = self.gears != 0
+    def gear_at(self, s: Floats, arm: float = 0.0) -> NDArray[np.int64]:
+        """How it is driven at distances, metres: 1 ahead, -1 in reverse, 0 in place; of a change, what comes after it.
+
+        Parameters
+        ----------
+        arm : metres that a radian turned in place counts as; 0: turns in place are left out.
+        """
+        lengths = self.steps_in(arm)
+        driven = lengths > 0
         if not driven.any():
             return np.zeros(len(s), dtype=np.int64)
-        ends = np.cumsum(self.step_lengths[driven])
-        at = np.minimum(np.searchsorted(ends, s, side="right"), len(ends) - 1)
+        ends = np.cumsum(lengths[driven])
+        at = np.minimum(np.searchsorted(ends, s + 1e-9 * ends[-1], side="right"), len(ends) - 1)
         gears: NDArray[np.int64] = self.gears[driven][at].astype(np.int64)
         return gears
 

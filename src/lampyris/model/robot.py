@@ -42,6 +42,8 @@ class Robot(Noun):
         omnidirectional also moves sideways. Planners on cells do not look at it.
     footprint : vertices (x ahead, y to the left) of its outline in metres, in order; the origin is its base, the
         point between the wheels that do not steer. None: a disc.
+    yaw_rate_max : greatest yaw rate on a path of poses. The default lets the point that is farthest from the base move at
+        v_max while the robot turns in place, and limits nothing else.
 
     Raises
     ------
@@ -64,6 +66,9 @@ class Robot(Noun):
     jerk_max: float | None = number(None, LEAST, GREATEST, unit="m/s3", none="no limit")
     drive: str = word("differential", DRIVES)
     footprint: Polygon | None = None
+    yaw_rate_max: float | None = number(
+        None, LEAST, GREATEST, unit="rad/s", none="v_max at the farthest point, in place"
+    )
 
     if TYPE_CHECKING:  # what is accepted; what is held is declared above
 
@@ -78,6 +83,7 @@ class Robot(Noun):
             jerk_max: float | None = ...,
             drive: str = ...,
             footprint: Sequence[Sequence[float]] | None = ...,
+            yaw_rate_max: float | None = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:

@@ -43,6 +43,19 @@ def curvature(kappa: Floats, *, a_lat_max: float) -> Floats:
     return out
 
 
+def yaw_rate(turn: Floats, *, yaw_rate_max: float) -> Floats:
+    """Slow enough to turn the robot: ``v <= yaw_rate_max / turn``, infinity where it does not turn.
+
+    Parameters
+    ----------
+    turn : radians a metre, the greatest that touches the node; (n,).
+    yaw_rate_max : rad/s.
+    """
+    out = np.full(len(turn), np.inf)
+    np.divide(yaw_rate_max, turn, out=out, where=turn > 0.0)
+    return out
+
+
 def approach(left: Floats, *, v_max: float, distance: float, v_app: float) -> Floats:
     """Slower towards the goal: ``max(v_max left / distance, v_app)`` within ``distance`` of it.
 

@@ -19,6 +19,15 @@ from lampyris.referee.geometry.moving_discs import (
     nearest,
     standing_contacts,
 )
+from lampyris.referee.geometry.pose_drive import (
+    at_goal_pose,
+    curves_violation,
+    ends_violation,
+    outline_in,
+    walls_violation,
+    with_poses,
+    yaw_rate_violation,
+)
 from lampyris.referee.geometry.separation import obstacles_violation
 from lampyris.referee.geometry.shapes import Ints, stands_free
 from lampyris.referee.meetings import (
@@ -49,6 +58,9 @@ def check_drive(drive: Drive) -> Violation | None:
     contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
 
+    On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
+    rate``; walls and contacts are those of the footprint, and to turn in place is to move.
+
     Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so
     that the jerk between two is not defined.
     """
@@ -62,6 +74,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _limits(drive)
         or _stops(drive)
         or _lateral(drive, motion)
+        or yaw_rate_violation(drive, motion)
         or _walls(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
@@ -120,7 +133,7 @@ def measure(drive: Drive) -> dict[str, Any]:
 
 def _motion(drive: Drive) -> RobotMotion:
     pieces = pieces_of(drive.curves, drive.scene.grid.resolution)
-    return motion_of(drive.t, drive.s, drive.v, drive.a, drive.leg, pieces)
+    return motion_of(drive.t, drive.s, drive.v, drive.a, drive.leg, pieces, outline_in(drive))
 
 
 def _at(rule: str, bad: NDArray[np.bool_], sentence: str, *values: Floats) -> Violation | None:
@@ -184,6 +197,8 @@ def _legs(drive: Drive) -> Violation | None:
 
 
 def _curves(drive: Drive) -> Violation | None:
+    if with_poses(drive):
+        return curves_violation(drive)
     for k in np.unique(drive.leg).tolist():
         found = joins(drive.curves[k], f"curve {k}", drive.scene.robot.turn_radius)
         if found is not None:
@@ -225,7 +240,11 @@ def _driven(drive: Drive) -> Violation | None:
         return found
     place = _places(drive, leg, s)
     start = np.array(drive.scene.start, dtype=np.float64)
-    if np.abs(place[0] - start).max() > SAME:
+    if with_poses(drive):
+        found = ends_violation(drive, place[0], np.flatnonzero(~same) + 1)
+        if found is not None:
+            return found
+    elif np.abs(place[0] - start).max() > SAME:
         return Violation(
             "start", "stretch 0", f"begins at {_xy(place[0])} cells; the start is {drive.scene.start}"
         )
@@ -321,6 +340,8 @@ def _walls(drive: Drive) -> Violation | None:
     if off.any():
         k = int(off.argmax())
         return Violation("outside", f"stretch {k}", f"{_xy(place[k])} is off the map")
+    if outline_in(drive) is not None:
+        return walls_violation(drive, _ranges(drive))
     for (curve, s0, s1), k in zip(_ranges(drive), np.unique(drive.leg).tolist(), strict=True):
         found = wall_along(curve, s0, s1, grid, radius)
         if found is not None:
@@ -341,6 +362,8 @@ def _end(drive: Drive) -> Violation | None:
     word, v = drive.outcome.value, float(drive.v[-1])
     place = _places(drive, drive.leg[-1:], drive.s[-1:])[0]
     there = np.abs(place - np.array(drive.scene.goal)).max() <= AT_GOAL
+    if with_poses(drive):
+        there = at_goal_pose(drive, place)
     if drive.arrived != bool(there and v == 0.0):
         what = f"{word}, and the robot is at {_xy(place)} with {v!r} m/s; the goal is {drive.scene.goal}"
         return Violation("outcome", "drive", what)

@@ -31,7 +31,12 @@ _MET = ("hit", "contact")
 
 def pairs_in(drive: Drive, motion: RobotMotion) -> Pairs:
     """Every part of the robot's motion with every obstacle that is there."""
-    return pairs_of(motion, drive.tracks, drive.scene.robot.radius, drive.scene.grid.resolution)
+    return pairs_of(motion, drive.tracks, radius_in(drive, motion), drive.scene.grid.resolution)
+
+
+def radius_in(drive: Drive, motion: RobotMotion) -> float:
+    """The robot's radius; 0 where its outline is looked at instead."""
+    return drive.scene.robot.radius if motion.outline is None else 0.0
 
 
 def tracks_violation(drive: Drive) -> Violation | None:
@@ -67,8 +72,9 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     met = first_contact(motion, pairs) if moving(motion, pairs).any() else None
     if met is not None and (drive.outcome is not Outcome.COLLISION or met[0] < late):
         t, obstacle, d = met
-        reach = drive.scene.robot.radius + drive.tracks[obstacle].radius
-        what = f"{d:.9g} m from the robot's centre at {t:.9g} s while it moves; the radii make {reach:g}"
+        reach = radius_in(drive, motion) + drive.tracks[obstacle].radius
+        whom = "the robot's centre" if motion.outline is None else "the robot's outline"
+        what = f"{d:.9g} m from {whom} at {t:.9g} s while it moves; the radii make {reach:g}"
         return Violation("collision", f"body {obstacle}", what)
     last = touching_at_the_end(drive, motion)
     if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
@@ -92,7 +98,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
 
 def touching_at_the_end(drive: Drive, motion: RobotMotion) -> list[int]:
     """Obstacles within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
-    radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
+    radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
     gaps = [gap_at(motion, track, radius, resolution, drive.duration) for track in drive.tracks]
     return [k for k, gap in enumerate(gaps) if gap <= NEAR]
 
@@ -103,7 +109,7 @@ def _moves_at_the_end(drive: Drive) -> bool:
 
 def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
     """What is reported as a contact is one, within a micrometre."""
-    radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
+    radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
     for k, m in enumerate(drive.moments):
         if m.word not in _MET:
             continue

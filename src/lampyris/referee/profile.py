@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -46,6 +47,7 @@ def check_profile(
     slowest: float | None = None,
     corners: bool = False,
     stops: bool = False,
+    curve: Curve | None = None,
 ) -> Violation | None:
     """Whether a profile keeps its law at every node and between nodes.
 
@@ -71,10 +73,11 @@ def check_profile(
         (see :func:`corner_bounds`); not required of a baseline law or of the dissertation's.
     stops : whether the robot must stand at corners that its turning circle does not fit in, rule ``turn``;
         nothing is asked of the dissertation's law.
+    curve : what the nodes lie on, if that is known. On one of poses a turn in place counts in ``s``.
     """
     if profile.law != "dissertation" and profile.law not in LAWS:
         return Violation("law", "profile", f"no rules are known here for a law called {profile.law!r}")
-    placed = _places(profile, planned, scene)
+    placed = _places(profile, planned, scene, curve)
     if isinstance(placed, Violation):
         return placed
     if profile.law == "dissertation":
@@ -248,7 +251,7 @@ def _nearest(levels: list[BoolGrid], places: Points, reach: float) -> Floats:
     return best
 
 
-def _places(profile: Profile, planned: Path | None, scene: Scene) -> Points | Violation:
+def _places(profile: Profile, planned: Path | None, scene: Scene, curve: Curve | None) -> Points | Violation:
     """Where the nodes are, cells; s must be the path's length to there."""
     if profile.xy is None:
         if planned is None:
@@ -266,6 +269,10 @@ def _places(profile: Profile, planned: Path | None, scene: Scene) -> Points | Vi
     give = ROUNDING * (chord + float(np.abs(xy).max()) * scene.grid.resolution)
     # No path is shorter than the straight one, and an arc of half a turn is the longest between two nodes.
     bad = ~((ds >= chord - give) & (ds <= chord * (math.pi / 2) + give))
+    if isinstance(curve, PoseCurve) and len(curve.lengths):
+        ends = np.cumsum(curve.lengths)
+        piece = np.minimum(np.searchsorted(ends, s[:-1] + 0.5 * ds, side="right"), len(ends) - 1)
+        bad &= (curve.heading[piece] != 0.0).any(axis=1) | (chord > give)
     return (
         first("s", bad, lambda k: f"{float(ds[k])!r} m for nodes {float(chord[k])!r} m apart", "edge") or xy
     )

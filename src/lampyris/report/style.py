@@ -199,3 +199,9 @@ def save(figure: Figure, out: OutFile, suffix: str, dpi: int) -> None:
             figure.savefig(out, format=suffix[1:], dpi=dpi, metadata=metadata)
     except OSError as error:
         raise cannot_write(out, error) from None
+
+
+def with_alpha(colour: str, alpha: float) -> tuple[float, float, float, float]:
+    """A colour ``#rrggbb`` as shares of red, green and blue, and how much it covers."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue, alpha

@@ -41,7 +41,7 @@ function limit(name, title, unit, value, least, about, none) {
 /** What the form calls the robot's limits. @type {Record<string, string>} */
 const ROBOT_TITLES = {
   radius: "radius", v_max: "top speed", a_max: "acceleration", d_max: "braking", a_lat_max: "sideways",
-  turn_radius: "turning radius", jerk_max: "jerk",
+  turn_radius: "turning radius", jerk_max: "jerk", yaw_rate_max: "yaw rate",
 };
 
 /** The robot's limits as the program declares them. @param {Setting[]} rows @returns {Setting[]} */

@@ -80,9 +80,11 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
     """Drive what a scenario says, write and print the result. Returns the exit code."""
     from lampyris import scenarios
     from lampyris.cli.request import scene_notes
+    from lampyris.planning.registry import pose_names
     from lampyris.report.data.serialize import drive_record
 
-    print_notes((*scenario.notes, *scene_notes(scenario.scene), *scenarios.without_effect(scenario)))
+    moved = () if scenario.planner in pose_names() else scene_notes(scenario.scene)
+    print_notes((*scenario.notes, *moved, *scenarios.without_effect(scenario)))
     with counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second, budget=budget)
     made: Drive = done
@@ -137,16 +139,20 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         after += f", {run.duration / run.optimum:.2f} times the optimum of the first path without obstacles"
     moments = [m.word for m in run.moments]
     hits = f"waits {moments.count('wait')}, hits {moments.count('hit')}, contacts {moments.count('contact')}"
-    turns = drive_corners(run)
+    turns, poses = drive_corners(run), run.goal_tolerance is not None
+    steps = f"{run.scene.robot.drive} drive" if poses else f"{run.scene.moves.name} moves"
+    corners = (
+        f"{turns['turns'] - turns['stops']} {'arcs' if poses else 'rounded'}, {turns['stops']} stops to turn"
+    )
     moving = float(run.v.max(initial=0.0))
     rows = [("scenario", name)] if name else []
     rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{run.scene.start} to {run.scene.goal}"),
-        ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}; {run.replans} replans"),
+        ("planner", f"{run.planner}, {steps}, seed {run.seed}; {run.replans} replans"),
         ("obstacles", f"{len(run.obstacle_specs)} ({counts})"),
         ("outcome", after),
-        ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
+        ("corners", corners + " or to change direction" * poses),
         ("events", hits),
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
         ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),

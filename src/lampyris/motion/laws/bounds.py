@@ -19,7 +19,7 @@ from lampyris.motion import caps
 from lampyris.motion.cap import Cap
 from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.sampled_path import SampledPath, places, sample_path
-from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of
+from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of, turning_cap
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.typing import Cell
 
@@ -116,6 +116,7 @@ def optimum_at_nodes(
     found = [Cap("limit", caps.limit(len(samples), scene.robot.v_max))]
     if samples.curve is not None or samples.curvature.any():
         found.append(Cap("curvature", caps.curvature(samples.curvature, a_lat_max=scene.robot.a_lat_max)))
+    found += turning_cap(samples, scene)
     return _profile("optimum", route, samples, scene, found, found, v0, on_infeasible)
 
 

@@ -14,8 +14,8 @@ from lampyris._core.limits import NODES
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.geometry.acceleration_switches import inserted
-from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.sampled_path import SampledPath
+from lampyris.motion.geometry.shape_clearance import distance_along
 from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
 from lampyris.typing import Floats
 
@@ -38,7 +38,7 @@ def refined(samples: SampledPath, scene: Scene, *, share: float = 0.9, halvings:
         return samples
     robot = scene.robot
     reach = reach_of(samples, robot.radius + robot.v_max * robot.v_max / (2.0 * robot.d_max))
-    away = wall_distance(samples.xy, scene.grid, reach)
+    away = distance_along(samples, scene.grid, reach)
     for _ in range(halvings):
         zones = scene.zones
         ends = _speed(away, scene, None if zones is None else zones_at(samples.xy, zones))
@@ -51,7 +51,7 @@ def refined(samples: SampledPath, scene: Scene, *, share: float = 0.9, halvings:
         NODES.demand(len(samples) + len(split), "the path", instead="choose a larger spacing")
         samples = _halved(samples, split)
         new = split + 1 + np.arange(len(split))
-        away = np.insert(away, split + 1, wall_distance(samples.xy[new], scene.grid, reach))
+        away = np.insert(away, split + 1, distance_along(samples, scene.grid, reach, new))
     return samples
 
 

@@ -26,8 +26,8 @@ from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, places, sample_path
+from lampyris.motion.geometry.shape_clearance import distance_along, turn_rate
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap
@@ -164,12 +164,22 @@ def _curvature(g: CapContext) -> list[Cap]:
     return [Cap("curvature", caps.curvature(g.samples.curvature, a_lat_max=g.scene.robot.a_lat_max))]
 
 
+def turning_cap(samples: SampledPath, scene: Scene) -> list[Cap]:
+    """The robot's yaw rate on a curve of poses, if it has a limit."""
+    rate, most = turn_rate(samples), scene.robot.yaw_rate_max
+    return [] if rate is None or most is None else [Cap("yaw rate", caps.yaw_rate(rate, yaw_rate_max=most))]
+
+
+def _turning(g: CapContext) -> list[Cap]:
+    return turning_cap(g.samples, g.scene)
+
+
 def _clearance(g: CapContext) -> list[Cap]:
     if not g.law.clearance:
         return []
     if g.cells is None:
         reach = reach_of(g.samples, g.enough)
-        near = room(g.samples, wall_distance(g.samples.xy, g.scene.grid, reach), reach)
+        near = room(g.samples, distance_along(g.samples, g.scene.grid, reach), reach)
         return [Cap("clearance", g.stopping(near))]
     squared = wall_squares(g.cells, g.scene.grid.blocked, g.rings)
     return [] if squared is None else [Cap("clearance", g.stopping(_metres(squared, g.scene)))]
@@ -223,6 +233,7 @@ _uncertainty, _blind = _guest("uncertainty", uncertainty_cap), _guest("blind", b
 TABLE: tuple[Rule, ...] = (
     _limit,
     _curvature,
+    _turning,
     _clearance,
     _zones,
     _uncertainty,
@@ -235,7 +246,7 @@ TABLE: tuple[Rule, ...] = (
 )
 """The rules, in the order in which ties are decided."""
 
-STATIC: tuple[Rule, ...] = (_limit, _curvature, _clearance, _zones, _uncertainty, _blind)
+STATIC: tuple[Rule, ...] = (_limit, _curvature, _turning, _clearance, _zones, _uncertainty, _blind)
 """Those that neither what moves nor the goal changes: the map's and the robot's."""
 
 

@@ -24,6 +24,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
+from lampyris.motion.geometry.shape_clearance import radius_along
 from lampyris.typing import BoolGrid, Cell, Floats
 
 _HALF = UNIT // 2
@@ -98,7 +99,7 @@ def blind_cap(samples: SampledPath, scene: Scene, settings: BlindArea, around: A
     robot = scene.robot
     d = hiding_distance(samples, scene, settings)
     v = stop_within(
-        d - robot.radius,
+        d - radius_along(samples, robot),
         d_max=robot.d_max,
         reaction=settings.reaction,
         hidden_speed=settings.hidden_speed,
@@ -113,7 +114,7 @@ def hiding_distance(samples: SampledPath, scene: Scene, settings: BlindArea) -> 
     The least over the edges that touch a node. Infinity where it does not slow the robot.
     """
     robot, resolution = scene.robot, scene.grid.resolution
-    enough = need(robot, settings) + robot.radius
+    enough = need(robot, settings) + radius_along(samples, robot)
     end = np.inf
     if settings.reach is not None and settings.reach - settings.hidden_radius < enough:
         end = settings.reach - settings.hidden_radius

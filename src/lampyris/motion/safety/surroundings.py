@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris.model.curve import PoseCurve
 from lampyris.motion.geometry.sampled_path import SampledPath
+from lampyris.motion.geometry.shape_clearance import edge_movement
 from lampyris.typing import FloatGrid, Floats, Points
 
 _TOUCH = 1e-9
@@ -39,8 +41,13 @@ def reach_of(samples: SampledPath, enough: float) -> float:
     """
     if len(samples) < 2:
         return enough
-    longest = float((samples.s[1:] - samples.s[:-1]).max())
-    bent = enough + 0.125 * float(samples.curvature.max()) * longest * longest
+    if isinstance(samples.curve, PoseCurve):
+        moves, leaves = edge_movement(samples)
+        longest, bow = float(moves.max()), float(leaves.max())
+    else:
+        longest = float((samples.s[1:] - samples.s[:-1]).max())
+        bow = 0.125 * float(samples.curvature.max()) * longest * longest
+    bent = enough + bow
     return math.sqrt(bent * bent + 0.25 * longest * longest) + longest * (1.0 + _SLACK)
 
 
@@ -66,21 +73,24 @@ def edge_room(samples: SampledPath, distance: Floats, reach: float) -> Floats:
 
     Not taken: the bound by slope 1, ``(A + B - ds) / 2``. Half a cell from a wall, with nodes a quarter of a
     cell apart, it leaves 75 % of the room, this 97 %.
+
+    On a curve of poses the distances are those of the robot's rim; each of its points moves on a chord or an arc of its
+    own, and D is the square of the longest: the bound falls as D grows.
     """
     near = np.minimum(distance, reach)
     near *= near
     a, b = near[:-1], near[1:]
-    ds = samples.s[1:] - samples.s[:-1]
+    ds, leaves = edge_movement(samples)
     d = ds * ds
+    still = d == 0.0
     lean = a - b
     least = np.minimum(a, b)
     between = np.abs(lean) < d
     lean += d
-    np.subtract(a, lean * lean / (4.0 * d), out=least, where=between)
+    np.subtract(a, lean * lean / np.where(still, 1.0, 4.0 * d), out=least, where=between)
     np.maximum(least, 0.0, out=least)
     np.sqrt(least, out=least)
-    bend = np.minimum(samples.curvature[:-1], samples.curvature[1:])
-    least -= 0.125 * bend * d
+    least -= leaves
     np.maximum(least, 0.0, out=least)
     least[np.isinf(distance[:-1]) & np.isinf(distance[1:])] = np.inf
     return least

@@ -16,8 +16,8 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.sampled_path import SampledPath
+from lampyris.motion.geometry.shape_clearance import distance_along
 from lampyris.motion.safety.surroundings import reach_of, room
 
 
@@ -61,14 +61,14 @@ def uncertainty_cap(samples: SampledPath, scene: Scene, settings: Uncertainty, a
     creep = one.creep * robot.v_max
     enough = robot.radius + one.k * (one.sigma_0 + one.sigma_v * robot.v_max)
     reach = reach_of(samples, enough)
-    free = room(samples, wall_distance(samples.xy, scene.grid, reach), reach) - robot.radius
+    free = room(samples, distance_along(samples, scene.grid, reach), reach) - robot.radius
     speed = caps.narrow(free, sigma_0=one.sigma_0, sigma_v=one.sigma_v, k=one.k, creep=creep)
     found = [Cap("uncertainty", speed)]
     unknown = scene.grid.unknown
     if unknown is not None and unknown.any():
         seen = Grid(unknown, resolution=scene.grid.resolution)
         reach = reach_of(samples, robot.radius + one.observations * one.period * robot.v_max)
-        ahead = np.maximum(room(samples, wall_distance(samples.xy, seen, reach), reach) - robot.radius, 0.0)
+        ahead = np.maximum(room(samples, distance_along(samples, seen, reach), reach) - robot.radius, 0.0)
         found.append(
             Cap(
                 "undecided",

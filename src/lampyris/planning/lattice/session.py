@@ -57,7 +57,8 @@ class PoseSession(SessionBase, Generic[M]):
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """Poses from where the robot is to the goal.
 
-        A change that moves the robot to a cell gives no heading: any heading will do there.
+        The path begins at ``change.pose``, or at the planner's pose nearest to it. A change that moves the robot to a
+        cell gives no heading: any heading will do there.
 
         Raises
         ------
@@ -70,6 +71,8 @@ class PoseSession(SessionBase, Generic[M]):
             self._scene = scene
         if change.robot is not None:
             self._robot, self._pose = change.robot, None
+        if change.pose is not None:
+            self._robot, self._pose = scene.grid.to_cell(*change.pose[:2]), change.pose
         ends = (self._robot, scene.goal)  # covered now, free again later
         obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
         if obstacles or self._search is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris.model.curve import Curve
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.grid import Grid
 from lampyris.referee.geometry.shapes import Ints, slack
 from lampyris.referee.verdict import Violation
@@ -42,6 +42,8 @@ class Pieces:
     bend : (n,), curvature, 1/m, with its sign.
     begin, end : (n,), distance along its curve.
     first : (curves + 1,), number of each curve's first piece.
+    yaw, turn : (n,), yaw of a robot with a heading where each begins (radians counterclockwise) and radians a metre;
+        0 where it has none.
     """
 
     at: Points
@@ -50,6 +52,18 @@ class Pieces:
     begin: Floats
     end: Floats
     first: Ints
+    yaw: Floats
+    turn: Floats
+
+    def yaw_at(self, piece: Ints, s: Floats) -> Floats:
+        """Yaw of the robot at distances ``s`` on its pieces."""
+        return np.asarray(self.yaw[piece] + self.turn[piece] * (s - self.begin[piece]))
+
+    @property
+    def in_place(self) -> NDArray[np.bool_]:
+        """Whether each piece is a turn on which the base stands still."""
+        still: NDArray[np.bool_] = (self.along == 0.0).all(axis=1)
+        return still
 
     def place(self, piece: Ints, s: Floats) -> tuple[Points, Points]:
         """Where a robot is (metres) and along what it drives, at distances ``s`` on its pieces; (m, 2) each.
@@ -74,8 +88,15 @@ class Pieces:
 def pieces_of(curves: tuple[Curve, ...], resolution: float) -> Pieces:
     """All pieces of some curves. A curve of none (start and goal are one) is a piece of no length."""
     at, along, bend, begin, end, first = [], [], [], [], [], [0]
+    yaw, turn = [], []
     for curve in curves:
         n = len(curve.lengths)
+        poses = curve if isinstance(curve, PoseCurve) else None
+        turn.append(poses.turn if poses is not None and n else np.zeros(max(n, 1)))
+        if poses is None:
+            yaw.append(np.zeros(max(n, 1)))
+        else:
+            yaw.append(poses.yaw if n else np.array([poses.end_yaw]))
         if n == 0:
             at.append(np.array([curve.end]))
             along.append(np.array([(1.0, 0.0)]))
@@ -92,7 +113,7 @@ def pieces_of(curves: tuple[Curve, ...], resolution: float) -> Pieces:
         first.append(first[-1] + max(n, 1))
     if not curves:
         nothing, none = np.zeros((0, 2)), np.zeros(0)
-        return Pieces(nothing, nothing, none, none, none, np.array(first))
+        return Pieces(nothing, nothing, none, none, none, np.array(first), none, none)
     return Pieces(
         np.concatenate(at) * resolution,
         np.concatenate(along),
@@ -100,6 +121,8 @@ def pieces_of(curves: tuple[Curve, ...], resolution: float) -> Pieces:
         np.concatenate(begin),
         np.concatenate(end),
         np.array(first),
+        np.concatenate(yaw),
+        np.concatenate(turn),
     )
 
 

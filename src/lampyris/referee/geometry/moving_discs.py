@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from lampyris.model.obstacles import Track
 from lampyris.referee.geometry.lines_and_arcs import Pieces
+from lampyris.referee.geometry.moving_footprint import signed_distance, times_within
 from lampyris.referee.geometry.shapes import TOUCH, Ints
 from lampyris.typing import Floats, Points
 
@@ -45,6 +46,7 @@ class RobotMotion:
     s, v, a : at t0: metres along the curve, m/s, m/s2.
     piece : number of the piece in ``pieces``.
     pieces : all curves' pieces.
+    outline : vertices of a footprint, metres, (k, 2); None: a disc, and distances are those of its centre.
     """
 
     t0: Floats
@@ -54,6 +56,26 @@ class RobotMotion:
     a: Floats
     piece: Ints
     pieces: Pieces
+    outline: Points | None = None
+
+    def gap(self, part: Ints, t: Floats, centre: Points) -> Floats:
+        """Metres from points to the centre of the disc, or to the footprint (negative inside), at times of parts; (m,)."""
+        place = self.at(part, t)[0]
+        if self.outline is None:
+            away = place - centre
+            return np.asarray(np.sqrt((away * away).sum(axis=1)))
+        d = t - self.t0[part]
+        s = self.s[part] + d * (self.v[part] + 0.5 * self.a[part] * d)
+        return signed_distance(self.outline, place, self.pieces.yaw_at(self.piece[part], s), centre)
+
+    @property
+    def quick(self) -> Floats:
+        """Greatest speed of any point of the robot, of each part."""
+        if self.outline is None:
+            return self.top
+        arm = float(np.hypot(*self.outline.T).max())
+        base = np.where(self.pieces.in_place, 0.0, 1.0)
+        return self.top * (base + np.abs(self.pieces.turn) * arm)[self.piece]
 
     def at(self, part: Ints, t: Floats) -> tuple[Points, Points]:
         """Where the robot is (metres) and its velocity (m/s) at times ``t`` of some parts; (m, 2) each."""
@@ -73,7 +95,9 @@ class RobotMotion:
         return self.top**2 * np.abs(self.pieces.bend[self.piece])
 
 
-def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pieces) -> RobotMotion:
+def motion_of(
+    t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pieces, outline: Points | None = None
+) -> RobotMotion:
     """Cut a drive's stretches at the borders of pieces. ``leg`` numbers curves of ``pieces``.
 
     The distance at the end of a stretch is the next one's s (they are checked to agree), except where the leg
@@ -88,7 +112,7 @@ def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pie
         begins = pieces.begin[pieces.first[k] : pieces.first[k + 1]]
         found = np.searchsorted(begins, middle[here], side="right") - 1
         piece[here] = low[here] + np.clip(found, 0, high[here] - low[here] - 1)
-    return RobotMotion(t0, t1, at, speed, rate, piece, pieces)
+    return RobotMotion(t0, t1, at, speed, rate, piece, pieces, outline)
 
 
 def _segments(
@@ -186,7 +210,11 @@ class _Seen(NamedTuple):
 def _look(motion: RobotMotion, p: Pairs, begin: Floats, end: Floats) -> _Seen:
     m, h = 0.5 * (begin + end), 0.5 * (end - begin)
     place, drive = motion.at(p.part, m)
-    gap = place - (p.at + p.velocity * (m - p.begin)[:, None])
+    centre = p.at + p.velocity * (m - p.begin)[:, None]
+    if motion.outline is not None:
+        d = motion.gap(p.part, m, centre)
+        return _Seen(d, d - (motion.quick[p.part] + np.hypot(p.velocity[:, 0], p.velocity[:, 1])) * h)
+    gap = place - centre
     f = (gap * gap).sum(axis=1)
     d = np.sqrt(f)
     top = motion.top[p.part]
@@ -274,6 +302,8 @@ def standing_contacts(motion: RobotMotion, pairs: Pairs, apart: float = 1e-9) ->
     if len(p.begin) == 0:
         return []
     limit = p.reach - TOUCH * np.maximum(1.0, p.reach)
+    if motion.outline is not None:
+        return _on_footprint(motion, p, limit, apart)
     gap = p.at - motion.at(p.part, p.begin)[0]
     u = p.velocity
     a = (u * u).sum(axis=1)
@@ -296,11 +326,34 @@ def standing_contacts(motion: RobotMotion, pairs: Pairs, apart: float = 1e-9) ->
     return out
 
 
+def _on_footprint(motion: RobotMotion, p: Pairs, limit: Floats, apart: float) -> list[Episode]:
+    """As :func:`standing_contacts`, of a footprint."""
+    assert motion.outline is not None
+    moves = np.hypot(p.velocity[:, 0], p.velocity[:, 1]) * (p.end - p.begin)
+    near = np.flatnonzero((motion.gap(p.part, p.begin, p.at) < limit + moves) & (limit > 0))
+    out: list[Episode] = []
+    for k in near[np.lexsort((p.begin[near], p.obstacle[near]))].tolist():
+        part, begin = p.part[k : k + 1], float(p.begin[k])
+        place = motion.at(part, p.begin[k : k + 1])[0][0]
+        yaw = float(motion.pieces.yaw_at(motion.piece[part], motion.s[part])[0])
+        length = float(p.end[k]) - begin
+        found = times_within(motion.outline, place, yaw, p.at[k], p.velocity[k], float(limit[k]), length)
+        for t0, t1 in found:
+            one = Episode(int(p.obstacle[k]), begin + t0, begin + t1)
+            if out and out[-1].obstacle == one.obstacle and one.begin <= out[-1].end + apart:
+                one = one._replace(begin=out.pop().begin)
+            out.append(one)
+    return out
+
+
 def gap_at(motion: RobotMotion, track: Track, radius: float, resolution: float, t: float) -> float:
     """Metres between the two discs' rims at one time; infinity before the obstacle is there."""
     if t < track.t[0] or len(motion.t0) == 0:
         return float("inf")
     part = np.array([max(0, int(np.searchsorted(motion.t0, t, side="right")) - 1)])
-    place = motion.at(part, np.array([min(max(t, float(motion.t0[0])), float(motion.t1[-1]))]))[0][0]
+    when = np.array([min(max(t, float(motion.t0[0])), float(motion.t1[-1]))])
     x, y = (float(np.interp(t, track.t, track.xy[:, k])) * resolution for k in (0, 1))
+    if motion.outline is not None:
+        return float(motion.gap(part, when, np.array([(x, y)]))[0]) - track.radius
+    place = motion.at(part, when)[0][0]
     return float(np.hypot(place[0] - x, place[1] - y)) - radius - track.radius

@@ -9,6 +9,7 @@ import numpy as np
 from lampyris.model.drive import Drive
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import DPI, runs_of
+from lampyris.report.data.gaps import gaps_between
 from lampyris.report.data.metrics import drive_shares, worth_telling
 from lampyris.typing import Floats
 
@@ -24,13 +25,9 @@ _MARKS = ("replan", "wait", "hit", "contact", "fault", "stop")
 
 def distance_to_obstacles(drive: Drive, t: Floats) -> Floats:
     """Metres from the robot's rim to the nearest obstacle's at some times; infinity where there is none."""
-    xy, _ = drive.at(t)
-    radius, cell = drive.scene.robot.radius, drive.scene.grid.resolution
     nearest = np.full(len(t), np.inf)
     for track in drive.tracks:
-        d = (track.at(t) - xy) * cell
-        away = np.sqrt((d * d).sum(axis=1)) - radius - track.radius
-        nearest = np.where(t >= track.t[0], np.minimum(nearest, away), nearest)
+        nearest = np.minimum(nearest, gaps_between(drive, track, t))
     return nearest
 
 

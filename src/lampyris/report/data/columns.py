@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lampyris.model.curve import PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.grid import MapFrame
 from lampyris.model.path import Path
@@ -60,14 +61,18 @@ def drive_columns(drive: Drive) -> Columns:
     """A row for each segment and one for the end: ``t_s``; ``x_m``, ``y_m``, ``yaw``; ``v`` at that time, ``a`` until
     the next row; ``s`` metres along the curve number ``leg``; ``cause`` what limits the speed, ``why`` in words."""
     frame, n = drive.scene.grid.frame, len(drive.t)
-    xy, heading = np.zeros((n, 2)), np.zeros((n, 2))
+    xy, yaw = np.zeros((n, 2)), np.zeros(n)
     for leg in np.unique(drive.leg).tolist():
-        here = drive.leg == leg
-        xy[here], heading[here] = drive.curves[leg].at(drive.s[here])
+        here, curve = drive.leg == leg, drive.curves[leg]
+        xy[here], heading = curve.at(drive.s[here])
+        if isinstance(curve, PoseCurve):
+            yaw[here] = [turned(one, frame.origin[2]) for one in curve.yaw_at(drive.s[here]).tolist()]
+        else:
+            yaw[here] = yaws(heading, frame)
     return {
         "t_s": drive.t.tolist(),
         **_places(frame, xy),
-        "yaw": yaws(heading, frame),
+        "yaw": yaw.tolist(),
         "v": drive.v.tolist(),
         "a": drive.a.tolist(),
         "s": drive.s.tolist(),

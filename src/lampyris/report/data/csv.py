@@ -41,7 +41,7 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     stands in place of ``t_s``); ``cause`` what binds v; ``x``, ``y`` the cell; ``why`` the cause in words,
     with what it speaks of. A plan with a schedule has ``tick`` before that: when the robot is to enter the
     cell. Its times are of the drive alone and know nothing of the waiting. A plan of poses has the columns of
-    :func:`write_profile_csv` and ``gear`` (1 ahead, -1 in reverse); its yaw is that of the robot, also in reverse.
+    :func:`write_profile_csv` and ``gear`` (1 ahead, -1 in reverse, 0 in place); its yaw is that of the robot, also in reverse.
 
     Raises
     ------
@@ -50,8 +50,12 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     """
     path = plan.path
     if plan.pose_path is not None:
-        columns = profile_columns(profile, grid.frame) | {"yaw": plan.pose_path.yaw_at(profile.s).tolist()}
-        columns["gear"] = plan.pose_path.gear_at(profile.s).tolist()
+        columns = profile_columns(profile, grid.frame)
+        poses, turned = plan.pose_path, plan.pose_path.turned_in_place
+        # What a radian turned in place counts as in the profile.
+        arm = max(float(profile.s[-1]) - poses.length_m, 0.0) / turned if turned > 0 else 0.0
+        columns["yaw"] = poses.yaw_at(profile.s, arm).tolist()
+        columns["gear"] = poses.gear_at(profile.s, arm).tolist()
         if not profile.metric:
             columns["t_s"] = columns.pop("t_transfers")
         _write(out, POSE_COLUMNS, columns)

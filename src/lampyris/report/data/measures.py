@@ -25,6 +25,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
+from lampyris.report.data.gaps import gaps_between
 from lampyris.report.data.metrics import line_metrics, path_metrics
 from lampyris.typing import Cells, FloatGrid, Floats
 
@@ -285,14 +286,13 @@ def _near(out: Metrics, drive: Drive) -> Floats:
     """Free distances over time; where the robot was at each look, cells."""
     looks = np.unique(np.append(np.arange(0.0, drive.duration, LOOK), drive.duration))
     xy, _ = drive.at(looks)
-    res, own = drive.scene.grid.resolution, drive.scene.robot.radius
+    res = drive.scene.grid.resolution
     least, misses = math.inf, 0
     for track in drive.tracks:
         there = looks >= track.t[0]
         if not there.any():
             continue
-        d = track.at(looks[there]) - xy[there]
-        free = np.sqrt((d * d).sum(axis=1)) * res - (own + track.radius)
+        free = gaps_between(drive, track, looks[there])
         least = min(least, float(free.min()))
         close = free < 0.5 * res
         misses += int(close[0]) + int(np.count_nonzero(close[1:] & ~close[:-1]))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
-from lampyris.model.curve import Curve
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
@@ -181,6 +181,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "held": shares_record(drive_shares(drive)),
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
+        **({} if drive.goal_tolerance is None else {"poses": drive.poses(drive.t).tolist()}),
         "obstacle_specs": [
             {
                 "kind": obstacle.kind,
@@ -201,7 +202,8 @@ def drive_record(drive: Drive) -> dict[str, Any]:
 
 
 def curve_record(curve: Curve) -> dict[str, Any]:
-    """Straight pieces and arcs."""
+    """Straight pieces and arcs; of a curve of poses also the yaw where each begins, and how it turns."""
+    turning = {"yaw": curve.yaw.tolist(), "turn": curve.turn.tolist()} if isinstance(curve, PoseCurve) else {}
     return {
         "xy": curve.xy.tolist(),
         "heading": curve.heading.tolist(),
@@ -209,6 +211,7 @@ def curve_record(curve: Curve) -> dict[str, Any]:
         "curvature": curve.curvature.tolist(),
         "end": list(curve.end),
         "stops": curve.stops.tolist(),
+        **turning,
     }
 
 

@@ -3,11 +3,13 @@ speed."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from lampyris.model.drive import Drive
+from lampyris.report.data.gaps import with_footprint
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
 from lampyris.report.film.simulation_film import MAX_FRAMES, Shown, check, frame_ms, write_film
@@ -84,6 +86,7 @@ class DriveRenderer:
             sheet.disc(track.radius, colour) for track, (_, colour) in zip(drive.tracks, looks, strict=True)
         ]
         self._robot_disc = sheet.disc(scene.robot.radius, sprites.ROBOT)
+        self._outline = np.array(scene.robot.footprint) if with_footprint(drive) else None
         self._top_speed = float(drive.v.max(initial=0.0)) or 1.0
         self.rewind()
 
@@ -105,15 +108,27 @@ class DriveRenderer:
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *place)
-        if self._robot_disc is not None:
+        if self._robot_disc is not None and self._outline is None:
             blend(canvas, self._robot_disc, *robot)
         words = self._flash(canvas, moment, robot)
         for place, look in zip(places, self._looks, strict=True):
             if place is not None:
                 blend(canvas, look, *place)
-        blend(canvas, sheet.robot, *robot)
+        if self._outline is None:
+            blend(canvas, sheet.robot, *robot)
+        else:
+            blend(canvas, self._footprint(moment), *robot)
         self._caption(canvas, moment, words)
         return canvas
+
+    def _footprint(self, moment: float) -> sprites.Sprite:
+        """The robot's outline to scale, turned."""
+        assert self._outline is not None
+        yaw = float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        turn = np.array([[cos, -sin], [-sin, -cos]]) * (self._sheet.scale / self.drive.scene.grid.resolution)
+        front = np.array([self._outline[:, 0].max(), 0.0])
+        return sprites.outline(self._outline @ turn, front @ turn, sprites.ROBOT)
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""

@@ -73,6 +73,32 @@ def sprite(shape: str, colour: Colour, letter: str, size: int) -> Sprite:
     return Sprite(np.round(small[..., :3]).astype(np.uint8), small[..., 3] / 255)
 
 
+def outline(vertices: NDArray[np.float64], ahead: NDArray[np.float64], colour: Colour) -> Sprite:
+    """A robot's footprint with a dark rim, its base in the middle of the sprite, and a light line from there ahead.
+
+    Parameters
+    ----------
+    vertices : (k, 2), pixels from the base, y down.
+    ahead : pixels from the base to the end of the line.
+    """
+    from PIL import Image, ImageDraw
+
+    half = int(np.ceil(np.abs(vertices).max())) + 2
+    side = 2 * half * _FINE
+    image = Image.new("RGBA", (side, side), (*FREE, 0))
+    draw = ImageDraw.Draw(image)
+    points = [(x, y) for x, y in ((vertices + half) * _FINE).tolist()]
+    draw.polygon(points, fill=(*colour, 235))
+    draw.line([*points, points[0], points[1]], fill=(*INK, 255), width=2 * _FINE, joint="curve")
+    base = half * _FINE
+    front = [(base, base), (base + float(ahead[0]) * _FINE, base + float(ahead[1]) * _FINE)]
+    draw.line(front, fill=(*FREE, 255), width=2 * _FINE)
+    r = 2 * _FINE
+    draw.ellipse((base - r, base - r, base + r, base + r), fill=(*FREE, 255))
+    small = np.asarray(image.resize((2 * half, 2 * half), Image.Resampling.BOX), dtype=np.float64)
+    return Sprite(np.round(small[..., :3]).astype(np.uint8), small[..., 3] / 255)
+
+
 @lru_cache(maxsize=256)
 def ring(radius: int, width: int, colour: Colour, inside: float) -> Sprite:
     """A circle's line, pixels; its inside covered to the share ``inside``."""

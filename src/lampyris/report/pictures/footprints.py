@@ -37,6 +37,24 @@ def outline_at(outline: Floats, pose: Floats, grid: Grid) -> Floats:
     return grid.frame.to_points(x, y)
 
 
+def outlines_along(poses: Floats, robot: Robot) -> list[Floats]:
+    """The robot at the first and the last of some poses and every so often between; metres of the map frame."""
+    outline = outline_of(robot)
+    d = np.diff(poses, axis=0)
+    moved = np.hypot(d[:, 0], d[:, 1]) + robot.radius * np.abs(
+        np.remainder(d[:, 2] + math.pi, 2 * math.pi) - math.pi
+    )
+    along = np.concatenate(([0.0], np.cumsum(moved)))
+    apart = max(_APART * 2 * robot.radius, along[-1] / 400, 1e-9)
+    found = {0, len(poses) - 1, *np.searchsorted(along, np.arange(apart, along[-1], apart)).tolist()}
+    polygons = []
+    for k in sorted(found):
+        x, y, yaw = poses[k].tolist()
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        polygons.append(np.array([(x, y)]) + outline @ np.array([(cos, sin), (-sin, cos)]))
+    return polygons
+
+
 def draw_footprints(axes: Axes, path: PosePath, grid: Grid, robot: Robot) -> list[Any]:
     """Draw the robot at the start, at the goal, where it changes gear and every so often between; legend items."""
     from matplotlib.collections import PolyCollection
@@ -49,10 +67,6 @@ def draw_footprints(axes: Axes, path: PosePath, grid: Grid, robot: Robot) -> lis
     shown |= set(np.searchsorted(along, np.arange(apart, along[-1], apart)).tolist())
     shown |= set((np.flatnonzero(np.diff(path.gears)) + 1).tolist()[:400])
     polygons = [outline_at(outline, path.poses[k], grid) for k in sorted(shown)]
-    look: dict[str, Any] = {"facecolor": (*_rgb(style.GOAL), 0.22), "edgecolor": style.INK}
+    look: dict[str, Any] = {"facecolor": style.with_alpha(style.GOAL, 0.22), "edgecolor": style.INK}
     axes.add_collection(PolyCollection(polygons, linewidths=0.7, zorder=4.2, **look), autolim=False)
     return [Patch(label="robot to scale", linewidth=0.7, **look)]
-
-
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from lampyris.model.profile import Profile
+from lampyris.model.robot import inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.laws import registry as laws
@@ -17,6 +19,7 @@ from lampyris.sim.continuous.baseline_controllers import ByRings, Regulated
 from lampyris.sim.continuous.control import Controller, Follow
 from lampyris.sim.continuous.leg import Ceiling
 from lampyris.sim.continuous.lookahead import Foresight
+from lampyris.sim.continuous.pose_replanner import outlined
 from lampyris.sim.continuous.safe_controller import SafeController
 from lampyris.sim.traffic.motion_sources import Roster
 
@@ -30,12 +33,15 @@ class Wheel(NamedTuple):
     cells: bool
 
 
-def wheel(scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster) -> Wheel:
+def wheel(
+    scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster, *, poses: bool = False
+) -> Wheel:
     """Who drives by a law, given by name or by settings.
 
     Parameters
     ----------
     obstacle_info : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
+    poses : whether curves of poses are driven, which have the robot's outline.
 
     Raises
     ------
@@ -48,8 +54,10 @@ def wheel(scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster) 
     if obstacle_info != "positions":
         foresight = Foresight(roster if obstacle_info == "tracks" else None)
 
+    ground = outlined(scene) if poses else scene
+
     def ceiling(samples: SampledPath) -> Profile | None:
-        return laws.profile(samples, scene, law=settings)
+        return laws.profile(samples, ground, law=settings)
 
     def limits(samples: SampledPath) -> Profile | None:
         return None
@@ -59,7 +67,10 @@ def wheel(scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster) 
         Constant: (lambda one: Follow(), ceiling),
         Optimum: (lambda one: Follow(), limits),
         DissertationLaw: (lambda one: ByRings(scene, one), limits),
-        Rpp: (lambda one: Regulated(scene, one), limits),
+        Rpp: (
+            lambda one: Regulated(replace(scene, robot=inscribed_disc(scene.robot)) if poses else scene, one),
+            limits,
+        ),
     }
     make, static = table[type(settings)]
     name = getattr(settings, "name", "") or next(

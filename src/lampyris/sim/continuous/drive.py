@@ -24,27 +24,29 @@ import numpy as np
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.limits import DECISIONS, NODES
 from lampyris._core.scalars import MOST_WHOLE, is_whole
-from lampyris.errors import SettingError, shown
+from lampyris.errors import SettingError, UsageError, shown
 from lampyris.kernels import loading
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
-from lampyris.model.plan import Status
+from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Outcome
-from lampyris.motion.laws.registry import SpeedLaw
+from lampyris.motion.laws.registry import SpeedLaw, name_of
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.least_steps import demand_at_least, least_metres
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
 from lampyris.sim.continuous.log import Log
+from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.state import DriveState
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
+from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory
 from lampyris.sim.world.waiting import WAITS, Waiting
 
@@ -125,11 +127,16 @@ class DriveSimulation(Exclusive):
         self._demand_room()
         self.seed = _seed(seed)
         self.feed: Sensor = feed.fresh() if isinstance(feed, FaultySensor) else feed or PerfectSensor()
-        self.watch = SensorMonitor(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
+        poses = planner.traits.plans_headings
+        self._demand_law(law, poses)
+        # An obstacle may be within the circle around a footprint and not on the robot.
+        radius = scene.robot.inscribed_radius if poses else scene.robot.radius
+        self.watch = SensorMonitor(scene.grid.resolution, radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
-        self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster)
-        self.replanner = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster, poses=poses)
+        kind = PoseReplanner if poses else Replanner
+        self.replanner = kind(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
         self.state = DriveState(self.replanner.nowhere(self.wheel.ceiling))
         cell = scene.grid.resolution
@@ -163,20 +170,46 @@ class DriveSimulation(Exclusive):
     def _begin(self) -> None:
         """The first plan, and whether there is anything to drive at all."""
         message = self.others.truth(0.0)
-        plan = self.replanner.first(message)
+        plan = verdict = self.replanner.first(message)
         if not plan:
-            verdict = self.replanner.without_traffic() if self.others.roster.obstacles else plan
+            if self.others.roster.obstacles:
+                verdict = self.replanner.without_traffic()
             if verdict.status in _NEVER:
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
+            self.state.leg = self.replanner.nowhere(self.wheel.ceiling, verdict)
             self.state.curves.append(self.state.leg.route.curve)
             self.train.begin(self.state.leg)
         else:
             self._take(curve)
-        if self.scene.start == self.scene.goal:
+        if isinstance(self.state.leg.route, PoseLookup):
+            self._know_goal(verdict)
+            there = curve is not None and self.state.leg.nowhere
+        else:
+            there = self.scene.start == self.scene.goal
+        if there:
             self._arrive()
+
+    def _know_goal(self, plan: Plan) -> None:
+        """How near to the goal's pose counts as there."""
+        names = ("goal_tolerance", "goal_yaw_tolerance")
+        position, yaw = (float(plan.attributes.get(name, 0.0)) for name in names)
+        self.state.goal_tolerance = (position, yaw)
+
+    def _demand_law(self, law: SpeedLaw, poses: bool) -> None:
+        """Refuse the dissertation's law on a path of poses.
+
+        Raises
+        ------
+        UsageError : ``LAW``.
+        """
+        if poses and name_of(law) == "dissertation":
+            why = "it looks at the cells that a disc passes, and a path of poses is driven by a footprint"
+            raise UsageError(
+                "LAW", f"the law dissertation and a planner of poses: {why}", where="law", allowed="physical"
+            )
 
     def _take(self, curve: Curve) -> None:
         """Follow a path from its beginning."""
@@ -192,7 +225,8 @@ class DriveSimulation(Exclusive):
         self.log.tell(self.state.t, "replan", xy, why)
         self.state.map_changed = False
         self.waiting.asked()
-        plan, curve = self.replanner.again(xy, message, self._reaction(self.settings.decision_period))
+        leg, s = self.state.leg, self.state.s
+        plan, curve = self.replanner.again(leg, s, message, self._reaction(self.settings.decision_period))
         if not plan and self.replanner.blocked and plan.status in _NEVER:
             self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
         if curve is not None and len(curve.lengths):
@@ -331,6 +365,10 @@ class DriveSimulation(Exclusive):
 
     def _at_goal(self, s: float) -> bool:
         """Whether a robot that stands there has arrived; the referee says the same."""
+        route = self.state.leg.route
+        if isinstance(route, PoseLookup):
+            left = (route.length - s) / self.scene.grid.resolution
+            return not self.state.leg.nowhere and left <= AT_GOAL
         (x, y), (gx, gy) = self.state.leg.route.at(s), self.scene.goal
         return not self.state.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
@@ -370,7 +408,7 @@ class DriveSimulation(Exclusive):
         self.state.t = last.end
         self.state.s, self.state.v = last.after(self.state.t)
         self.others.arrive(self.state.t)
-        self.others.let_go(self.xy)
+        self.others.let_go(self.state.leg.route, self.state.s)
         if self.state.outcome is not None:
             return
         if self.state.v == 0.0 and self._at_goal(self.state.s):
@@ -460,6 +498,7 @@ class DriveSimulation(Exclusive):
                 "loading_s": self.state.loading_s,
             },
             notes=(*replanner.notes.all(), *self._cut),
+            goal_tolerance=self.state.goal_tolerance,
         )
 
 

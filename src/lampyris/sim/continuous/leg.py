@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.defaults import Smooth
 from lampyris.errors import SettingError
-from lampyris.model.curve import Curve
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -31,6 +31,7 @@ from lampyris.motion.laws.bounds import optimum_at_nodes
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.adversary import line_is_clear, square_distances
+from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import CurveLookup
 from lampyris.typing import BoolGrid, Cell, Floats, Points
 
@@ -69,17 +70,18 @@ class Leg:
 def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
     """A leg along a curve, with nodes no farther apart than ``spacing`` metres."""
     samples = refined(sample_curve(curve, spacing), scene)
+    route = PoseLookup(curve) if isinstance(curve, PoseCurve) else CurveLookup(curve)
     if len(samples) < 2:
         zero = np.zeros(1)
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
-        return Leg(CurveLookup(curve), samples, still, zero, zero, zero, 0.0)
+        return Leg(route, samples, still, zero, zero, zero, 0.0)
     own = optimum_at_nodes(samples, scene)
     seconds = _seconds(samples, scene, own)
     made = ceiling(samples)
     profile = own if made is None else made
     squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
     nodes = np.ascontiguousarray(samples.s)
-    return Leg(CurveLookup(curve), samples, profile, nodes, squares, own.v * own.v, seconds)
+    return Leg(route, samples, profile, nodes, squares, own.v * own.v, seconds)
 
 
 def _seconds(samples: SampledPath, scene: Scene, own: Profile) -> float:
@@ -143,11 +145,27 @@ def _cells_within(
     return frozenset(cells)
 
 
+def squares_near(
+    scene: Scene, message: ObstacleMessage | None, more: Floats | None = None
+) -> frozenset[Cell]:
+    """Every cell whose square an obstacle as reported overlaps, or comes nearer to than ``more`` metres, (m,)."""
+    if message is None:
+        return frozenset()
+    finite = np.isfinite(message.xy).all(axis=1)
+    radius = message.radius if more is None else message.radius + more
+    return frozenset(_overlapped(scene, message.xy[finite], radius[finite]))
+
+
 def covered_cells(scene: Scene, message: ObstacleMessage) -> list[Cell]:
     """Cells whose squares obstacles overlap where they are said to be, in order of the obstacles."""
+    return _overlapped(scene, message.xy, message.radius)
+
+
+def _overlapped(scene: Scene, xy: Points, radii: Floats) -> list[Cell]:
+    """Cells whose squares discs overlap, in order of the discs."""
     found: dict[Cell, None] = {}
     resolution = scene.grid.resolution
-    for (x, y), radius in zip(message.xy.tolist(), message.radius.tolist(), strict=True):
+    for (x, y), radius in zip(xy.tolist(), radii.tolist(), strict=True):
         reach = radius / resolution - 1e-9
         left, right = math.floor(x - reach + 0.5), math.floor(x + reach + 0.5)
         cx, cy = _window(scene.grid, left, right, math.floor(y - reach + 0.5), math.floor(y + reach + 0.5))

@@ -12,7 +12,6 @@ from lampyris.model.scene import Scene
 from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import free_space
-from lampyris.planning.selection import demand_cells
 from lampyris.sim.continuous.leg import (
     Ceiling,
     Leg,
@@ -53,7 +52,6 @@ class Replanner:
         spacing: float | None,
         budget: Budget | None = None,
     ) -> None:
-        demand_cells(planner, "a drive")
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
         self.spacing = spacing_of(spacing, scene)
         self.budget = budget
@@ -73,19 +71,30 @@ class Replanner:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = loading.cpu()
         session = self.planner.open(self.scene, stream(self.seed, 0))
-        plan = session.plan(Change(robot=self.scene.start), self.budget)
+        plan = session.plan(self._start(), self.budget)
         self._count(plan, began)
         return plan
 
+    def _start(self) -> Change:
+        """Where the robot stands at first, for a new session."""
+        return Change(robot=self.scene.start)
+
     def again(
-        self, xy: tuple[float, float], message: ObstacleMessage | None, reaction: float
+        self, leg: Leg, s: float, message: ObstacleMessage | None, reaction: float
     ) -> tuple[Plan, Curve | None]:
         """A plan from where the robot stands, and its path; None if there is none that can be driven.
 
         First one that passes the obstacles around it at a distance at which it need not crawl; if there is
         none, at half of that; or else one that only misses them.
+
+        Parameters
+        ----------
+        leg, s : the present path and where on it the robot is.
+        message : the obstacles.
+        reaction : seconds until the next decision has an effect.
         """
         self.replans += 1
+        xy = leg.route.at(s)
         wide = comfort(self.scene, message, xy, reaction)
         for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
             shut = closed_cells(self.scene, message, more)
@@ -123,15 +132,25 @@ class Replanner:
         """The path with its ceiling of speeds."""
         return leg_of(curve, self.scene, ceiling, self.spacing)
 
-    def nowhere(self, ceiling: Ceiling) -> Leg:
-        """Standing on the start."""
+    def nowhere(self, ceiling: Ceiling, verdict: Plan | None = None) -> Leg:
+        """Standing on the start.
+
+        Parameters
+        ----------
+        verdict : what the planner says of the map without obstacles, if it was asked.
+        """
         x, y = self.scene.start
         return self.leg(standing(self.scene, (float(x), float(y))), ceiling)
 
     def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
+        return self._answer(Change(robot=robot, obstacles=shut - {robot}, blocked=self._news()))
+
+    def _news(self) -> tuple[Cell, ...]:
+        """Cells that the map's updates have blocked since the planner was last asked."""
+        return tuple(self._unreported)
+
+    def _answer(self, change: Change) -> Plan:
         began = loading.cpu()
-        shut -= {robot}
-        change = Change(robot=robot, obstacles=shut, blocked=tuple(self._unreported))
         plan = self.session.plan(change, self.budget)
         self.notes.add(plan.notes)
         self._unreported.clear()

@@ -19,6 +19,7 @@ from lampyris.motion.safety.three_speed import ThreeSpeedControl
 from lampyris.sim.continuous.control import Decision, State, towards, under_ceiling
 from lampyris.sim.continuous.leg import Leg
 from lampyris.sim.continuous.lookahead import Foresight
+from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.typing import Floats
 
 MARGIN = 1e-6
@@ -30,13 +31,18 @@ PARKED = 2.0
 _CANDIDATES = 8
 """Pushes that are tried between the wish and full braking where commands are late."""
 
+_LEVELS, _HALVINGS = 9, 7
+"""Pushes that are tried where a footprint is driven, and how often the gap below the first safe one is halved."""
+
 
 def swept_gaps(state: State, s0: float, s1: float) -> Floats:
     """Least distance from each obstacle's rim to the robot's, wherever it is between two distances; (m,).
 
-    On an arc the path is at most ``kappa ds^2 / 8`` from the chord between two nodes.
+    On an arc the path is at most ``kappa ds^2 / 8`` from the chord between two nodes. Of a footprint it is a lower bound.
     """
     leg, message = state.leg, state.message
+    if isinstance(leg.route, PoseLookup):
+        return leg.route.least_gaps(s0, s1, message.xy) - (message.radius + state.noise)
     samples, resolution = leg.samples, leg.samples.resolution
     inside = np.flatnonzero((samples.s > s0) & (samples.s < s1))
     ends = np.array([leg.route.at(s0), leg.route.at(s1)])
@@ -118,6 +124,49 @@ def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Deci
     return wish if made.cause_index < 0 else Decision(made.a, made.cause, made.cause_index % m)
 
 
+def footprint_push(state: State, wish: Decision, route: PoseLookup) -> Decision:
+    """As :func:`safe_push` for a robot with a footprint, between the wish and full braking.
+
+    A push is tried at :data:`_LEVELS` places from the wish down, then the gap to the next unsafe one is halved
+    :data:`_HALVINGS` times. Every answer but the last resort has been compared with all obstacles. The last resort is to
+    brake fully, or to stay: the rest of the motion that was safe a period ago.
+    """
+    message, robot = state.message, state.robot
+    rest = 0.0 if state.v == 0.0 else -robot.d_max
+    m = len(message.xy)
+    if not m or wish.a <= rest:
+        return wish
+    age = max(state.t - message.stamp, 0.0)
+    reach = message.radius + (state.noise + MARGIN)
+    apart = np.minimum(berth(state), gaps(state) - MARGIN)
+    near = np.concatenate((message.xy, message.xy))
+    far = np.concatenate((reach + message.top_speed * age, reach + apart))
+    speed = np.concatenate((message.top_speed, np.zeros(m)))
+
+    def unsafe(push: float) -> int:
+        return route.first_unsafe(state.s, state.v, push, state.period, robot.d_max, near, far, speed)
+
+    who = bad = unsafe(wish.a)
+    if bad < 0:
+        return wish
+    low, high = rest, wish.a
+    for k in range(1, _LEVELS):
+        push = wish.a - (wish.a - rest) * k / _LEVELS
+        bad = unsafe(push)
+        if bad < 0:
+            low = push
+            break
+        who, high = bad, push
+    for _ in range(_HALVINGS):
+        push = 0.5 * (low + high)
+        bad = unsafe(push)
+        if bad < 0:
+            low = push
+        else:
+            who, high = bad, push
+    return Decision(low, "moving obstacle", who % m)
+
+
 def berth(state: State) -> Floats:
     """Metres that the robot leaves to an obstacle as it stands, so that it could set off again; (m,).
 
@@ -149,6 +198,8 @@ def berth(state: State) -> Floats:
 
 def gaps(state: State) -> Floats:
     """Distance between the robot's rim and each obstacle's, as they stand; metres, (m,)."""
+    if isinstance(state.leg.route, PoseLookup):
+        return state.leg.route.gaps(state.real[0], state.message.xy) - (state.message.radius + state.noise)
     away = (state.message.xy - state.leg.route.at(state.real[0])) * state.leg.samples.resolution
     distance: Floats = np.sqrt((away * away).sum(axis=1))
     return distance - (state.message.radius + state.robot.radius + state.noise)
@@ -194,6 +245,8 @@ class SafeController:
             wish = self.foresight.wish(state, wish)
         if state.late:
             return late_push(state, wish)
+        if isinstance(state.leg.route, PoseLookup):
+            return footprint_push(state, wish, state.leg.route)
         return safe_push(state, wish, self._rails, self._above)
 
     def _now(self, state: State) -> list[tuple[str, float]]:

@@ -24,6 +24,7 @@ class DriveState:
     outcome, detail : how it ended; None while it has not.
     fault, fault_since : what is wrong with the data, and since when; below 0: nothing is.
     map_changed : an update of the map blocks cells, and the path has not been planned again yet.
+    goal_tolerance : metres and radians from the goal's pose at which the robot has arrived; None: it has no heading.
     total_s, loading_s : seconds of computing.
     """
 
@@ -39,5 +40,6 @@ class DriveState:
     fault: str = ""
     fault_since: float = -1.0
     map_changed: bool = False
+    goal_tolerance: tuple[float, float] | None = None
     total_s: float = 0.0
     loading_s: float = 0.0

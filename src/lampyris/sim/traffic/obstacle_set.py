@@ -28,6 +28,7 @@ from lampyris.sim.traffic.motion_sources import (
     Y,
     stream,
 )
+from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats
 
@@ -129,6 +130,9 @@ class ObstacleSet:
         for obstacle in self.touching:  # bits: each sets its own entries
             old[obstacles == obstacle] = 1
         made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in trajectory.segments])
+        if isinstance(route, PoseLookup):
+            when, which = route.first_contact(made, legs[:, 1:], self._radius[obstacles], old)
+            return None if which < 0 else (when, int(obstacles[which]))
         columns = np.ascontiguousarray(legs[:, 1:].T)
         found = np.zeros(1)
         t = first_contact(
@@ -147,8 +151,13 @@ class ObstacleSet:
         )
         return None if found[0] < 0.0 else (float(t), int(obstacles[int(found[0])]))
 
-    def let_go(self, xy: tuple[float, float]) -> None:
-        """Forget those that no longer touch the robot, which is at ``xy``."""
+    def let_go(self, route: CurveLookup, s: float) -> None:
+        """Forget those that no longer touch the robot, which is at a distance along a path."""
+        if isinstance(route, PoseLookup):
+            gaps = route.gaps(s, self._xy) - self._radius
+            self.touching.intersection_update(np.flatnonzero(gaps < 0.0).tolist())
+            return
+        xy = route.at(s)
         for obstacle in sorted(self.touching):
             dx, dy = self._xy[obstacle] - xy
             gap = math.sqrt(dx * dx + dy * dy) * self.scene.grid.resolution

@@ -170,9 +170,9 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
 
 
 def _settings_of(robot: Robot) -> dict[str, Any]:
-    """The robot's settings; its drive and footprint, which planners on cells do not look at, only where given."""
+    """The robot's settings; those that planners on cells do not look at only where given."""
     usual = asdict(Robot())
-    unread = ("drive", "footprint")
+    unread = ("drive", "footprint", "yaw_rate_max")
     return {
         name: value for name, value in asdict(robot).items() if name not in unread or value != usual[name]
     }

@@ -14,7 +14,7 @@ import numpy as np
 LEFT_OUT = frozenset({"timing", "scene", "frame"})
 """Fields that are no part of a result: how long it took, what was asked, and where the scene's map lies."""
 
-ADDED = frozenset({"pose_path"})
+ADDED = frozenset({"pose_path", "goal_tolerance"})
 """Fields that came in after the hashes on record; they are part of a result where they hold something."""
 
 
