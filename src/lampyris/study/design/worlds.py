@@ -22,7 +22,7 @@ from lampyris.io.maps.formats.movingai import grid_for, read_scen
 from lampyris.io.maps.inflation import inflated
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.map_source import Files
-from lampyris.io.scenario.schema import Point, Pose
+from lampyris.io.scenario.schema import CellPose, Point, Pose
 from lampyris.io.scenario.validation_errors import spot
 from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.grid import Grid
@@ -313,9 +313,11 @@ def _listed(
         yield start, goal, (*key_path, k)
 
 
-def _cell_of(end: list[int] | Point | Pose, grid: Grid) -> Cell:
+def _cell_of(end: list[int] | Point | Pose | CellPose, grid: Grid) -> Cell:
     if isinstance(end, Pose):
         return grid.to_cell(*end.pose[:2])
+    if isinstance(end, CellPose):
+        return (end.cell[0], end.cell[1])
     return grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1])
 
 
