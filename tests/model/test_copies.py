@@ -48,7 +48,7 @@ def nouns() -> dict[type, Any]:
     poses = lampyris.plan(still, "lattice").pose_path
     assert poses is not None
     primitives = lampyris.motion_primitives(lampyris.Robot(), 0.5)
-    driven_poses = lampyris.drive(still, "lattice").curves[0]
+    driven_poses = lampyris.drive(dataclasses.replace(still, traffic=()), "lattice").curves[0]
     found = [
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0], driven_poses,
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,

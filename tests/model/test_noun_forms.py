@@ -22,7 +22,7 @@ from lampyris.errors import SettingError, UnknownSettingError, UsageError
 from lampyris.report.data.columns import drive_columns, plan_columns, profile_columns, trace_columns
 from model.test_copies import NOUNS, arrays_in, classes
 
-PICTURED = ("Grid", "Scene", "Plan", "Path", "Field", "Profile", "Trace", "Drive", "Curve")
+PICTURED = ("Grid", "Scene", "Plan", "Path", "Field", "Profile", "Trace", "Drive", "Curve", "PoseCurve")
 ALL = [*NOUNS.values(), lampyris.smooth(NOUNS[lampyris.Scene], NOUNS[lampyris.Plan])]
 
 

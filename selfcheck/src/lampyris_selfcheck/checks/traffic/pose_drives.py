@@ -190,7 +190,7 @@ def run(ask: Ask, part: Part) -> Outcome:
 
 CHECK = Check(
     "pose-drives",
-    ("G2",),
+    ("G32",),
     "a robot with a shape and a heading touches no moving obstacle while it moves, and no wall",
     KINDS,
     run,
