@@ -226,9 +226,10 @@ def _attributes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved."""
+    """A lattice, searched once and improved, and with adaptive dimensionality."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
     api.plan(_scene(robot=robot), "lattice", anytime=True, weight=3.0)
+    api.plan(_scene(robot=robot), "pad", weight=1.0)
 
 
 def _crowded() -> None:

@@ -12,8 +12,8 @@ import numpy as np
 from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.limits import demand_states
-from lampyris._core.settings import check_settings, flag, number, under_name, whole
-from lampyris.errors import SceneError, SettingError, shown
+from lampyris._core.settings import flag
+from lampyris.errors import SceneError
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.change import Change
 from lampyris.model.moves import MOVES
@@ -26,8 +26,9 @@ from lampyris.planning.edits import edited
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
-from lampyris.planning.lattice.primitives import HEADINGS, angles
+from lampyris.planning.lattice.primitives import angles
 from lampyris.planning.lattice.search import Found, LatticeSearch
+from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell
 
@@ -42,34 +43,19 @@ State = tuple[Cell, int]
 
 
 @dataclass(frozen=True, slots=True)
-class LatticePlanner:
+class LatticePlanner(LatticeSettings):
     """Weighted A* over a state lattice of cells and headings, for robots with a shape.
 
     Parameters
     ----------
-    weight : the path costs at most so many times the least cost in the lattice; 1 finds the least.
     anytime : after the first path search with smaller weights, until the budget is used or the path is the best.
-    headings : 16 or 32.
-    reverse_cost : a metre in reverse costs as much as so many ahead.
-    reverse : whether it may drive in reverse.
-    turn_cost : a radian turned in place costs as much as so many metres ahead.
-    goal_tolerance : distance from the goal at which it counts as reached.
-    goal_yaw_tolerance : angle from the yaw of the goal at which it counts as reached; at least the nearest heading
-        does.
 
     Raises
     ------
     SettingError : a setting out of its range.
     """
 
-    weight: float = number(1.5, 1.0, 1e3)
     anytime: bool = flag(False)
-    headings: int = whole(16, 16, 32)
-    reverse_cost: float = number(2.0, 1.0, 100.0)
-    reverse: bool = flag(True)
-    turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
-    goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
-    goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
 
     name: ClassVar[str] = "lattice"
     traits: ClassVar[Traits] = Traits(optimal=False, plans_headings=True)
@@ -78,19 +64,12 @@ class LatticePlanner:
         "Pivtoraiko, Knepper, Kelly 2009; Likhachev, Gordon, Thrun 2003 (ARA*); primitives and heuristic are ours."
     )
 
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-        if self.headings not in HEADINGS:
-            raise SettingError.of(
-                "HEADINGS", "headings", shown(self.headings), where=self.name, allowed="16 or 32"
-            )
-
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
         return LatticeSession(self, scene)
 
 
-def lattice_for(scene: Scene, settings: LatticePlanner) -> StateLattice:
+def lattice_for(scene: Scene, settings: LatticeSettings) -> StateLattice:
     """The lattice of a scene's robot on the cells of its map."""
     cell = scene.grid.resolution
     return lattice_of(
@@ -130,7 +109,7 @@ class LatticeSession(SessionBase):
     scene : what to plan in.
     """
 
-    def __init__(self, settings: LatticePlanner, scene: Scene) -> None:
+    def __init__(self, settings: LatticeSettings, scene: Scene) -> None:
         self._settings, self._scene = settings, scene
         self._pose: Pose | None = scene.start_pose
         self._robot = scene.start
@@ -157,25 +136,34 @@ class LatticeSession(SessionBase):
         change = change or Change()
         scene = edited(self._scene, change, self._under_walls)
         if scene is not self._scene:
-            self.drop(False)
+            self._forget_map()
             self._scene = scene
         if change.robot is not None:
             self._robot, self._pose = change.robot, None
         ends = (self._robot, scene.goal)  # covered now, free again later
         obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
-        if obstacles or self._search is None:
-            self.drop(False)
-            self._search = self._new_search(obstacles)
+        self._search = self._search_among(obstacles)
         try:
             plan = self._answer(self._search, budget)
         finally:
             if obstacles:
-                self.drop(False)
+                self._forget_map()
         if plan.status is Status.NO_PATH and obstacles:
             free = self._new_search()
             if self._answer(free, None).status is Status.FOUND:
                 return Plan(Status.HEMMED_IN, self._settings.name, expansions=plan.expansions)
         return plan
+
+    def _forget_map(self) -> None:
+        """The map is no longer what the search has."""
+        self.drop(False)
+
+    def _search_among(self, obstacles: frozenset[Cell]) -> LatticeSearch:
+        """A search on the map with obstacles, the last one's memory where it will do."""
+        if obstacles or self._search is None:
+            self.drop(False)
+            return self._new_search(obstacles)
+        return self._search
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         name, lattice_map = self._settings.name, search.lattice_map
@@ -185,6 +173,14 @@ class LatticeSession(SessionBase):
         goals = self.goals(lattice_map)
         if not goals:
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
+        return self._searched(search, starts, goals, None if budget is None else budget.expansions)
+
+    def _searched(
+        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
+    ) -> Plan:
+        """The answer between states that are free."""
+        assert isinstance(self._settings, LatticePlanner)
+        name, lattice_map = self._settings.name, search.lattice_map
         goal_cells = frozenset(cell for cell, _ in goals)
         if self._heuristic is None or self._heuristic[0] != goal_cells:
             self._heuristic = (
@@ -196,17 +192,20 @@ class LatticeSession(SessionBase):
         if not known:
             return Plan(Status.NO_PATH, name, detail=_NO_PATH)
         search.begin(heuristic, [(lattice_map.index(cell), h) for cell, h in starts], known)
-        limit = None if budget is None else budget.expansions
         outcome = search.improve(self._settings.weight, limit)
         found = search.result()
         if found is None:
-            status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[outcome]
-            detail = _NO_PATH if status is Status.NO_PATH else ""
-            return Plan(status, name, expansions=search.expansions, detail=detail)
+            return self._none_found(outcome, search.expansions)
         detail = ""
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)
         return self._plan_of(found, search, detail)
+
+    def _none_found(self, outcome: int, expansions: int) -> Plan:
+        """The answer where a search found no path."""
+        status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[outcome]
+        detail = _NO_PATH if status is Status.NO_PATH else ""
+        return Plan(status, self._settings.name, expansions=expansions, detail=detail)
 
     def _improved(self, search: LatticeSearch, found: Found, limit: int | None) -> tuple[Found, str]:
         """Lower the weight until the path is the best, or time or expansions are used; what was found last."""
