@@ -6,7 +6,7 @@ of the cheapest such primitive. Backward from the goals, so that the graph is th
 Lists by cost (Denardo and Fox, "Shortest-route methods: 1. reaching, pruning, and buckets", Operations Research
 27(1), 1979): a list spans no more than the least cost of a displacement, so that cells of one list cannot improve
 each other, and no heap is needed. A displacement is put into a list before its sweeps are looked at; most cells
-have a cost by the time their dearer displacements come up, which are then never looked at (lazy evaluation: Cohen,
+have a cost by the time their costlier displacements come up, which are then never looked at (lazy evaluation: Cohen,
 Phillips, Likhachev, "Planning single-arm manipulations with n-arm robots", RSS 2014).
 """
 
@@ -50,10 +50,10 @@ def settle(
     group_first : int32 (groups + 1,): where the members of a displacement begin.
     starts : int64 (s,): cells.
     span : int: the least cost of a displacement.
-    beyond : int: how far past the dearest start to go on.
+    beyond : int: how far past the costliest start to go on.
     costs : int64 (cells,): -1 where none is known.
     by : int16 (cells,): the primitive that leads on from each.
-    heads : int32 (lists,): first entry of each list, -1: none. Enough lists for the dearest displacement and two.
+    heads : int32 (lists,): first entry of each list, -1: none. Enough lists for the costliest displacement and two.
     entry_cell, entry_member, entry_next : int32 (room,): the entries of the lists.
     fresh : int32 (room,): cells that have their cost and have not been expanded.
     count : int64 (7,): number of the list, cells in ``fresh``, the next of them, first unused entry, cells settled,
@@ -166,7 +166,7 @@ def settle(
                 costs[u64(cell)] = cost
                 by[u64(cell)] = p
             elif m < end:
-                # The next dearer ones, when their time comes.
+                # The next costlier ones, when their time comes.
                 to = max((cost - step + price[u64(p)]) // span, at)
                 k2 = to % lists
                 entry = unused

@@ -13,7 +13,7 @@ from lampyris.planning.lattice.primitives import HEADINGS
 
 @dataclass(frozen=True, slots=True)
 class LatticeSettings:
-    """What a planner on a state lattice is told.
+    """Settings of a planner on a state lattice.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from lampyris.typing import Cell
 
 _ROOM = 1 << 14
 BEYOND = 8
-"""How much farther than the start costs are settled, in costs of the dearest displacement."""
+"""How much farther than the start costs are settled, in costs of the costliest displacement."""
 
 
 class LowField:
@@ -39,7 +39,7 @@ class LowField:
         self._costs = np.full(lattice_map.walls.size, -1, dtype=np.int64)
         self.by = np.full(lattice_map.walls.size, -1, dtype=np.int16)
         self._inside = np.pad(np.ones(lattice_map.grid.blocked.shape, np.bool_), lattice_map.border).ravel()
-        self._heads = np.empty(self._projection.dearest // self._projection.span + 3, dtype=np.int32)
+        self._heads = np.empty(self._projection.costliest // self._projection.span + 3, dtype=np.int32)
         self._count = np.zeros(7, dtype=np.int64)
         self._known: NDArray[np.int64] | None = None
         self._empty()
@@ -99,7 +99,7 @@ class LowField:
                 lattice_map.walls, lattice_map.clear, lattice.inscribed - 1e-6, lattice_map.offsets, lattice.cost,
                 lattice.reach, lattice.sweep_first, lattice_map.swept, projection.member, projection.member_group,
                 projection.group_first, starts, projection.span,
-                BEYOND * projection.dearest, self._costs, self.by, self._heads, self._cell, self._member, self._next,
+                BEYOND * projection.costliest, self._costs, self.by, self._heads, self._cell, self._member, self._next,
                 self._fresh, self._count,
             )  # fmt: skip
             if outcome != kernel.FULL:
@@ -139,7 +139,7 @@ class LowField:
         flat[lost] = -1
         self.by[lost] = -1
         self._empty()
-        rim = np.flatnonzero(flat >= max(at * projection.span - projection.dearest, 0))
+        rim = np.flatnonzero(flat >= max(at * projection.span - projection.costliest, 0))
         # They are expanded again: their displacements lead to the cells that have lost their cost.
         self._begin(at - 1, rim.astype(np.int32))
         return True

@@ -106,7 +106,7 @@ class PadSession(LatticeSession):
         walls = self._scene.grid.blocked
         if obstacles:
             walls = walls.copy()
-            for x, y in obstacles:
+            for x, y in sorted(obstacles):
                 walls[y, x] = True
         search = self._search
         if not isinstance(search, PadSearch):
@@ -148,7 +148,7 @@ class PadSession(LatticeSession):
         tunnel = rounds.tunnel
         self._tunnel = tunnel
         self._spheres = tuple(one for one in spheres.all if tunnel is not None and tunnel.meets(one))
-        plan = self._plan_of(found, search, "" if rounds.enough else _AT_BUDGET)
+        plan = self._plan_of(found, search, "" if rounds.enough() else _AT_BUDGET)
         record = tuple(self._record(one, lattice_map) for one in rounds.records)
         return replace(plan, expansions=rounds.expansions, iterations=len(record), rounds=record)
 

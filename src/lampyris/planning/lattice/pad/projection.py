@@ -23,14 +23,14 @@ class Projection:
     member_group : int32 (m,): the displacement of each.
     group_first : int32 (groups + 1,): where the primitives of a displacement begin.
     span : the least cost of a displacement.
-    dearest : the greatest cost of a primitive that moves the base.
+    costliest : the greatest cost of a primitive that moves the base.
     """
 
     member: NDArray[np.int32]
     member_group: NDArray[np.int32]
     group_first: NDArray[np.int32]
     span: int
-    dearest: int
+    costliest: int
 
 
 @lru_cache(16)

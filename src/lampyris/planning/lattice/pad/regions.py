@@ -100,7 +100,9 @@ class Tunnel:
     place : int32 (n,): number of the nearest cell of the path, the later of two as near.
     """
 
-    def __init__(self, path: Sequence[Cell], width: float, lattice_map: LatticeMap, spheres: Iterable[Sphere] = ()) -> None:  # fmt: skip
+    def __init__(
+        self, path: Sequence[Cell], width: float, lattice_map: LatticeMap, spheres: Iterable[Sphere] = ()
+    ) -> None:
         grid, reach = lattice_map.grid, math.floor(width)
         side = np.arange(-reach, reach + 1)
         dx, dy = (part.ravel() for part in np.meshgrid(side, side))

@@ -128,7 +128,7 @@ class PadSearch(HybridSearch):
         return self._order
 
     def take_over(self, lattice_map: LatticeMap, changed: list[Cell]) -> None:
-        """Go on with a map in which cells have become blocked or free."""
+        """Continue with a map in which cells have become blocked or free."""
         self.lattice_map = self.hybrid.lattice_map = lattice_map
         if self.field is not None and not self.field.repaired(lattice_map, changed):
             self.field = None
@@ -156,6 +156,7 @@ class Rounds:
     Attributes
     ----------
     records : what each round did.
+    expansions : of all rounds.
     tunnel : the last one.
     """
 
@@ -167,6 +168,7 @@ class Rounds:
         self._starts, self._goals = starts, goals
         self._weight, self._spheres, self._width, self._limit = weight, spheres, tunnel, limit
         self.records: list[Round] = []
+        self.expansions = 0
         self.tunnel: Tunnel | None = None
         self._best: Found | None = None
         # No path costs less than the projected graph's.
@@ -183,17 +185,12 @@ class Rounds:
         if old is not None:
             tracked, _, outcome = self._track(old)
             self._note((), None, tracked)
-            if self.enough or outcome == kernel.LIMIT:
-                return kernel.FOUND if self.enough else outcome
+            if self.enough() or outcome == kernel.LIMIT:
+                return kernel.FOUND if self.enough() else outcome
         while True:
             outcome = self._round()
             if outcome != _AGAIN:
                 return outcome
-
-    @property
-    def expansions(self) -> int:
-        """Expansions of all rounds."""
-        return sum(one.low + one.high + one.tracking for one in self.records)
 
     def result(self) -> Found | None:
         """The best path with the best lower bound of all rounds."""
@@ -206,7 +203,6 @@ class Rounds:
         """What a path may cost by what is proven so far."""
         return math.floor(self._weight * self._lower_bound * (1 + 2e-12))
 
-    @property
     def enough(self) -> bool:
         """Whether the best path costs as little as is wanted."""
         return self._best is not None and self._best.cost <= self._target
@@ -221,9 +217,9 @@ class Rounds:
         hybrid, lattice_map = self._search.hybrid, self._search.lattice_map
         spheres = tuple(self._spheres.all)
         planned, outcome = self._plan()
-        if self.enough or planned is None or outcome == kernel.LIMIT:
+        if self.enough() or planned is None or outcome == kernel.LIMIT:
             self._note(spheres, planned, None)
-            return kernel.FOUND if self.enough else outcome
+            return kernel.FOUND if self.enough() else outcome
         states = (*planned.states, planned.last)
         if not any(map(hybrid.is_low, states)):
             self._keep(planned)
@@ -232,7 +228,7 @@ class Rounds:
         tunnel = Tunnel([lattice_map.cell(cell) for cell, _ in states], self._width, lattice_map, spheres)
         tracked, place, outcome = self._track(tunnel)
         self._note(spheres, planned, tracked)
-        if self.enough:
+        if self.enough():
             return kernel.FOUND
         if outcome == kernel.LIMIT:
             return outcome
@@ -304,6 +300,7 @@ class Rounds:
 
     def _note(self, spheres: tuple[Sphere, ...], planned: Found | None, tracked: Found | None) -> None:
         low, high, tracking = self._low, self._planning - self._low, self._tracking
+        self.expansions += self._planning + self._tracking
         self._planning = self._low = self._tracking = 0
         self.records.append(
             Round(spheres, planned, tracked, self._width, self._lower_bound, low, high, tracking)
