@@ -21,7 +21,7 @@ from lampyris.planning.base import Budget
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession, lattice_for
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
-from lampyris.planning.lattice.pad.open_space import open_space_of
+from lampyris.planning.lattice.pad.open_space import NEVER, open_space_of
 from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.referee import check_plan
@@ -38,7 +38,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
-@sized("maps", 3, 1000)
+@sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_costs_keep_their_bound_and_no_path_agrees(drive: str, footprint: str, maps: int) -> None:
@@ -143,7 +143,7 @@ def test_a_field_settled_in_parts_or_repaired_equals_a_new_one() -> None:
     scene = Scene(Grid(walls), start_pose=(5.5, 5.5, 0.0), goal_pose=(55.5, 5.5, 0.0), robot=robot)
     lattice = lattice_for(scene, LatticePlanner())
     lattice_map = LatticeMap(scene.grid, lattice)
-    goal, near, far = (lattice_map.index(cell) for cell in ((55, 54), (45, 54), (5, 54)))
+    goal, near, far = (lattice_map.index(cell) for cell in ((55, 54), (52, 54), (5, 5)))
     field = LowField(lattice_map, [goal])
     field.costs([near])
     part = field.settled
@@ -171,22 +171,25 @@ def test_a_field_settled_in_parts_or_repaired_equals_a_new_one() -> None:
 
 
 def test_the_search_expands_fewer_states_than_the_lattice_in_the_open() -> None:
+    """Both counts of the same questions, added up."""
     for drive in DRIVES:
         robot = Robot(
             drive=drive, footprint=FOOTPRINTS["car"], turn_radius=3.0 if drive == "ackermann" else 0.0
         )
-        walls = np.zeros((90, 90), dtype=bool)
-        walls[30:60, 40:50] = True
-        scene = Scene(Grid(walls), start_pose=(8.5, 45.5, 2.0), goal_pose=(80.5, 44.5, 0.4), robot=robot)
-        for weight in (1.1, 1.2, 1.6):
-            full = LatticePlanner(weight=weight).open(scene, np.random.default_rng(0)).plan()
-            plan = planned(scene, weight=weight)
-            assert plan.bound is not None
-            assert plan.bound <= weight
-            assert plan.expansions < full.expansions
+        rng = np.random.default_rng(4)
+        theirs = ours = 0
+        for _ in range(6):
+            walls = rng.random((120, 120)) < 0.002
+            ends = [(*rng.uniform(5, 115, 2).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
+            scene = Scene(Grid(walls), start_pose=ends[0], goal_pose=ends[1], robot=robot)
+            full = LatticePlanner(weight=1.6).open(scene, np.random.default_rng(0)).plan()
+            plan = planned(scene, weight=1.6)
+            assert plan.status is full.status
+            theirs, ours = theirs + full.expansions, ours + plan.expansions
             assert plan.expansions == sum(
                 one.low_expansions + one.high_expansions + one.tracking_expansions for one in plan.rounds
             )
+        assert ours < 0.85 * theirs
 
 
 def test_an_omnidirectional_robot_in_the_open_needs_no_sphere_but_at_the_ends() -> None:
@@ -334,8 +337,9 @@ def test_settings_and_memory_are_refused_by_name(monkeypatch: pytest.MonkeyPatch
     scene = Scene(
         Grid(np.zeros((300, 300), dtype=bool)), start_pose=(9.5, 50.5, 0.0), goal_pose=(50.5, 50.5, 2.0)
     )
-    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY_MB", "60")
-    with pytest.raises(LimitError, match="MEMORY"):
+    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "50")
+    assert LatticePlanner().open(scene, np.random.default_rng(0)).plan()
+    with pytest.raises(LimitError, match="planning with pad"):
         planned(scene)
 
 
@@ -347,17 +351,15 @@ def test_tables_of_open_space_are_the_lattices_costs() -> None:
         lattice = lattice_for(scene, LatticePlanner())
         table = open_space_of(lattice)
         assert table.half <= 20
-        walls = np.ones((side, side), dtype=bool)
-        inside = slice(20 - table.half, 21 + table.half)
-        walls[inside, inside] = False
         motions = {k: [(*one[:4], ()) for one in of] for k, of in motions_of(lattice).items()}
         rng = np.random.default_rng(1)
         for k in (1, 6, 15):
             grid = np.zeros((2 * table.half + 1,) * 2, dtype=bool).tolist()
             best = least_costs(grid, motions, [(table.half, table.half, k)])
             for x, y, h in rng.integers(0, (2 * table.half + 1, 2 * table.half + 1, 16), (60, 3)).tolist():
-                assert table.cost[k, y, x, h] == best[x, y, h]
-                assert table.to(h)[2 * table.half - y, 2 * table.half - x, k] == best[x, y, h]
+                least = best.get((x, y, h), NEVER)
+                assert table.cost[k, y, x, h] == least
+                assert table.to(h)[2 * table.half - y, 2 * table.half - x, k] == least
 
 
 def test_spheres_and_tunnels() -> None:

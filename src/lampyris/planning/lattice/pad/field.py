@@ -13,7 +13,7 @@ from lampyris.planning.lattice.pad.projection import projection_of
 from lampyris.typing import Cell
 
 _ROOM = 1 << 14
-BEYOND = 8
+BEYOND = 3
 """How much farther than the start costs are settled, in costs of the costliest displacement."""
 
 

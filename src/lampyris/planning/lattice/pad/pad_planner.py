@@ -152,6 +152,12 @@ class PadSession(LatticeSession):
         record = tuple(self._record(one, lattice_map) for one in rounds.records)
         return replace(plan, expansions=rounds.expansions, iterations=len(record), rounds=record)
 
+    @property
+    def settled(self) -> int:
+        """Cells to which the field of the projected graph has given a cost since it was made."""
+        search = self._search
+        return search.field.settled if isinstance(search, PadSearch) and search.field is not None else 0
+
     def _cells(self, metres: float | None, motions: float) -> float:
         """A length in cells, or so many displacements of the longest motion."""
         if metres is not None:

@@ -23,9 +23,9 @@ from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.planning.lattice.search import Found
 from lampyris.typing import Cell
 
-GREEDY = (5.0, 1.2)
+GREEDY = (3.0, 1.2)
 """Weights of searches for a path that need only cost as little as is wanted; they are given up soon."""
-FEW = 8
+FEW = 4
 """Expansions of such a search for each state of the planned path."""
 MANY_GOALS = 64
 """Goal states that the order of the tracking phase minds."""
@@ -171,6 +171,7 @@ class Rounds:
         self.expansions = 0
         self.tunnel: Tunnel | None = None
         self._best: Found | None = None
+        self._tracked: Found | None = None
         # No path costs less than the projected graph's.
         self._lower_bound = int(min(costs[cell] for cell, _ in starts))
         self._planning = self._low = self._tracking = 0
@@ -183,8 +184,8 @@ class Rounds:
         old : the tunnel of an earlier plan, tried first.
         """
         if old is not None:
-            tracked, _, outcome = self._track(old)
-            self._note((), None, tracked)
+            self._tracked, _, outcome = self._track(old)
+            self._note((), None, self._tracked)
             if self.enough() or outcome == kernel.LIMIT:
                 return kernel.FOUND if self.enough() else outcome
         while True:
@@ -225,9 +226,15 @@ class Rounds:
             self._keep(planned)
             self._note(spheres, planned, None)
             return kernel.FOUND
+        known = (
+            self._tracked
+            if self.tunnel is not None and all(cell in self.tunnel for cell, _ in states)
+            else None
+        )
         tunnel = Tunnel([lattice_map.cell(cell) for cell, _ in states], self._width, lattice_map, spheres)
-        tracked, place, outcome = self._track(tunnel)
+        tracked, place, outcome = self._track(tunnel, known is not None)
         self._note(spheres, planned, tracked)
+        self._tracked = tracked = tracked or known
         if self.enough():
             return kernel.FOUND
         if outcome == kernel.LIMIT:
@@ -268,21 +275,19 @@ class Rounds:
             self._lower_bound = max(self._lower_bound, hybrid.most + 1)
         return found, outcome
 
-    def _track(self, tunnel: Tunnel) -> tuple[Found | None, int, int]:
+    def _track(self, tunnel: Tunnel, seen: bool = False) -> tuple[Found | None, int, int]:
         """The tracking phase: ``(path, place, outcome)``; without a path, ``place`` is how far it came.
 
         First for a path that costs as little as is wanted, which a greedy search finds soonest. If there is none in the
-        tunnel, for any, to see where it costs more.
+        tunnel, for any, to see where it costs more; but not where that has been ``seen``.
         """
         search, self.tunnel = self._search, tunnel
         wanted = (tunnel, self._costs, self._starts, self._goals)
         some = FEW * len(tunnel.path) + 100
         found: Found | None = None
         outcome = kernel.LIMIT
-        for weight, most, limit in (
-            *((weight, self._target, some) for weight in GREEDY),
-            (self._weight, -1, None),
-        ):
+        tries = [(weight, self._target, some) for weight in GREEDY]
+        for weight, most, limit in tries if seen else (*tries, (self._weight, -1, None)):
             left = self._left()
             least = min((one for one in (left, limit) if one is not None), default=None)
             found, outcome = search.track(*wanted, weight, most, least)
@@ -290,6 +295,7 @@ class Rounds:
             if found is not None or self._left() == 0:
                 break
         if found is None:
+            outcome = kernel.LIMIT if self._left() == 0 else kernel.EXHAUSTED
             return None, search.farthest(tunnel), outcome
         self._keep(found)
         return found, -1, outcome
@@ -306,6 +312,15 @@ class Rounds:
             Round(spheres, planned, tracked, self._width, self._lower_bound, low, high, tracking)
         )
 
+    def _nearest(self, tunnel: Tunnel, cells: list[int]) -> NDArray[np.int64]:
+        """The place on a tunnel's path that is nearest to each cell, the later of two as near."""
+        path = np.array(tunnel.path[::-1])
+        found = []
+        for cell in cells:
+            d = path - self._search.lattice_map.cell(cell)
+            found.append(len(path) - 1 - int((d * d).sum(axis=1).argmin()))
+        return np.array(found)
+
     def _places(self, planned: Found, tracked: Found | None, place: int, tunnel: Tunnel) -> list[Cell]:
         """Where headings are wanted: where tracking went no farther, or costs more than was planned."""
         if tracked is None:
@@ -313,7 +328,7 @@ class Rounds:
         price = self._search.lattice_map.lattice.cost
         plan = np.concatenate(([0], np.cumsum(price[list(planned.primitives)])))
         track = np.concatenate(([0], np.cumsum(price[list(tracked.primitives)])))
-        passed = tunnel.place_of([cell for cell, _ in (*tracked.states, tracked.last)])
+        passed = self._nearest(tunnel, [cell for cell, _ in (*tracked.states, tracked.last)])
         passed[-1] = len(plan) - 1
         # A place is behind it when it does not come back to it.
         behind = np.minimum.accumulate(passed[::-1])[::-1]
