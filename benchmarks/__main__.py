@@ -22,7 +22,19 @@ from typing import Any
 from benchmarks.about import machine
 from benchmarks.page import page
 
-NAMES = ("field", "weighted", "repair", "query", "timed", "speed", "study", "start", "memory", "scaling")
+NAMES = (
+    "field",
+    "weighted",
+    "repair",
+    "query",
+    "timed",
+    "poses",
+    "speed",
+    "study",
+    "start",
+    "memory",
+    "scaling",
+)
 
 
 def main() -> int:

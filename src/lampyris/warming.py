@@ -226,11 +226,12 @@ def _attributes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved; its poses driven, and what the footprint comes near to; hybrid A*; curves."""
+    """A lattice, searched once and improved; its poses driven, and what the footprint comes near to; pad, hybrid A*, curves."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
     scene = _scene(robot=robot, traffic=(RandomWalk(2), Patrol(((12, 3), (12, 9)))))
     plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
     api.speed_profile(scene, plan)
+    api.plan(_scene(robot=robot), "pad", weight=1.0)
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
     x, y = scene.start
     onto = replace(scene, traffic=(Recorded(tuple((x + k, y) for k in (3, 2, 1, 0))),))

@@ -104,7 +104,9 @@ PER_STATE = 11
 """Bytes of a state of a lattice."""
 
 
-def demand_states(height: int, width: int, border: int, headings: int, planner: str) -> None:
+def demand_states(
+    height: int, width: int, border: int, headings: int, planner: str, *, each: int = PER_STATE
+) -> None:
     """Refuse a search of cells and headings that would take more memory than is allowed.
 
     Parameters
@@ -113,13 +115,14 @@ def demand_states(height: int, width: int, border: int, headings: int, planner: 
     border : cells around the map that the robot's motions may reach.
     headings : states of a cell.
     planner : its name.
+    each : bytes of a state.
 
     Raises
     ------
     LimitError : ``MEMORY``.
     """
     cells = (height + 2 * border) * (width + 2 * border)
-    needed = -(-cells * (PER_CELL + headings * PER_STATE) // 2**20)
+    needed = -(-cells * (PER_CELL + headings * each) // 2**20)
     what = f"planning with {planner} on {width:,} x {height:,} cells, {headings} headings and motions of {border:,} cells"
     MEMORY.demand(needed, what, instead="take a smaller map or a coarser resolution")
 

@@ -82,6 +82,35 @@ class Jump(Noun):
     rings: int
 
 
+@dataclass(frozen=True, slots=True, repr=False)
+class PlanningRound(Noun):
+    """One round of the planner ``pad``.
+
+    Parameters
+    ----------
+    spheres : where its planning phase had headings: centre, and radius in cells.
+    planned : cells at which the motions of the planned path begin and end; empty: nothing was planned.
+    tracked : the same of the path of poses that was found in the tunnel; empty: none was.
+    tunnel : half the width of the tunnel around the planned path, cells.
+    planned_m, tracked_m : their costs, metres; None where they are empty.
+    lower_bound_m : no path costs less, by what is proven up to this round; metres.
+    low_expansions : cells that the planning phase expanded.
+    high_expansions : poses that it expanded.
+    tracking_expansions : poses that the tracking phase expanded.
+    """
+
+    spheres: tuple[tuple[Cell, float], ...]
+    planned: tuple[Cell, ...]
+    tracked: tuple[Cell, ...]
+    tunnel: float
+    planned_m: float | None
+    tracked_m: float | None
+    lower_bound_m: float
+    low_expansions: int
+    high_expansions: int
+    tracking_expansions: int
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan(Value, Tabular):
     """A planner's answer.
@@ -95,6 +124,7 @@ class Plan(Value, Tabular):
     expansions : cells it expanded.
     commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
+    rounds : of the planner ``pad``: its rounds, in order.
     best_by_iteration : a swarm's record, when asked for: the fitness of its best answer so far, in cells,
         after each iteration (infinity before there is one); it never rises.
     gates_met : cells at which the ``replan`` gate policy sealed a gate and replanned.
@@ -143,6 +173,7 @@ class Plan(Value, Tabular):
     schedule: Ticks | None = None
     frame: MapFrame | None = None
     pose_path: PosePath | None = None
+    rounds: tuple[PlanningRound, ...] = ()
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None

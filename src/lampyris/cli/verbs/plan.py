@@ -59,7 +59,7 @@ def plan(
 ) -> None:
     """Plan a path and a speed for each of its cells; corners are rounded within half a step, or are stops.
 
-    The planners `lattice` and `hybrid-astar` plan poses for a robot with a footprint and a heading (`--robot`,
+    The planners `lattice`, `hybrid-astar` and `pad` plan poses for a robot with a footprint and a heading (`--robot`,
     `--start-m X,Y,YAW`).
     """
     from lampyris.cli.request import Request, budget_of
@@ -204,6 +204,8 @@ def _motion(found: Plan, scene: Scene) -> str:
 def _explain(found: Plan, profile: Profile | None) -> None:
     from lampyris.report.data.adgso_tables import COLUMNS, jump_tables
 
+    if found.rounds:
+        _explain_rounds(found)
     for jump in jump_tables(found):
         text.line(jump.title, style="bold")
         right = [COLUMNS[k] for k in (0, 2, 3)]
@@ -218,6 +220,21 @@ def _explain(found: Plan, profile: Profile | None) -> None:
         ]
         right = [name for name in columns if name not in ("cell", "limited by")]
         text.table("speed at each node", columns, rows, right=right, boxed=True)
+
+
+def _explain_rounds(found: Plan) -> None:
+    """The rounds of planning with adaptive dimensionality, a row each."""
+    columns = ("round", "spheres", "planned (m)", "tracked (m)", "at least (m)", "cells", "poses", "tracking")
+    rows = [
+        (
+            str(k), str(len(one.spheres)), *(
+                "-" if cost is None else f"{cost:.4g}" for cost in (one.planned_m, one.tracked_m, one.lower_bound_m)
+            ),
+            str(one.low_expansions), str(one.high_expansions), str(one.tracking_expansions),
+        )
+        for k, one in enumerate(found.rounds, 1)
+    ]  # fmt: skip
+    text.table("rounds, with the states that they expanded", columns, rows, right=columns, boxed=True)
 
 
 def _duration(profile: Profile) -> str:

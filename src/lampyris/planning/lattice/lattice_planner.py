@@ -13,7 +13,7 @@ import numpy as np
 from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.limits import demand_states
-from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris._core.settings import flag, number
 from lampyris.errors import FileError, SceneError, SettingError, shown
 from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
@@ -27,55 +27,40 @@ from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
-from lampyris.planning.lattice.primitives import HEADINGS
 from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.lattice.session import PoseSession
+from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.typing import Cell
 
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
 _NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
-_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost", "cost_penalty")
+_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
 """Settings by which the referee judges a path."""
 
 State = tuple[Cell, int]
 
 
 @dataclass(frozen=True, slots=True)
-class LatticePlanner:
+class LatticePlanner(LatticeSettings):
     """Weighted A* over a state lattice of cells and headings, for robots with a shape.
 
     Parameters
     ----------
-    weight : the path costs at most so many times the least cost in the lattice; 1 finds the least.
     anytime : after the first path search with smaller weights, until the budget is used or the path is the best.
-    headings : 16 or 32.
-    reverse_cost : a metre in reverse costs as much as so many ahead.
-    reverse : whether it may drive in reverse.
-    turn_cost : a radian turned in place costs as much as so many metres ahead.
     primitives : file of motion primitives to drive in place of ours, with its own headings: Nav2's JSON or SBPL's
         ``.mprim`` (:func:`lampyris.load_primitives`, whose result is taken too).
     cost_penalty : ground of the highest terrain value, 252, costs so many times its length more; 4 is what planners
         on cells pay, 0 ignores terrain.
-    goal_tolerance : distance from the goal at which it counts as reached.
-    goal_yaw_tolerance : angle from the yaw of the goal at which it counts as reached; at least the nearest heading
-        does.
 
     Raises
     ------
     SettingError : a setting out of its range.
     """
 
-    weight: float = number(1.5, 1.0, 1e3)
     anytime: bool = flag(False)
-    headings: int = whole(16, 16, 32)
-    reverse_cost: float = number(2.0, 1.0, 100.0)
-    reverse: bool = flag(True)
-    turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
     cost_penalty: float = number(4.0, 0.0, 100.0)
-    goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
-    goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
     primitives: str | MotionPrimitives | None = None
 
     name: ClassVar[str] = "lattice"
@@ -88,12 +73,7 @@ class LatticePlanner:
     )
 
     def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-        if self.headings not in HEADINGS:
-            raise SettingError.of(
-                "HEADINGS", "headings", shown(self.headings), where=self.name, allowed="16 or 32"
-            )
-
+        LatticeSettings.__post_init__(self)
         given: Any = self.primitives
         if isinstance(given, os.PathLike):
             object.__setattr__(self, "primitives", os.fspath(given))
@@ -108,20 +88,20 @@ class LatticePlanner:
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
-        return LatticeSession(self, scene)
+        return LatticeSession(self, scene, self.cost_penalty, self.primitives)
 
 
-def lattice_for(scene: Scene, settings: LatticePlanner) -> StateLattice:
-    """The lattice of a scene's robot on the cells of its map.
+def lattice_for(
+    scene: Scene, settings: LatticeSettings, primitives: str | MotionPrimitives | None = None
+) -> StateLattice:
+    """The lattice of a scene's robot on the cells of its map, of our primitives or those that are given.
 
     Raises
     ------
     FileError : primitives for another resolution, or that the robot cannot drive.
     """
     cell = scene.grid.resolution
-    given = settings.primitives
-    if isinstance(given, str):
-        given = load_primitives(given)
+    given = load_primitives(primitives) if isinstance(primitives, str) else primitives
     if given is not None and abs(given.resolution - cell) > 1e-6 * cell:
         raise FileError(
             "PRIMITIVE_RESOLUTION",
@@ -168,10 +148,16 @@ class LatticeSession(PoseSession[LatticeSearch]):
     scene : what to plan in.
     """
 
-    def __init__(self, settings: LatticePlanner, scene: Scene) -> None:
+    def __init__(
+        self,
+        settings: LatticeSettings,
+        scene: Scene,
+        cost_penalty: float = 0.0,
+        primitives: str | MotionPrimitives | None = None,
+    ) -> None:
         super().__init__(settings.name, scene)
-        self._settings = settings
-        self._lattice = lattice_for(scene, settings)
+        self._settings, self._cost_penalty = settings, cost_penalty
+        self._lattice = lattice_for(scene, settings, primitives)
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         name, lattice_map = self._settings.name, search.lattice_map
@@ -181,6 +167,14 @@ class LatticeSession(PoseSession[LatticeSearch]):
         goals = self.goals(lattice_map)
         if not goals:
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
+        return self._searched(search, starts, goals, None if budget is None else budget.expansions)
+
+    def _searched(
+        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
+    ) -> Plan:
+        """The answer between states that are free."""
+        assert isinstance(self._settings, LatticePlanner)
+        name, lattice_map = self._settings.name, search.lattice_map
         goal_cells = frozenset(cell for cell, _ in goals)
         if self._heuristic is None or self._heuristic[0] != goal_cells:
             self._heuristic = (
@@ -192,17 +186,20 @@ class LatticeSession(PoseSession[LatticeSearch]):
         if not known:
             return Plan(Status.NO_PATH, name, detail=_NO_PATH)
         search.begin(heuristic, [(lattice_map.index(cell), h) for cell, h in starts], known)
-        limit = None if budget is None else budget.expansions
         outcome = search.improve(self._settings.weight, limit)
         found = search.result()
         if found is None:
-            status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[outcome]
-            detail = _NO_PATH if status is Status.NO_PATH else ""
-            return Plan(status, name, expansions=search.expansions, detail=detail)
+            return self._none_found(outcome, search.expansions)
         detail = ""
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)
         return self._plan_of(found, search, detail)
+
+    def _none_found(self, outcome: int, expansions: int) -> Plan:
+        """The answer where a search found no path."""
+        status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[outcome]
+        detail = _NO_PATH if status is Status.NO_PATH else ""
+        return Plan(status, self._settings.name, expansions=expansions, detail=detail)
 
     def _improved(self, search: LatticeSearch, found: Found, limit: int | None) -> tuple[Found, str]:
         """Lower the weight until the path is the best, or time or expansions are used; what was found last."""
@@ -233,10 +230,11 @@ class LatticeSession(PoseSession[LatticeSearch]):
             self._note(what, path.poses[k], "the nearest pose of the lattice")
             for what, k in (("start", 0), ("goal", -1))
         )
-        ignored = scene.grid.terrain is not None and self._settings.cost_penalty == 0
-        terrain = "terrain is ignored (cost_penalty=0)" if ignored else ""
+        ignored = scene.grid.terrain is not None and self._cost_penalty == 0
+        terrain = "terrain is ignored" if ignored else ""
         notes = tuple(filter(None, (*ends, terrain)))
         attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
+        attributes["cost_penalty"] = self._cost_penalty
         if self._lattice.shape.primitives is not None:
             attributes["sampled"] = 1.0
         return Plan(
@@ -261,7 +259,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         """
         grid, lattice = self._scene.grid, self._lattice
         demand_states(grid.height, grid.width, lattice.border, len(lattice.angles), self._settings.name)
-        return LatticeSearch(LatticeMap(grid, lattice, obstacles, self._settings.cost_penalty))
+        return LatticeSearch(LatticeMap(grid, lattice, obstacles, self._cost_penalty))
 
     def starts(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""

@@ -43,8 +43,8 @@ class LatticeSearch:
 
     def __init__(self, lattice_map: LatticeMap) -> None:
         self.lattice_map = lattice_map
-        self._headings = len(lattice_map.lattice.angles)
-        n = lattice_map.walls.size * self._headings
+        self._stride = self._states_of_a_cell()
+        n = lattice_map.walls.size * self._stride
         # Pages of memory that no search touches are never made.
         self._mark = np.zeros(n, dtype=np.int64)
         self._parent = np.zeros(n, dtype=np.int16)
@@ -53,7 +53,7 @@ class LatticeSearch:
         self._states = np.zeros(_ROOM, dtype=np.int32)
         self._aside = np.zeros(_ROOM, dtype=np.int32)
         self._run = 0
-        self._count = np.zeros(5, dtype=np.int64)
+        self._count = np.zeros(6, dtype=np.int64)
         self._best = np.full(2, -1, dtype=np.int64)
 
     @property
@@ -71,12 +71,12 @@ class LatticeSearch:
         self._round = 0
         self._weight, self._complete = math.inf, False
         self._heuristic = heuristic
-        self._goals = np.array(sorted(cell * self._headings + h for cell, h in goals), dtype=np.int64)
+        self._goals = np.array(sorted({cell * self._stride + h for cell, h in goals}), dtype=np.int64)
         self._near = int(max(heuristic[cell] for cell, _ in goals))
         self._count[:] = 0
         self._best[:] = -1
         goal_states = set(self._goals.tolist())
-        waiting = [cell * self._headings + h for cell, h in starts if heuristic[cell] >= 0]
+        waiting = sorted({cell * self._stride + h for cell, h in starts if heuristic[cell] >= 0})
         for state in waiting:
             self._mark[state] = self._run << kernel.SHIFT
             self._closed[state] = 0
@@ -86,29 +86,39 @@ class LatticeSearch:
         self._states[: len(waiting)] = waiting
         self._count[kernel.WAITING] = len(waiting)
 
+    def _states_of_a_cell(self) -> int:
+        return len(self.lattice_map.lattice.angles)
+
     def improve(self, weight: float, limit: int | None) -> int:
         """Search with a weight until the path found costs at most ``weight`` times the least; one of the kernel's outcomes."""
         self._round += 1
         self._weight, self._complete = weight, False
         self._rekey(weight)
-        lattice, lattice_map = self.lattice_map.lattice, self.lattice_map
         while True:
-            outcome = int(
-                kernel.search(
-                    lattice_map.walls, lattice_map.clear, self._heuristic, self._headings, lattice.first, lattice_map.offsets,
-                    lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
-                    lattice_map.swept, self._goals, self._near, weight, -1 if limit is None else limit, self._run,
-                    self._mark, self._parent, self._closed, self._round, self._keys, self._states, self._aside,
-                    self._count, self._best, lattice_map.price, lattice_map.price_first, lattice_map.price_cell,
-                    lattice_map.price_weight,
-                )
-            )  # fmt: skip
+            outcome = self._run_kernel(weight, -1 if limit is None else limit)
             if outcome != kernel.FULL:
                 self._complete = outcome == kernel.FOUND
                 return outcome
             for name in ("_keys", "_states", "_aside"):
                 held = getattr(self, name)
                 setattr(self, name, np.concatenate((held, np.zeros_like(held))))
+
+    def _run_kernel(self, weight: float, limit: int) -> int:
+        lattice, lattice_map = self.lattice_map.lattice, self.lattice_map
+        return int(
+            kernel.search(
+                lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
+                lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
+                lattice_map.swept, self._goals, self._near, weight, limit, self._run, self._mark, self._parent,
+                self._closed, self._round, self._keys, self._states, self._aside, self._count, self._best,
+                lattice_map.price, lattice_map.price_first, lattice_map.price_cell, lattice_map.price_weight,
+            )
+        )  # fmt: skip
+
+    def _before(self, state: int, primitive: int) -> int:
+        """The state from which a primitive led to another."""
+        cell = state // self._stride - int(self.lattice_map.offsets[primitive])
+        return cell * self._stride + self.lattice_map.lattice.primitives[primitive].start
 
     def _open(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """States that wait or were set aside, each once, with their costs and heuristics."""
@@ -117,7 +127,7 @@ class LatticeSearch:
         states = states[self._closed[states] != self._round]
         states = np.unique(np.concatenate((states, self._aside[:aside].astype(np.int64))))
         costs = self._mark[states] - (self._run << kernel.SHIFT)
-        return states, costs, self._heuristic[states // self._headings]
+        return states, costs, self._heuristic[states // self._stride]
 
     def _rekey(self, weight: float) -> None:
         """Order what waits by its key under a weight; states set aside wait again."""
@@ -138,18 +148,14 @@ class LatticeSearch:
         """The best path so far with its lower bound; None: there is none."""
         if self._best[0] < 0:
             return None
-        lattice = self.lattice_map.lattice
         state = int(self._best[1])
-        last = divmod(state, self._headings)
+        last = divmod(state, self._stride)
         states, primitives = [], []
         while self._parent[state] >= 0:
             primitive = int(self._parent[state])
-            heading = lattice.primitives[primitive].start
-            state = (
-                state // self._headings - int(self.lattice_map.offsets[primitive])
-            ) * self._headings + heading
+            state = self._before(state, primitive)
             primitives.append(primitive)
-            states.append((state // self._headings, heading))
+            states.append(divmod(state, self._stride))
         cost = 0
         for (cell, _), primitive in zip(states, primitives, strict=True):
             cost += self.lattice_map.cost(cell, primitive)

@@ -67,7 +67,7 @@ class PoseSession(SessionBase, Generic[M]):
         change = change or Change()
         scene = edited(self._scene, change, self._under_walls)
         if scene is not self._scene:
-            self.drop(False)
+            self._forget_map()
             self._scene = scene
         if change.robot is not None:
             self._robot, self._pose = change.robot, None
@@ -75,19 +75,28 @@ class PoseSession(SessionBase, Generic[M]):
             self._robot, self._pose = scene.grid.to_cell(*change.pose[:2]), change.pose
         ends = (self._robot, scene.goal)  # covered now, free again later
         obstacles = frozenset(filter(scene.grid.contains, change.obstacles.difference(ends)))
-        if obstacles or self._search is None:
-            self.drop(False)
-            self._search = self._new_search(obstacles)
+        self._search = self._search_among(obstacles)
         try:
             plan = self._answer(self._search, budget)
         finally:
             if obstacles:
-                self.drop(False)
+                self._forget_map()
         if plan.status is Status.NO_PATH and obstacles:
             free = self._new_search()
             if self._answer(free, None).status is Status.FOUND:
                 return Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
         return plan
+
+    def _forget_map(self) -> None:
+        """The map is no longer what the search has."""
+        self.drop(False)
+
+    def _search_among(self, obstacles: frozenset[Cell]) -> M:
+        """The memory of searches on the map with obstacles: the last one's, where it will do."""
+        if obstacles or self._search is None:
+            self.drop(False)
+            return self._new_search(obstacles)
+        return self._search
 
     def _note(self, what: str, pose: np.ndarray, which: str) -> str:
         """A note where an end of the path is not the pose that was asked for, but ``which``."""

@@ -15,7 +15,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
-from lampyris.model.plan import Jump, Plan
+from lampyris.model.plan import Jump, Plan, PlanningRound
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -58,6 +58,7 @@ def plan_record(
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],
+        **({"rounds": [round_record(one) for one in plan.rounds]} if plan.rounds else {}),
         "attributes": dict(plan.attributes),
         "notes": list(plan.notes),
         "corners": corners_record(plan, scene, profile),
@@ -79,6 +80,20 @@ def pose_record(path: PosePath) -> dict[str, Any]:
         "lower_bound_m": path.lower_bound_m,
         "bound": _finite(path.bound),
         "reversals": path.reversals,
+    }
+
+
+def round_record(one: PlanningRound) -> dict[str, Any]:
+    """One round of planning with adaptive dimensionality: metres, and counts of expanded states."""
+    return {
+        "spheres": [{"cell": list(cell), "radius_cells": radius} for cell, radius in one.spheres],
+        "tunnel_cells": one.tunnel,
+        "planned_m": one.planned_m,
+        "tracked_m": one.tracked_m,
+        "lower_bound_m": one.lower_bound_m,
+        "low_expansions": one.low_expansions,
+        "high_expansions": one.high_expansions,
+        "tracking_expansions": one.tracking_expansions,
     }
 
 

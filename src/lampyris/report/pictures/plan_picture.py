@@ -17,6 +17,7 @@ from lampyris.report.charts.speed_chart import draw_speed
 from lampyris.report.pictures import canvas
 from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.report.pictures.footprints import draw_footprints
+from lampyris.report.pictures.regions import draw_rounds
 from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
@@ -46,7 +47,9 @@ def draw_plan(
 
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
     beneath, or without one the terrain, ochre where it is costly; the path is coloured by the profile's
-    speeds. Start, goal, gates (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
+    speeds.
+    Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn. Start, goal, gates
+    (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
     map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
     Parameters
@@ -72,6 +75,8 @@ def draw_plan(
     items = _draw_gates(axes, plan, frame)
     if plan.pose_path is not None and scene is not None:
         items = draw_footprints(axes, plan.pose_path, grid, scene.robot) + items
+    if plan.rounds:
+        items = draw_rounds(axes, plan.rounds, frame) + items
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()

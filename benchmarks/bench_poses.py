@@ -1,0 +1,193 @@
+"""The planner pad beside the planner lattice at the same bound: states expanded, and processor time."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, judge
+from benchmarks.maps import published_map, rooms
+
+from lampyris.kernels._jit import compiled_only
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.planning.lattice.lattice_planner import LatticePlanner
+from lampyris.planning.lattice.pad.pad_planner import PadPlanner
+from lampyris.planning.lattice.primitives import angles
+from lampyris.referee import check_plan
+
+TITLE = "Poses"
+HOW = """The planner `pad` beside `lattice` at the same `weight`, from the same poses, cells of 0.125 m: states that each expands
+(cells and poses of all rounds and phases of `pad`; a round's shares are in `Plan.rounds`), and milliseconds of this
+thread's processor time for a call on an open session, the heuristic of the goal included for both. `lattice` settles an
+octile field of the whole map (about 10 ns a cell), `pad` the projected graph as far as the start (`settled`); neither is
+among the expansions. Random pairs of poses that a path joins; each answer is checked by the referee, and each cost against
+the other's bound. The tables of open space, once for a robot, are made before."""
+
+RESOLUTION = 0.125
+WEIGHTS = (1.09, 1.2, 1.6)
+ASKED = 5.0
+"""How many times fewer states pad shall expand."""
+MAPS = ("arena2", "Berlin_0_256", "AR0011SR", "ht_0_hightown", "16room_000", "maze512-32-0", "random512-10-0")
+ROBOTS = {
+    "1.2 x 0.5 m, ackermann": Robot(
+        footprint=((0.6, 0.25), (-0.6, 0.25), (-0.6, -0.25), (0.6, -0.25)),
+        drive="ackermann",
+        turn_radius=1.25,
+    ),
+    "0.9 x 0.62 m, differential": Robot(
+        footprint=((0.45, 0.31), (-0.45, 0.31), (-0.45, -0.31), (0.45, -0.31)), drive="differential"
+    ),
+    "disc of 0.3 m, omnidirectional": Robot(radius=0.3, drive="omnidirectional"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """What both planners took for one pair of poses."""
+
+    lattice: int
+    low: int
+    high: int
+    tracking: int
+    settled: int
+    lattice_ms: float
+    pad_ms: float
+    rounds: int
+
+    @property
+    def share(self) -> float:
+        """States that pad expanded, of those of lattice."""
+        return (self.low + self.high + self.tracking) / max(self.lattice, 1)
+
+
+def grids(quick: bool) -> Iterator[tuple[str, Grid]]:
+    """The maps at hand."""
+    for name in MAPS[:1] if quick else MAPS:
+        free = published_map(name)
+        if free is not None:
+            yield name, Grid(~free, resolution=RESOLUTION)
+    # Rooms of 3.75 m, with doors of a cell made wide enough by halving the resolution twice.
+    walls = np.kron(~rooms(128, 31), np.ones((4, 4), dtype=bool))
+    yield "rooms", Grid(walls, resolution=RESOLUTION * 2)
+
+
+def timed(session: object, scene: Scene) -> tuple[Plan, float]:
+    begin = time.thread_time_ns()
+    plan: Plan = session.plan()  # type: ignore[attr-defined]
+    spent = (time.thread_time_ns() - begin) / 1e6
+    assert not plan or check_plan(plan, scene) is None
+    return plan, spent
+
+
+def pairs(grid: Grid, robot: Robot, count: int) -> list[Scene]:
+    """Scenes with random free poses that a path joins."""
+    rng = np.random.default_rng([grid.width, int(grid.blocked.sum())])
+    ys, xs = np.nonzero(~grid.blocked)
+    corner = (*grid.to_metres((int(xs[0]), int(ys[0]))).tolist(), 0.0)
+    free = (
+        LatticePlanner().open(Scene(grid, start_pose=corner, goal_pose=corner, robot=robot), rng).lattice_map
+    )
+
+    def pose() -> tuple[float, float, float]:
+        while True:
+            k, heading = int(rng.integers(len(xs))), int(rng.integers(16))
+            cell = (int(xs[k]), int(ys[k]))
+            if free.is_free(cell, heading):
+                x, y = grid.to_metres(cell).tolist()
+                return x, y, math.remainder(angles(16)[heading], 2 * math.pi)
+
+    found: list[Scene] = []
+    tries = 0
+    while len(found) < count and tries < 20 * count:
+        scene = Scene(grid, start_pose=pose(), goal_pose=pose(), robot=robot)
+        tries += 1
+        if PadPlanner(weight=3.0).open(scene, rng).plan():
+            found.append(scene)
+    return found
+
+
+def compared(scene: Scene, weight: float) -> Pair:
+    """Both planners on one scene, each on a session whose map is made."""
+    rng = np.random.default_rng(0)
+    full, adaptive = (
+        LatticePlanner(weight=weight).open(scene, rng),
+        PadPlanner(weight=weight).open(scene, rng),
+    )
+    assert full.lattice_map is not None
+    assert adaptive.lattice_map is not None
+    theirs, their_ms = timed(full, scene)
+    ours, our_ms = timed(adaptive, scene)
+    a, b = ours.pose_path, theirs.pose_path
+    assert a is not None
+    assert b is not None
+    assert a.bound <= weight * (1 + 1e-9)
+    assert max(a.lower_bound_m, b.lower_bound_m) <= min(a.cost_m, b.cost_m) * (1 + 1e-9)
+    low, high, tracking = (
+        sum(getattr(one, f"{what}_expansions") for one in ours.rounds) for what in ("low", "high", "tracking")
+    )
+    return Pair(
+        theirs.expansions, low, high, tracking, adaptive.settled, their_ms, our_ms, len(ours.rounds)
+    )  # fmt: skip
+
+
+def bench(quick: bool) -> Section:
+    """All robots on all maps at all weights."""
+    count = 3 if quick else 10
+    rows, figures = [], []
+    shares: dict[tuple[str, float], list[float]] = {}
+    with compiled_only():
+        for who, robot in ROBOTS.items():
+            for name, grid in grids(quick):
+                scenes = pairs(grid, robot, count)
+                for weight in WEIGHTS if scenes else ():
+                    got = [compared(scene, weight) for scene in scenes]
+                    shares.setdefault((who, weight), []).append(statistics.median(one.share for one in got))
+                    middle = [
+                        statistics.median(getattr(one, what) for one in got)
+                        for what in (
+                            "lattice",
+                            "low",
+                            "high",
+                            "tracking",
+                            "share",
+                            "settled",
+                            "lattice_ms",
+                            "pad_ms",
+                            "rounds",
+                        )
+                    ]
+                    rows.append((
+                        who, name, f"{weight:g}", *(f"{value:.0f}" for value in middle[:4]), f"{middle[4]:.3f}",
+                        f"{middle[5]:.0f}", *(f"{value:.1f}" for value in middle[6:8]), f"{middle[8]:.0f}",
+                    ))  # fmt: skip
+                    print(rows[-1], flush=True)
+    heads = (
+        "robot", "map", "weight", "lattice", "pad: cells", "poses", "tracking", "share", "settled",
+        "lattice ms", "pad ms", "rounds",
+    )  # fmt: skip
+    for (who, weight), of in shares.items():
+        inverse = Spread.of([1 / share for share in of])
+        figures.append(
+            Figure(
+                f"{who}, weight {weight:g}",
+                "times fewer",
+                inverse,
+                "lattice",
+                Spread.of([1.0]),
+                True,
+                asked=ASKED,
+            )
+        )
+    return Section(
+        "poses", TITLE, HOW, (Table(heads, tuple(rows), "Medians of the pairs of each map"),), tuple(figures),
+        (judge("States that pad expands, of those of lattice, in the median of the maps", figures),),
+        versions(("numpy", "numba")),
+    )  # fmt: skip

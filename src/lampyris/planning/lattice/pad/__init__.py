@@ -1,0 +1,1 @@
+"""Planning with adaptive dimensionality: cells almost everywhere, poses where it takes them."""

@@ -1,0 +1,73 @@
+"""What motions cost where there are no walls: an estimate that knows headings, for the order of the tracking phase.
+
+It is no lower bound (in narrow places it may be too low, next to the tunnel's path too high), so that no bound rests on
+it. Without it a robot that faces away from its goal would drive there in reverse, or search for long around both ends.
+Such tables: R. Knepper, A. Kelly, "High performance state lattice planning using heuristic look-up tables", IROS 2006.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.lattice.open_space import spread
+from lampyris.planning.lattice.lattice import StateLattice
+
+REACH = 3
+"""Half the side of the table, in displacements of the longest motion."""
+_LARGEST = 48
+"""Half its side at most, cells."""
+NEVER = 1 << 40
+"""A cost above any in a table."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenSpace:
+    """Costs from the middle of an empty square.
+
+    Parameters
+    ----------
+    half : the square has ``2 * half + 1`` cells a side.
+    cost : int64 (headings, side, side, headings): from a heading in the middle to a row, a column and a heading.
+    """
+
+    half: int
+    cost: NDArray[np.int64]
+
+    @property
+    def turn(self) -> NDArray[np.int64]:
+        """Cost of coming back to the same cell with another heading, int64 (headings, headings)."""
+        turn: NDArray[np.int64] = self.cost[:, self.half, self.half, :]
+        return turn
+
+    def to(self, heading: int) -> NDArray[np.int64]:
+        """Costs to a heading in the middle of the square, from each row, column and heading of it."""
+        flipped: NDArray[np.int64] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
+        return flipped
+
+
+@lru_cache(8)
+def open_space_of(lattice: StateLattice) -> OpenSpace:
+    """The table of a lattice; the same object for the same lattice."""
+    n = lattice.shape.headings
+    half = min(REACH * int(np.abs(lattice.cell).max()), _LARGEST)
+    side = 2 * half + 1
+    step_x, step_y = (np.ascontiguousarray(lattice.cell[:, k]) for k in (0, 1))
+    room = side * side * n
+    quarter = []
+    for heading in range(n // 4):
+        costs = np.empty(side * side * n, dtype=np.int64)
+        while not spread(
+            n, lattice.first, step_x, step_y, lattice.turned, lattice.cost, half, heading, costs,
+            np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int32),
+        ):  # fmt: skip
+            room *= 2
+        quarter.append(np.where(costs < 0, NEVER, costs).reshape(side, side, n))
+    every = [quarter]
+    for _ in range(3):
+        # A quarter turn counterclockwise: rows point down.
+        every.append([np.roll(np.rot90(one), n // 4, axis=2) for one in every[-1]])
+    return OpenSpace(half, np.ascontiguousarray([one for part in every for one in part]))

@@ -1,0 +1,351 @@
+"""The rounds of planning with adaptive dimensionality: plan with few headings, track with all, add headings.
+
+K. Gochev, B. Cohen, J. Butzke, A. Safonova, M. Likhachev, "Path planning with adaptive dimensionality", SoCS 2011.
+The test that ends it is ours: a path counts when it costs at most the weight times a lower bound that has been
+proven, the greatest of all rounds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.lattice import search as kernel
+from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.pad.field import LowField
+from lampyris.planning.lattice.pad.hybrid import NO_ORDER, HybridSearch, State
+from lampyris.planning.lattice.pad.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
+from lampyris.planning.lattice.search import Found
+from lampyris.typing import Cell
+
+GREEDY = (3.0, 1.2)
+"""Weights of searches for a path that need only cost as little as is wanted; they are given up soon."""
+FEW = 4
+"""Expansions of such a search for each state of the planned path."""
+MANY_GOALS = 64
+"""Goal states that the order of the tracking phase minds."""
+PLACES = 8
+"""Spheres that a round adds or lets grow at most."""
+_AGAIN = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """What one round did.
+
+    Parameters
+    ----------
+    spheres : those of its planning phase; none where it tracked an old tunnel without planning.
+    planned, tracked : the paths of its two phases; None: not searched, or none found.
+    tunnel : half width, cells.
+    lower_bound : the best so far, in units of the lattice.
+    low, high, tracking : expansions: cells and poses of the planning phase, poses of the tracking phase.
+    """
+
+    spheres: tuple[Sphere, ...]
+    planned: Found | None
+    tracked: Found | None
+    tunnel: float
+    lower_bound: int
+    low: int
+    high: int
+    tracking: int
+
+
+class PadSearch(HybridSearch):
+    """The memory of the planner on one map: its own is that of the tracking phase, in which all cells have headings.
+
+    Parameters
+    ----------
+    lattice_map : the map.
+
+    Attributes
+    ----------
+    hybrid : the planning phase's.
+    field : costs of the projected graph, None: none asked for yet.
+    """
+
+    def __init__(self, lattice_map: LatticeMap) -> None:
+        super().__init__(lattice_map)
+        self.inside[:] = 1
+        self.hybrid = HybridSearch(lattice_map)
+        self.field: LowField | None = None
+        self._order = np.zeros(len(self._mark), dtype=np.int64)
+        self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
+
+    def track(
+        self, tunnel: Tunnel, costs: NDArray[np.int64], starts: list[State], goals: list[State], weight: float,
+        most: int, limit: int | None,
+    ) -> tuple[Found | None, int]:  # fmt: skip
+        """Poses within a tunnel that cost at most ``most`` (negative: any), and the kernel's outcome.
+
+        What is quick to reach the goal, its heading included, is expanded first; no lower bound comes of that.
+        """
+        known = [one for one in goals if one[0] in tunnel]
+        if not known:
+            return None, kernel.EXHAUSTED
+        self._masked[tunnel.cells] = costs[tunnel.cells]
+        self.order = self._ordered(tunnel, goals)
+        try:
+            self.most = most
+            self.begin(self._masked, starts, known)
+            outcome = self.improve(weight, limit)
+            return self.result(), outcome
+        finally:
+            self._masked[tunnel.cells] = -1
+            self.order = NO_ORDER
+
+    def _ordered(self, tunnel: Tunnel, goals: list[State]) -> NDArray[np.int64]:
+        """By how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
+
+        Near a goal the cost of the motion to it; elsewhere that of turning, on the spot, to where the cell's cheapest
+        displacement leads.
+        """
+        lattice, lattice_map, cells = self.lattice_map.lattice, self.lattice_map, tunnel.cells
+        n = lattice.shape.headings
+        table = self._order.reshape(-1, n + 1)
+        if self.field is None or lattice.shape.drive == "omnidirectional":
+            table[cells] = 0
+            return self._order
+        open_space = open_space_of(lattice)
+        half = open_space.half
+        start = np.array([one.start for one in lattice.primitives])
+        extra = open_space.turn[:, start[self.field.by[cells]]].T
+        direct = np.full(extra.shape, NEVER)
+        y, x = np.divmod(cells, lattice_map.stride)
+        for goal, heading in goals[:MANY_GOALS]:
+            goal_y, goal_x = divmod(goal, lattice_map.stride)
+            near = (np.abs(x - goal_x) <= half) & (np.abs(y - goal_y) <= half)
+            costs = open_space.to(heading)[y[near] - goal_y + half, x[near] - goal_x + half]
+            direct[near] = np.minimum(direct[near], costs)
+        low = self._masked[cells][:, None]
+        table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra, NEVER))
+        return self._order
+
+    def take_over(self, lattice_map: LatticeMap, changed: list[Cell]) -> None:
+        """Continue with a map in which cells have become blocked or free."""
+        self.lattice_map = self.hybrid.lattice_map = lattice_map
+        if self.field is not None and not self.field.repaired(lattice_map, changed):
+            self.field = None
+
+    def farthest(self, tunnel: Tunnel) -> int:
+        """The greatest place of a tunnel at which any state was reached."""
+        states = tunnel.cells[:, None] * self._stride + np.arange(self._stride)
+        reached = ((self._mark[states] >> kernel.SHIFT) == self._run).any(axis=1)
+        return int(tunnel.place[reached].max(initial=0))
+
+
+class Rounds:
+    """One call of the planner.
+
+    Parameters
+    ----------
+    search : the memory.
+    costs : of the projected graph, see :meth:`LowField.costs`.
+    starts, goals : states.
+    weight : the path may cost so many times the least.
+    spheres : to begin with; they grow.
+    tunnel : half width, cells.
+    limit : greatest number of expansions of all rounds together; None: none.
+
+    Attributes
+    ----------
+    records : what each round did.
+    expansions : of all rounds.
+    tunnel : the last one.
+    """
+
+    def __init__(
+        self, search: PadSearch, costs: NDArray[np.int64], starts: list[State], goals: list[State], weight: float,
+        spheres: Spheres, tunnel: float, limit: int | None,
+    ) -> None:  # fmt: skip
+        self._search, self._costs = search, costs
+        self._starts, self._goals = starts, goals
+        self._weight, self._spheres, self._width, self._limit = weight, spheres, tunnel, limit
+        self.records: list[Round] = []
+        self.expansions = 0
+        self.tunnel: Tunnel | None = None
+        self._best: Found | None = None
+        self._tracked: Found | None = None
+        # No path costs less than the projected graph's.
+        self._lower_bound = int(min(costs[cell] for cell, _ in starts))
+        self._planning = self._low = self._tracking = 0
+
+    def run(self, old: Tunnel | None = None) -> int:
+        """Search until the path is good enough, there is none, or the budget is used; one of the kernel's outcomes.
+
+        Parameters
+        ----------
+        old : the tunnel of an earlier plan, tried first.
+        """
+        if old is not None:
+            self._tracked, _, outcome = self._track(old)
+            self._note((), None, self._tracked)
+            if self.enough() or outcome == kernel.LIMIT:
+                return kernel.FOUND if self.enough() else outcome
+        while True:
+            outcome = self._round()
+            if outcome != _AGAIN:
+                return outcome
+
+    def result(self) -> Found | None:
+        """The best path with the best lower bound of all rounds."""
+        if self._best is None:
+            return None
+        return replace(self._best, lower_bound=min(self._lower_bound, self._best.cost))
+
+    @property
+    def _target(self) -> int:
+        """What a path may cost by what is proven so far."""
+        return math.floor(self._weight * self._lower_bound * (1 + 2e-12))
+
+    def enough(self) -> bool:
+        """Whether the best path costs as little as is wanted."""
+        return self._best is not None and self._best.cost <= self._target
+
+    def _left(self) -> int | None:
+        if self._limit is None:
+            return None
+        return max(self._limit - self.expansions - self._planning - self._tracking, 0)
+
+    def _round(self) -> int:
+        """A planning phase and a tracking phase; ``_AGAIN``: another round is needed."""
+        hybrid, lattice_map = self._search.hybrid, self._search.lattice_map
+        spheres = tuple(self._spheres.all)
+        planned, outcome = self._plan()
+        if self.enough() or planned is None or outcome == kernel.LIMIT:
+            self._note(spheres, planned, None)
+            return kernel.FOUND if self.enough() else outcome
+        states = (*planned.states, planned.last)
+        if not any(map(hybrid.is_low, states)):
+            self._keep(planned)
+            self._note(spheres, planned, None)
+            return kernel.FOUND
+        known = (
+            self._tracked
+            if self.tunnel is not None and all(cell in self.tunnel for cell, _ in states)
+            else None
+        )
+        tunnel = Tunnel([lattice_map.cell(cell) for cell, _ in states], self._width, lattice_map, spheres)
+        tracked, place, outcome = self._track(tunnel, known is not None)
+        self._note(spheres, planned, tracked)
+        self._tracked = tracked = tracked or known
+        if self.enough():
+            return kernel.FOUND
+        if outcome == kernel.LIMIT:
+            return outcome
+        for cell in self._places(planned, tracked, place, tunnel):
+            self._spheres.add_or_grow(cell)
+        return _AGAIN
+
+    def _plan(self) -> tuple[Found | None, int]:
+        """The planning phase.
+
+        Once a path is known, only what could refute that it is good enough is looked for: a path of the hybrid graph
+        that costs less than its cost through the weight. If there is none, that is a lower bound. Without spheres the
+        graph is the projected one, whose cheapest path is known.
+        """
+        search = self._search
+        hybrid, field = search.hybrid, search.field
+        if not self._spheres.all and field is not None:
+            _, cell = min(
+                (int(self._costs[cell]), cell) for cell, _ in self._starts if self._costs[cell] >= 0
+            )
+            cells, primitives = field.path(cell)
+            cells.append(cells[-1] + int(search.lattice_map.offsets[primitives[-1]]) if cells else cell)
+            states = [(cell, hybrid.low) for cell in cells]
+            cost = self._lower_bound
+            return Found(tuple(states[:-1]), tuple(primitives), states[-1], cost, cost), kernel.FOUND
+        self._spheres.mark(hybrid.inside, search.lattice_map)
+        hybrid.most = (
+            -1 if self._best is None else math.ceil(self._best.cost / self._weight * (1 - 1e-12)) - 1
+        )
+        hybrid.begin(self._costs, self._starts, self._goals)
+        outcome = hybrid.improve(1.0, self._left())
+        self._planning, self._low = hybrid.expansions, hybrid.low_expansions
+        found = hybrid.result()
+        if found is not None:
+            self._lower_bound = max(self._lower_bound, found.lower_bound)
+        elif outcome == kernel.EXHAUSTED and hybrid.most >= 0:
+            self._lower_bound = max(self._lower_bound, hybrid.most + 1)
+        return found, outcome
+
+    def _track(self, tunnel: Tunnel, seen: bool = False) -> tuple[Found | None, int, int]:
+        """The tracking phase: ``(path, place, outcome)``; without a path, ``place`` is how far it came.
+
+        First for a path that costs as little as is wanted, which a greedy search finds soonest. If there is none in the
+        tunnel, for any, to see where it costs more; but not where that has been ``seen``.
+        """
+        search, self.tunnel = self._search, tunnel
+        wanted = (tunnel, self._costs, self._starts, self._goals)
+        some = FEW * len(tunnel.path) + 100
+        found: Found | None = None
+        outcome = kernel.LIMIT
+        tries = [(weight, self._target, some) for weight in GREEDY]
+        for weight, most, limit in tries if seen else (*tries, (self._weight, -1, None)):
+            left = self._left()
+            least = min((one for one in (left, limit) if one is not None), default=None)
+            found, outcome = search.track(*wanted, weight, most, least)
+            self._tracking += search.expansions
+            if found is not None or self._left() == 0:
+                break
+        if found is None:
+            outcome = kernel.LIMIT if self._left() == 0 else kernel.EXHAUSTED
+            return None, search.farthest(tunnel), outcome
+        self._keep(found)
+        return found, -1, outcome
+
+    def _keep(self, found: Found) -> None:
+        if self._best is None or found.cost < self._best.cost:
+            self._best = found
+
+    def _note(self, spheres: tuple[Sphere, ...], planned: Found | None, tracked: Found | None) -> None:
+        low, high, tracking = self._low, self._planning - self._low, self._tracking
+        self.expansions += self._planning + self._tracking
+        self._planning = self._low = self._tracking = 0
+        self.records.append(
+            Round(spheres, planned, tracked, self._width, self._lower_bound, low, high, tracking)
+        )
+
+    def _nearest(self, tunnel: Tunnel, cells: list[int]) -> NDArray[np.int64]:
+        """The place on a tunnel's path that is nearest to each cell, the later of two as near."""
+        path = np.array(tunnel.path[::-1])
+        found = []
+        for cell in cells:
+            d = path - self._search.lattice_map.cell(cell)
+            found.append(len(path) - 1 - int((d * d).sum(axis=1).argmin()))
+        return np.array(found)
+
+    def _places(self, planned: Found, tracked: Found | None, place: int, tunnel: Tunnel) -> list[Cell]:
+        """Where headings are wanted: where tracking went no farther, or costs more than was planned."""
+        if tracked is None:
+            return [tunnel.path[place]]
+        price = self._search.lattice_map.lattice.cost
+        plan = np.concatenate(([0], np.cumsum(price[list(planned.primitives)])))
+        track = np.concatenate(([0], np.cumsum(price[list(tracked.primitives)])))
+        passed = self._nearest(tunnel, [cell for cell, _ in (*tracked.states, tracked.last)])
+        passed[-1] = len(plan) - 1
+        # A place is behind it when it does not come back to it.
+        behind = np.minimum.accumulate(passed[::-1])[::-1]
+        last = np.maximum(np.searchsorted(behind, np.arange(len(plan)), side="right") - 1, 0)
+        excess = np.diff(track[last] - plan, prepend=0)
+        wanted = tracked.cost / self._weight - self._lower_bound
+        around = int(self._spheres.radius * UNIT)
+        right = np.searchsorted(plan, plan + around, side="right")
+        left = np.searchsorted(plan, plan - around, side="left")
+        found: list[Cell] = []
+        while len(found) < PLACES and (wanted > 0 or not found):
+            sums = np.concatenate(([0], np.cumsum(excess)))
+            near = sums[right] - sums[left]
+            k = int(near.argmax())
+            if near[k] <= 0 and found:
+                break
+            wanted -= float(near[k])
+            excess[left[k] : right[k]] = 0
+            found.append(tunnel.path[k])
+        return found
