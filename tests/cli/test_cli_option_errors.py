@@ -19,6 +19,7 @@ from lampyris.cli.option_errors import as_typed
 from lampyris.errors import LampyrisError, LimitError, SettingError, UnknownSettingError
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
+from sizes import some
 
 MAIN = "from lampyris.cli import main; main()"
 TREE: Any = typer.main.get_command(app)
@@ -192,18 +193,21 @@ def test_what_every_run_of_a_comparison_refuses_names_the_option() -> None:
 
 @pytest.mark.parametrize(
     ("shell", "code"),
-    [
-        ("plan env-1 2>&-", 0),
-        ("plan nope 2>&-", 3),
-        ("plan nope 2>/dev/full", 3),
-        ("plan env-1 --seed x 2>/dev/full", 2),
-        ("plan env-1 --json 2>&- 0<&-", 0),
-        ("plan env-1 >&-", 3),
-        ("plan env-1 >&- 2>&-", 3),
-        ("plan env-1 >/dev/full", 3),
-        ("--help >/dev/full", 3),
-        ("plan --help >&-", 3),
-    ],
+    some(
+        [
+            ("plan nope 2>/dev/full", 3),
+            ("plan env-1 --json 2>&- 0<&-", 0),
+            ("plan env-1 >/dev/full", 3),
+            ("plan --help >&-", 3),
+            ("plan env-1 2>&-", 0),
+            ("plan nope 2>&-", 3),
+            ("plan env-1 --seed x 2>/dev/full", 2),
+            ("plan env-1 >&-", 3),
+            ("plan env-1 >&- 2>&-", 3),
+            ("--help >/dev/full", 3),
+        ],
+        4,
+    ),
 )
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
 def test_streams_that_are_closed_or_full(tmp_path: Path, shell: str, code: int) -> None:

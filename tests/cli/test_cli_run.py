@@ -325,8 +325,14 @@ def test_the_library_says_the_same() -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ("plan", "env-1", "--json"), ("plan", "guide", "--preset", "dissertation", "--explain"), ("maps",),
-        ("plan", "wall.txt", "--start", "0,0", "--goal", "2,0"), ("schema",), ("--help",),
+        ("plan", "env-1", "--json"), ("--help",),
+        *(
+            pytest.param(words, marks=pytest.mark.nightly)
+            for words in (
+                ("plan", "guide", "--preset", "dissertation", "--explain"), ("maps",), ("schema",),
+                ("plan", "wall.txt", "--start", "0,0", "--goal", "2,0"),
+            )
+        ),
     ],
 )  # fmt: skip
 def test_a_reader_that_has_left_is_exit_0_and_silence(words: tuple[str, ...]) -> None:

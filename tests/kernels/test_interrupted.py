@@ -82,6 +82,7 @@ except RecursionError:
 """
 
 
+@pytest.mark.nightly
 def test_an_import_that_the_stack_has_no_room_for_is_begun_anew() -> None:
     done = subprocess.run([sys.executable, "-c", DEEP], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout[:12]) == (0, "too deep 11."), done.stderr

@@ -40,6 +40,7 @@ def test_against_a_sorted_list(form: str) -> None:
         assert all(keys[i] >= keys[(i - 1) // 2] for i in range(1, len(keys)))
 
 
+@pytest.mark.nightly
 def test_a_changed_callee_in_another_file_is_compiled_anew(tmp_path: Path) -> None:
     """numba's disk cache looks at the caller's file alone; ours must not be fooled by that."""
     if jit_disabled():
