@@ -23,6 +23,7 @@ from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase, Traits
 from lampyris.planning.edits import edited
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
@@ -117,10 +118,12 @@ class LatticeSession(SessionBase):
         self._lattice = lattice_for(scene, settings)
         self._search: LatticeSearch | None = None
         self._heuristic: tuple[object, np.ndarray] | None = None
+        self._field = GoalField()
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""
-        self._search, self._heuristic = None, None
+        self._forget_map()
+        self._field = GoalField()
         return self._settings.name
 
     @limited
@@ -155,13 +158,13 @@ class LatticeSession(SessionBase):
         return plan
 
     def _forget_map(self) -> None:
-        """The map is no longer what the search has."""
-        self.drop(False)
+        """The map is no longer what the search has; the goal's field can be repaired."""
+        self._search, self._heuristic = None, None
 
     def _search_among(self, obstacles: frozenset[Cell]) -> LatticeSearch:
         """A search on the map with obstacles, the last one's memory where it will do."""
         if obstacles or self._search is None:
-            self.drop(False)
+            self._forget_map()
             return self._new_search(obstacles)
         return self._search
 
@@ -185,7 +188,7 @@ class LatticeSession(SessionBase):
         if self._heuristic is None or self._heuristic[0] != goal_cells:
             self._heuristic = (
                 goal_cells,
-                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals))),
+                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)), self._field),
             )
         heuristic = self._heuristic[1]
         known = [(lattice_map.index(cell), h) for cell, h in goals if heuristic[lattice_map.index(cell)] >= 0]

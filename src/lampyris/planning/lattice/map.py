@@ -14,6 +14,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT, StateLattice
 from lampyris.typing import Cell
 
@@ -89,17 +90,25 @@ class LatticeMap:
             found += [(cells[k], heading) for k in np.flatnonzero(free).tolist()]
         return sorted(found)
 
-    def heuristic(self, goals: tuple[Cell, ...]) -> NDArray[np.int64]:
+    def heuristic(self, goals: tuple[Cell, ...], field: GoalField | None = None) -> NDArray[np.int64]:
         """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
 
         The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
         the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do
         not separate the farthest counts as reached.
+
+        Parameters
+        ----------
+        goals : one or more.
+        field : of an earlier map with the same goal, to be repaired; for one goal.
         """
         best = np.full(self.grid.blocked.shape, np.inf)
         left = list(goals)
         while left:
-            cost = solve(self._low, _STEPS, left[0]).cost
+            if field is not None and len(goals) == 1:
+                cost = field.cost(self._low, _STEPS, left[0])
+            else:
+                cost = solve(self._low, _STEPS, left[0]).cost
             reached = [(x, y) for x, y in left if math.isfinite(cost[y, x])]
             near = max((cost[y, x] for x, y in reached), default=0.0)
             best = np.minimum(best, np.maximum(cost - near, 0.0))

@@ -56,6 +56,7 @@ def draw_rounds(axes: Axes, rounds: Sequence[PlanningRound], frame: FigureLayout
     return items
 
 
-def _faint(colour: str, opacity: float) -> tuple[float, ...]:
+def _faint(colour: str, opacity: float) -> tuple[float, float, float, float]:
     """A colour with its opacity."""
-    return (*(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)), opacity)
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue, opacity
