@@ -175,6 +175,33 @@ def test_changes_of_the_map_obstacles_and_the_robot() -> None:
     assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT
 
 
+def test_the_field_of_the_goal_is_repaired_after_a_change() -> None:
+    walls = np.zeros((80, 90), dtype=bool)
+    walls[:60, 45] = True
+    robot = Robot(footprint=FOOTPRINTS["square"])
+    scene = Scene(Grid(walls), start_pose=(4.5, 10.5, 0.0), goal_pose=(85.5, 70.5, 0.0), robot=robot)
+    session = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
+    session.plan()
+    solved = session._field.work
+    rng = np.random.default_rng(3)
+    for k in range(20):
+        x, y = int(rng.integers(2, 40)), int(rng.integers(2, 60))
+        walls = walls.copy()
+        walls[y, x] ^= True
+        change = Change(blocked=((x, y),)) if walls[y, x] else Change(freed=((x, y),))
+        if k % 3 == 2:
+            change = Change(change.robot, frozenset({(30, 30), (31, 30)}), change.blocked, change.freed)
+        plan = session.plan(change)
+        fresh = LatticePlanner(weight=1.0).open(
+            Scene(Grid(walls), start_pose=scene.start_pose, goal_pose=scene.goal_pose, robot=robot),
+            np.random.default_rng(0),
+        )
+        again = fresh.plan(Change(obstacles=change.obstacles))
+        assert plan == again
+        assert plan.expansions == again.expansions
+    assert session._field.work - solved < 0.2 * 20 * solved
+
+
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_the_number_of_a_search_does_not_run_out(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """It stands above the cost in 64 bits, and starts over where it would reach the sign."""

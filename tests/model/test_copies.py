@@ -49,9 +49,11 @@ def nouns() -> dict[type, Any]:
     assert poses is not None
     primitives = lampyris.motion_primitives(lampyris.Robot(), 0.5)
     driven_poses = lampyris.drive(dataclasses.replace(still, traffic=()), "lattice").curves[0]
+    adaptive = lampyris.plan(still, "pad")
     found = [
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0], driven_poses,
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,
+        adaptive.rounds[0],
         Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,), pose=(0.0, 0.0, 0.0)), lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
         lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),

@@ -24,6 +24,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
@@ -158,6 +159,12 @@ class LatticeSession(PoseSession[LatticeSearch]):
         super().__init__(settings.name, scene)
         self._settings, self._cost_penalty = settings, cost_penalty
         self._lattice = lattice_for(scene, settings, primitives)
+        self._field = GoalField()
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`."""
+        self._field = GoalField()
+        return PoseSession.drop(self, anywhere)
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         name, lattice_map = self._settings.name, search.lattice_map
@@ -179,7 +186,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         if self._heuristic is None or self._heuristic[0] != goal_cells:
             self._heuristic = (
                 goal_cells,
-                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals))),
+                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)), self._field),
             )
         heuristic = self._heuristic[1]
         known = [(lattice_map.index(cell), h) for cell, h in goals if heuristic[lattice_map.index(cell)] >= 0]

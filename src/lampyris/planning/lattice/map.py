@@ -14,6 +14,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT, StateLattice
 from lampyris.planning.lattice.terrain import tracks_of
 from lampyris.typing import Cell, Floats
@@ -145,7 +146,7 @@ class LatticeMap(BorderedMap):
             found += [(cells[k], heading) for k in np.flatnonzero(free).tolist()]
         return sorted(found)
 
-    def heuristic(self, goals: tuple[Cell, ...]) -> NDArray[np.int64]:
+    def heuristic(self, goals: tuple[Cell, ...], field: GoalField | None = None) -> NDArray[np.int64]:
         """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
 
         Terrain only adds to the cost of a path, and is left out.
@@ -153,8 +154,16 @@ class LatticeMap(BorderedMap):
         The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
         the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do
         not separate the farthest counts as reached.
+
+        Parameters
+        ----------
+        goals : one or more.
+        field : of an earlier map with the same goal, to be repaired; for one goal.
         """
-        best = cost_to_any(self._low, goals)
+        if field is not None and len(goals) == 1:
+            best = field.cost(self._low, STEPS, goals[0])
+        else:
+            best = cost_to_any(self._low, goals)
         known = np.isfinite(best)
         units = np.floor(np.where(known, best, 0.0) * (self.lattice.scale * UNIT))
         inside = np.where(known, units, -1).astype(np.int64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
     for (cell, _), k in zip(found.states, found.primitives, strict=True):
         primitive = lattice.primitives[k]
         x, y = lattice_map.cell(cell)
-        track = primitive.poses(STEP, arm)
+        track = _track(primitive, arm).copy()
         track[:, 0] += x
         track[:, 1] = y - track[:, 1]
         parts.append(track[:-1])
@@ -87,6 +88,14 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
         np.array(prices) if any(price != 1.0 for price in prices) else None,
     )
     return path, np.array(cells, dtype=np.int32)
+
+
+@lru_cache(4096)
+def _track(primitive: LatticeMotion, arm: float) -> Floats:
+    """The poses along a primitive: a path has the same few again and again, and sines take most of its time."""
+    poses = primitive.poses(STEP, arm)
+    poses.setflags(write=False)
+    return poses
 
 
 def gear_of(primitive: LatticeMotion) -> int:

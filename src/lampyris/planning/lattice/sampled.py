@@ -26,6 +26,8 @@ DIGIT = 1e-4
 class LatticeMotion(Protocol):
     """What a lattice needs to know of a motion primitive; lengths in cells."""
 
+    def __hash__(self) -> int: ...
+
     @property
     def start(self) -> int:
         """Heading at the beginning, as a number."""

@@ -89,12 +89,12 @@ class PoseSession(SessionBase, Generic[M]):
 
     def _forget_map(self) -> None:
         """The map is no longer what the search has."""
-        self.drop(False)
+        self._search, self._heuristic = None, None
 
     def _search_among(self, obstacles: frozenset[Cell]) -> M:
         """The memory of searches on the map with obstacles: the last one's, where it will do."""
         if obstacles or self._search is None:
-            self.drop(False)
+            self._forget_map()
             return self._new_search(obstacles)
         return self._search
 

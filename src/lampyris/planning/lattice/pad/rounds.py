@@ -68,6 +68,7 @@ class PadSearch(HybridSearch):
     ----------
     hybrid : the planning phase's.
     field : costs of the projected graph, None: none asked for yet.
+    ordered_for : the tunnel whose states are in order for the goals and costs at hand.
     """
 
     def __init__(self, lattice_map: LatticeMap) -> None:
@@ -75,6 +76,7 @@ class PadSearch(HybridSearch):
         self.inside[:] = 1
         self.hybrid = HybridSearch(lattice_map)
         self.field: LowField | None = None
+        self.ordered_for: Tunnel | None = None
         self._order = np.zeros(len(self._mark), dtype=np.int64)
         self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
 
@@ -90,7 +92,10 @@ class PadSearch(HybridSearch):
         if not known:
             return None, kernel.EXHAUSTED
         self._masked[tunnel.cells] = costs[tunnel.cells]
-        self.order = self._ordered(tunnel, goals)
+        if self.ordered_for is not tunnel:
+            self._put_in_order(tunnel, goals)
+            self.ordered_for = tunnel
+        self.order = self._order
         try:
             self.most = most
             self.begin(self._masked, starts, known)
@@ -100,8 +105,8 @@ class PadSearch(HybridSearch):
             self._masked[tunnel.cells] = -1
             self.order = NO_ORDER
 
-    def _ordered(self, tunnel: Tunnel, goals: list[State]) -> NDArray[np.int64]:
-        """By how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
+    def _put_in_order(self, tunnel: Tunnel, goals: list[State]) -> None:
+        """Note by how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
 
         Near a goal the cost of the motion to it; elsewhere that of turning, on the spot, to where the cell's cheapest
         displacement leads.
@@ -111,7 +116,7 @@ class PadSearch(HybridSearch):
         table = self._order.reshape(-1, n + 1)
         if self.field is None or lattice.shape.drive == "omnidirectional":
             table[cells] = 0
-            return self._order
+            return
         open_space = open_space_of(lattice)
         half = open_space.half
         start = np.array([one.start for one in lattice.primitives])
@@ -125,7 +130,6 @@ class PadSearch(HybridSearch):
             direct[near] = np.minimum(direct[near], costs)
         low = self._masked[cells][:, None]
         table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra, NEVER))
-        return self._order
 
     def take_over(self, lattice_map: LatticeMap, changed: list[Cell]) -> None:
         """Continue with a map in which cells have become blocked or free."""
@@ -165,6 +169,7 @@ class Rounds:
         spheres: Spheres, tunnel: float, limit: int | None,
     ) -> None:  # fmt: skip
         self._search, self._costs = search, costs
+        search.ordered_for = None
         self._starts, self._goals = starts, goals
         self._weight, self._spheres, self._width, self._limit = weight, spheres, tunnel, limit
         self.records: list[Round] = []
