@@ -19,18 +19,27 @@ from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
-from lampyris.model.path import path_of
+from lampyris.model.path import PosePath, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
-from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
+from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
-from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
+from lampyris.planning.lattice.poses import (
+    difference,
+    distance,
+    headings_near,
+    path_along,
+    pose_path_of,
+    segments_of,
+    states_near,
+)
 from lampyris.planning.lattice.primitives import HEADINGS
 from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.lattice.session import PoseSession
-from lampyris.typing import Cell
+from lampyris.planning.lattice.shortcut import LEAST_SAVING, ShortcutShape, shortened
+from lampyris.typing import Cell, Cells
 
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
@@ -61,6 +70,8 @@ class LatticePlanner:
     goal_tolerance : distance from the goal at which it counts as reached.
     goal_yaw_tolerance : angle from the yaw of the goal at which it counts as reached; at least the nearest heading
         does.
+    shortcut : whether pieces of the path are replaced by exact curves that cost less: it then leaves the lattice between
+        its ends. Not on terrain that costs, and not with ``primitives``.
 
     Raises
     ------
@@ -77,6 +88,7 @@ class LatticePlanner:
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
     primitives: str | MotionPrimitives | None = None
+    shortcut: bool = flag(True)
 
     name: ClassVar[str] = "lattice"
     files: ClassVar[tuple[str, ...]] = ("primitives",)
@@ -228,15 +240,22 @@ class LatticeSession(PoseSession[LatticeSearch]):
 
     def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
         scene = self._scene
-        path, cells = pose_path_of(found, search.lattice_map, scene.robot.radius / scene.grid.resolution)
+        arm = scene.robot.radius / scene.grid.resolution
+        shorter = self._shortened(found, search.lattice_map, arm) if self._settings.shortcut else None
+        path, cells = pose_path_of(found, search.lattice_map, arm) if shorter is None else shorter
         ends = tuple(
             self._note(what, path.poses[k], "the nearest pose of the lattice")
             for what, k in (("start", 0), ("goal", -1))
         )
         ignored = scene.grid.terrain is not None and self._settings.cost_penalty == 0
         terrain = "terrain is ignored (cost_penalty=0)" if ignored else ""
-        notes = tuple(filter(None, (*ends, terrain)))
         attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
+        shortcut = ""
+        if shorter is not None:
+            plain = found.cost / UNIT * scene.grid.resolution
+            attributes["lattice_cost"] = plain
+            shortcut = f"shortcuts leave the lattice, whose path costs {plain:.6g} m; lower_bound_m is of the lattice"
+        notes = tuple(filter(None, (*ends, terrain, shortcut)))
         if self._lattice.shape.primitives is not None:
             attributes["sampled"] = 1.0
         return Plan(
@@ -244,6 +263,29 @@ class LatticeSession(PoseSession[LatticeSearch]):
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes=attributes,
         )  # fmt: skip
+
+    def _shortened(self, found: Found, lattice_map: LatticeMap, arm: float) -> tuple[PosePath, Cells] | None:
+        """The path with shortcuts, and the cells that its base passes through; None: there are none.
+
+        The lower bound, which holds in the lattice alone, is at most the cost.
+        """
+        shape = self._lattice.shape
+        if len(lattice_map.price) or shape.primitives is not None or not found.primitives:
+            return None
+        robot = ShortcutShape(
+            shape.footprint,
+            shape.drive,
+            max(shape.turn_radius, 1.0),
+            shape.reverse_cost if self._settings.reverse and shape.drive != "omnidirectional" else 0.0,
+            shape.turn_cost,
+        )
+        first, segments = segments_of(found, lattice_map)
+        segments = shortened(np.array(first), segments, robot, lattice_map)
+        cost = math.fsum(robot.costs(segments).tolist())
+        if cost >= found.cost / UNIT - LEAST_SAVING:
+            return None
+        gears = np.sign(segments[:, 0]).astype(np.int8)
+        return path_along(first, segments, gears, cost, found.lower_bound / UNIT, lattice_map.grid, arm)
 
     @property
     def lattice_map(self) -> LatticeMap:
