@@ -44,7 +44,12 @@ def scene_of(seed: int, drive: str, footprint: Polygon, side: int = 12) -> Scene
 
 
 def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan:
-    plan = LatticePlanner(**settings).open(scene, np.random.default_rng(0)).plan(None, budget)
+    """A plan without shortcuts, which leave the lattice."""
+    plan = (
+        LatticePlanner(**{"shortcut": False, **settings})
+        .open(scene, np.random.default_rng(0))
+        .plan(None, budget)
+    )
     if plan:
         assert check_plan(plan, scene) is None
     return plan

@@ -19,6 +19,8 @@ LEAST_LENGTH = 2e-6
 """Cells of the shortest segment that a curve may have, if it is not left out."""
 SCREEN = 2.0
 """Cells between two places of the base that are looked up before a curve is checked exactly."""
+BEHIND = 8
+"""Nodes behind the beginning of the curve to the last node from which curves to the next are tried."""
 # Entries of ``whole`` and ``numbers``.
 STRIDE, ROWS, BORDER, FAMILY, DRIVE = range(5)
 INNER, OUTER, RADIUS, REVERSE, TURN_COST, GAIN = range(6)
@@ -81,12 +83,12 @@ def _base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
 
 
 @kernel(
-    out=("offer", "best", "before", "curves", "count", "segments", "goal", "lengths", "kinds"),
+    out=("offer", "known", "best", "before", "curves", "count", "segments", "goal", "lengths", "kinds"),
     of="offer", each=60_000,
 )  # fmt: skip
 def shortcut(
     wall, clear, px, py, cover, whole, numbers, nodes, along,
-    offer, best, before, curves, count, segments, goal, lengths, kinds, halt,
+    offer, known, best, before, curves, count, segments, goal, lengths, kinds, halt,
 ):  # fmt: skip
     """The cheapest way from the first node to the last.
 
@@ -98,7 +100,7 @@ def shortcut(
         reverse, 0: none; cost of a radian turned in place; what a curve must cost less than the path.
     nodes : float64 (3 n,): x, y, yaw of poses of the path where the footprint is free, in order.
     along : float64 (n,): cost of the path up to each of them.
-    offer : float64 (n,): room.
+    offer, known : float64, uint8 (n,): room.
     best : float64 (n,): cost of the way to each node.
     before : int64 (n,): the node before each node on that way.
     curves : float64 (15 n,): segments of the curve from there; all 0: the way follows the path.
@@ -121,23 +123,31 @@ def shortcut(
         kept = best[u64(j - 1)] + along[u64(j)] - along[u64(j - 1)]
         at = j - 1
         curved = False
-        for i in range(j):
-            cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
-            saved = along[u64(j)] - along[u64(i)] - cost
-            offer[u64(i)] = best[u64(i)] + cost if saved >= numbers[u64(GAIN)] else inf
-        count[u64(0)] += j
+        # Curves from far behind the one that led to the last node are most likely not free, either.
+        low = max(0, int(before[u64(j - 1)]) - BEHIND)
+        for i in range(low, j):
+            dx = nodes[u64(3 * j)] - nodes[u64(3 * i)]
+            dy = nodes[u64(3 * j + 1)] - nodes[u64(3 * i + 1)]
+            offer[u64(i)] = best[u64(i)] + sqrt(dx * dx + dy * dy)
+            known[u64(i)] = 0
         while True:
             i = -1
             least = kept
-            for k in range(j):
+            for k in range(low, j):
                 if offer[u64(k)] < least:
                     least = offer[u64(k)]
                     i = k
             if i < 0:
                 break
+            cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
+            if known[u64(i)] == 0:
+                known[u64(i)] = 1
+                count[u64(0)] += 1
+                saved = along[u64(j)] - along[u64(i)] - cost
+                offer[u64(i)] = best[u64(i)] + cost if saved >= numbers[u64(GAIN)] else inf
+                continue
             offer[u64(i)] = inf
             count[u64(1)] += 1
-            _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
             x = nodes[u64(3 * i)]
             y = nodes[u64(3 * i + 1)]
             yaw = nodes[u64(3 * i + 2)]

@@ -250,12 +250,9 @@ class LatticeSession(PoseSession[LatticeSearch]):
         ignored = scene.grid.terrain is not None and self._settings.cost_penalty == 0
         terrain = "terrain is ignored (cost_penalty=0)" if ignored else ""
         attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
-        shortcut = ""
         if shorter is not None:
-            plain = found.cost / UNIT * scene.grid.resolution
-            attributes["lattice_cost"] = plain
-            shortcut = f"shortcuts leave the lattice, whose path costs {plain:.6g} m; lower_bound_m is of the lattice"
-        notes = tuple(filter(None, (*ends, terrain, shortcut)))
+            attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
+        notes = tuple(filter(None, (*ends, terrain)))
         if self._lattice.shape.primitives is not None:
             attributes["sampled"] = 1.0
         return Plan(

@@ -128,10 +128,11 @@ def _round(first: Floats, segments: Floats, robot: ShortcutShape, bordered: Bord
             robot.reverse_cost, robot.turn_cost, LEAST_SAVING,
         ]
     )  # fmt: skip
-    before, curves = np.zeros(n, dtype=np.int64), np.zeros(15 * n)
+    before, known, curves = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.uint8), np.zeros(15 * n)
+    count = np.zeros(2, dtype=np.int64)
     kernel.shortcut(
         bordered.walls, bordered.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
-        whole, numbers, nodes, along, np.zeros(n), np.zeros(n), before, curves, np.zeros(2, dtype=np.int64),
+        whole, numbers, nodes, along, np.zeros(n), known, np.zeros(n), before, curves, count,
         np.zeros(15), np.zeros(3), np.zeros(5), np.zeros(5, dtype=np.int64),
     )  # fmt: skip
     pieces: list[Floats] = []
