@@ -29,7 +29,12 @@ from sizes import sized, some
 
 
 def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan:
-    plan = LatticePlanner(**settings).open(scene, np.random.default_rng(0)).plan(None, budget)
+    """A plan without shortcuts, which leave the lattice."""
+    plan = (
+        LatticePlanner(**{"shortcut": False, **settings})
+        .open(scene, np.random.default_rng(0))
+        .plan(None, budget)
+    )
     if plan:
         assert check_plan(plan, scene) is None
     return plan

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris.kernels.hybrid.goal_curve import CAR, DUBINS, IN_PLACE, REEDS_SHEPP, SIDEWAYS
+from lampyris.kernels.hybrid.goal_curve import DUBINS, REEDS_SHEPP
 from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
+from lampyris.planning.lattice.shortcut import covering_discs
 from lampyris.typing import Floats
 
-DRIVES = {"ackermann": CAR, "differential": IN_PLACE, "omnidirectional": SIDEWAYS}
 _TURNS = 36
 """A turn in place is about one of so many parts of a whole turn."""
-_DISCS = 8
-"""Discs that cover a footprint, at most."""
 _DIRECTIONS = 8
 """Directions in which an omnidirectional robot moves."""
 
@@ -68,20 +66,8 @@ class HybridShape:
 
     @property
     def cover(self) -> Floats:
-        """Discs that cover the footprint: x, y (down), radius; float64 (n, 3).
-
-        They stand in a row along the longer side of the rectangle around it, about as many as it is wide.
-        """
-        vertices = np.array(self.footprint)
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        size = high - low
-        axis = int(size[1] > size[0])
-        count = min(_DISCS, math.ceil(1.5 * size[axis] / size[1 - axis]))
-        part = size[axis] / count
-        discs = np.tile((low + high) / 2, (count, 1))
-        discs[:, axis] = low[axis] + part * (np.arange(count) + 0.5)
-        radius = math.sqrt(part * part + float(size[1 - axis] * size[1 - axis])) / 2
-        return np.column_stack((discs[:, 0], -discs[:, 1], np.full(count, radius)))
+        """Discs that cover the footprint: x, y (down), radius; float64 (n, 3)."""
+        return covering_discs(self.footprint)
 
     @property
     def backward(self) -> bool:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from lampyris.kernels.hybrid import search as kernel
 from lampyris.kernels.hybrid.goal_curve import SEGMENTS
 from lampyris.planning.hybrid.map import HybridMap
-from lampyris.planning.hybrid.motions import DRIVES, motions_of
+from lampyris.planning.hybrid.motions import motions_of
+from lampyris.planning.lattice.shortcut import DRIVES
 
 _ROOM = 1 << 14
 ZONE = 6.0

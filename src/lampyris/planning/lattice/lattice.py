@@ -108,8 +108,9 @@ class StateLattice:
 
     @property
     def border(self) -> int:
-        """Cells around a map that sweeps may reach."""
-        return int(max(np.abs(self.sweep).max(), np.abs(self.cell).max())) + 1
+        """Cells around a map that sweeps, and the footprint at any heading, may reach."""
+        swept = int(max(np.abs(self.sweep).max(), np.abs(self.cell).max())) + 1
+        return max(swept, math.ceil(circumscribed_radius(self.shape.footprint)) + 3)
 
 
 @lru_cache(16)

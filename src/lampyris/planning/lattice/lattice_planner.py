@@ -19,19 +19,28 @@ from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
-from lampyris.model.path import path_of
+from lampyris.model.path import PosePath, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.goal_field import GoalField
-from lampyris.planning.lattice.lattice import LatticeShape, StateLattice, lattice_of
+from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
-from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
+from lampyris.planning.lattice.poses import (
+    difference,
+    distance,
+    headings_near,
+    path_along,
+    pose_path_of,
+    segments_of,
+    states_near,
+)
 from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.planning.lattice.settings import LatticeSettings
-from lampyris.typing import Cell
+from lampyris.planning.lattice.shortcut import LEAST_SAVING, ShortcutShape, shortened
+from lampyris.typing import Cell, Cells
 
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
@@ -54,6 +63,8 @@ class LatticePlanner(LatticeSettings):
         ``.mprim`` (:func:`lampyris.load_primitives`, whose result is taken too).
     cost_penalty : ground of the highest terrain value, 252, costs so many times its length more; 4 is what planners
         on cells pay, 0 ignores terrain.
+    shortcut : whether pieces of the path are replaced by exact curves that cost less: it then leaves the lattice between
+        its ends. Not on terrain that costs, and not with ``primitives``.
 
     Raises
     ------
@@ -63,6 +74,7 @@ class LatticePlanner(LatticeSettings):
     anytime: bool = flag(False)
     cost_penalty: float = number(4.0, 0.0, 100.0)
     primitives: str | MotionPrimitives | None = None
+    shortcut: bool = flag(True)
 
     name: ClassVar[str] = "lattice"
     files: ClassVar[tuple[str, ...]] = ("primitives",)
@@ -89,7 +101,7 @@ class LatticePlanner(LatticeSettings):
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
-        return LatticeSession(self, scene, self.cost_penalty, self.primitives)
+        return LatticeSession(self, scene, self.cost_penalty, self.primitives, shortcut=self.shortcut)
 
 
 def lattice_for(
@@ -155,9 +167,11 @@ class LatticeSession(PoseSession[LatticeSearch]):
         scene: Scene,
         cost_penalty: float = 0.0,
         primitives: str | MotionPrimitives | None = None,
+        *,
+        shortcut: bool = False,
     ) -> None:
         super().__init__(settings.name, scene)
-        self._settings, self._cost_penalty = settings, cost_penalty
+        self._settings, self._cost_penalty, self._shortcut = settings, cost_penalty, shortcut
         self._lattice = lattice_for(scene, settings, primitives)
         self._field = GoalField()
 
@@ -232,7 +246,9 @@ class LatticeSession(PoseSession[LatticeSearch]):
 
     def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
         scene = self._scene
-        path, cells = pose_path_of(found, search.lattice_map, scene.robot.radius / scene.grid.resolution)
+        arm = scene.robot.radius / scene.grid.resolution
+        shorter = self._shortened(found, search.lattice_map, arm) if self._shortcut else None
+        path, cells = pose_path_of(found, search.lattice_map, arm) if shorter is None else shorter
         ends = tuple(
             self._note(what, path.poses[k], "the nearest pose of the lattice")
             for what, k in (("start", 0), ("goal", -1))
@@ -242,6 +258,8 @@ class LatticeSession(PoseSession[LatticeSearch]):
         notes = tuple(filter(None, (*ends, terrain)))
         attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
         attributes["cost_penalty"] = self._cost_penalty
+        if shorter is not None:
+            attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
         if self._lattice.shape.primitives is not None:
             attributes["sampled"] = 1.0
         return Plan(
@@ -249,6 +267,29 @@ class LatticeSession(PoseSession[LatticeSearch]):
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes=attributes,
         )  # fmt: skip
+
+    def _shortened(self, found: Found, lattice_map: LatticeMap, arm: float) -> tuple[PosePath, Cells] | None:
+        """The path with shortcuts, and the cells that its base passes through; None: there are none.
+
+        The lower bound, which holds in the lattice alone, is at most the cost.
+        """
+        shape = self._lattice.shape
+        if len(lattice_map.price) or shape.primitives is not None or not found.primitives:
+            return None
+        robot = ShortcutShape(
+            shape.footprint,
+            shape.drive,
+            max(shape.turn_radius, 1.0),
+            shape.reverse_cost if self._settings.reverse and shape.drive != "omnidirectional" else 0.0,
+            shape.turn_cost,
+        )
+        first, segments = segments_of(found, lattice_map)
+        segments = shortened(np.array(first), segments, robot, lattice_map)
+        cost = math.fsum(robot.costs(segments).tolist())
+        if cost >= found.cost / UNIT - LEAST_SAVING:
+            return None
+        gears = np.sign(segments[:, 0]).astype(np.int8)
+        return path_along(first, segments, gears, cost, found.lower_bound / UNIT, lattice_map.grid, arm)
 
     @property
     def lattice_map(self) -> LatticeMap:

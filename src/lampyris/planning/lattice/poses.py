@@ -6,12 +6,14 @@ import math
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lampyris.kernels.curves.sampling import sample
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose, PosePath
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
-from lampyris.planning.lattice.primitives import angles
+from lampyris.planning.lattice.primitives import Primitive, angles
 from lampyris.planning.lattice.sampled import LatticeMotion
 from lampyris.planning.lattice.search import Found
 from lampyris.typing import Cell, Cells, Floats
@@ -96,6 +98,59 @@ def _track(primitive: LatticeMotion, arm: float) -> Floats:
     poses = primitive.poses(STEP, arm)
     poses.setflags(write=False)
     return poses
+
+
+def path_along(
+    first: Pose,
+    segments: Floats,
+    gears: NDArray[np.int8],
+    cost: float,
+    lower_bound: float,
+    grid: Grid,
+    arm: float,
+) -> tuple[PosePath, Cells]:
+    """The poses along straight lines, arcs and turns in place, and the cells that the base passes through.
+
+    Parameters
+    ----------
+    first : where it begins: x, y (cells, y down) and yaw (from x to y).
+    segments : float64 (n, 3): length, turn and lateral; see ``kernels.curves.sampling.moved``.
+    gears : int8 (n,): how each is driven.
+    cost : in cells.
+    lower_bound : of the cost of the paths that the planner's bound speaks of, in cells.
+    arm : distance from the base to the farthest point of the robot, cells.
+    """
+    moved = np.abs(segments[:, 0]) + np.abs(segments[:, 1]) * arm
+    counts = np.maximum(np.ceil(moved / STEP), 1).astype(np.int64)
+    flat = np.zeros(3 * int(counts.sum()))
+    if len(segments):
+        sample(*first, *segments.T.copy(), counts, flat)
+    points = np.concatenate((np.array([first]), flat.reshape(-1, 3)))
+    yaw = math.pi - np.remainder(math.pi - (grid.origin[2] - points[:, 2]), 2 * math.pi)
+    metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
+    bound = min(lower_bound * grid.resolution, cost * grid.resolution)
+    path = PosePath(metres, np.repeat(gears, counts), cost * grid.resolution, bound)
+    cells: Cells = np.floor(points[:, :2] + 0.5).astype(np.int32)
+    changed = np.append(True, (cells[1:] != cells[:-1]).any(axis=1))
+    return path, np.asarray(cells[changed], dtype=np.int32)
+
+
+def segments_of(found: Found, lattice_map: LatticeMap) -> tuple[Pose, Floats]:
+    """The first pose (cells, y down, yaw from x to y) and the segments of a path of our own primitives.
+
+    Returns
+    -------
+    float64 (n, 3): length, turn and lateral; see ``kernels.curves.sampling.moved``.
+    """
+    lattice = lattice_map.lattice
+    index, heading = found.states[0] if found.states else found.last
+    x, y = lattice_map.cell(index)
+    rows: list[tuple[float, float, float]] = []
+    for k in found.primitives:
+        primitive = lattice.primitives[k]
+        assert isinstance(primitive, Primitive)
+        rows += [(length, -turn, -primitive.lateral) for length, turn in primitive.pieces]
+    return (float(x), float(y), -lattice.angles[heading]), np.array(rows).reshape(-1, 3)
 
 
 def gear_of(primitive: LatticeMotion) -> int:

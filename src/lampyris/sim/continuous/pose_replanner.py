@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lampyris._core.defaults import Smooth
 from lampyris.model.change import Change
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.path import Pose
@@ -27,6 +28,7 @@ from lampyris.motion.geometry.pose_curve import (
     pose_at,
     standing_at,
 )
+from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.leg import Ceiling, Leg, comfort, leg_of, squares_near
 from lampyris.sim.continuous.replanner import Replanner
 from lampyris.sim.sensor import ObstacleMessage
@@ -46,8 +48,30 @@ _HERE = 1e-9
 """Metres along the path within which a robot is at a state."""
 
 
+def without_shortcuts(planner: Planner) -> Planner:
+    """The planner with ``shortcut=False``, if it has that setting: a new path begins at a state of the present one."""
+    if not getattr(planner, "shortcut", False):
+        return planner
+    plain: Planner = replace(planner, shortcut=False)  # type: ignore[type-var]
+    return plain
+
+
 class PoseReplanner(Replanner):
-    """A session of a planner of poses with what it has cost; see :class:`Replanner`."""
+    """A session of a planner of poses with what it has cost; see :class:`Replanner`.
+
+    Paths with shortcuts do not pass through states of the planner, so that it plans without them.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        planner: Planner,
+        seed: int,
+        smooth: Smooth,
+        spacing: float | None,
+        budget: Budget | None = None,
+    ) -> None:
+        super().__init__(scene, without_shortcuts(planner), seed, smooth, spacing, budget)
 
     def first(self, message: ObstacleMessage) -> Plan:
         """The first plan, with the obstacles where they are."""
