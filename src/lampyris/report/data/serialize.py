@@ -209,7 +209,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
             for obstacle, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
         ],
         "moments": [
-            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
+            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "obstacle": m.obstacle}
             for m in drive.moments
         ],
         "timing": dict(drive.timing),

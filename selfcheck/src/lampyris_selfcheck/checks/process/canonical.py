@@ -17,6 +17,9 @@ LEFT_OUT = frozenset({"timing", "scene", "frame"})
 ADDED = frozenset({"pose_path", "goal_tolerance", "rounds"})
 """Fields that came in after the hashes on record; they are part of a result where they hold something."""
 
+RENAMED = {("Moment", "obstacle"): "body"}
+"""Fields that had another name when the hashes on record were made: a result is hashed under that name."""
+
 
 def digest(value: Any) -> str:
     """SHA-256 of the canonical JSON, 64 hexadecimal digits."""
@@ -48,7 +51,8 @@ def canonical(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         parts = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
         kept = [(name, part) for name, part in parts if name not in ADDED or not (part is None or part == ())]
-        return {"": type(value).__name__} | {name: canonical(part) for name, part in kept}
+        kind = type(value).__name__
+        return {"": kind} | {RENAMED.get((kind, name), name): canonical(part) for name, part in kept}
     if isinstance(value, Mapping):
         return [[canonical(key), canonical(part)] for key, part in value.items()]
     if isinstance(value, Set):
