@@ -289,7 +289,11 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
         "moments",
         lambda d: replace(d, moments=tuple(Moment(t, "wait", (5.0, 5.0)) for t in (2.0, 1.0))),
     ),
-    ("a moment's body", "moments", lambda d: replace(d, moments=(Moment(1.0, "wait", (5.0, 5.0), obstacle=3),))),
+    (
+        "a moment's body",
+        "moments",
+        lambda d: replace(d, moments=(Moment(1.0, "wait", (5.0, 5.0), obstacle=3),)),
+    ),
     ("no period", "numbers", lambda d: replace(d, period=0.0)),
     ("replans", "numbers", lambda d: replace(d, replans=-1)),
 ]
@@ -354,7 +358,8 @@ def test_hit_at_the_end_is_an_outcome() -> None:
     assert judge(with_tracks(short, [visitor(d, back=False)])) is None
     away = Track(np.array([0.0, 0.5, 2.5]), np.array([[4.3, 5], [4.3, 5], [3.3, 5]]), 0.4, 0.5)
     assert (
-        judge(replace(with_tracks(short, [away]), moments=(Moment(0.1, "hit", (5, 5), obstacle=0),))) == "outcome"
+        judge(replace(with_tracks(short, [away]), moments=(Moment(0.1, "hit", (5, 5), obstacle=0),)))
+        == "outcome"
     )
 
 
