@@ -200,7 +200,7 @@ def export(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Write what a store holds as CSV, Parquet or LaTeX; same store, same bytes."""
+    """Write what a store holds as CSV, Parquet or LaTeX; the output depends only on the store."""
     from lampyris.cli.verbs.study.files import StudyOutputs
 
     out = StudyOutputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
