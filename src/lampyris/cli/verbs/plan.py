@@ -59,8 +59,8 @@ def plan(
 ) -> None:
     """Plan a path with a speed at each cell.
 
-    Corners are rounded within half a step, or are stops. The planners `lattice`, `hybrid-astar` and `pad` plan poses for a robot with a footprint and a heading (`--robot`,
-    `--start-m X,Y,YAW`).
+    Corners are rounded within half a step, or are stops. The planners `lattice`, `hybrid-astar` and `pad` plan poses
+    for a robot with a footprint and a heading (`--robot`, `--start-m X,Y,YAW`).
     """
     from lampyris.cli.request import Request, budget_of
 
