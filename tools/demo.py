@@ -107,9 +107,9 @@ def told(record: dict) -> str:  # type: ignore[type-arg]
     """The result in a few words."""
     if "laws" in record:
         times = ", ".join(f"{law['law']} {law['duration_s']:.4g} s" for law in record["laws"])
-        return f"{record['way']['length_m']:.4g} m: {times}"
+        return f"{record['path']['length_m']:.4g} m: {times}"
     if "curves" in record:
-        held = ", ".join(f"{h['cause']} {h['time']:.0%}" for h in record["held"][:3])
+        held = ", ".join(f"{h['cause']} {h['time']:.0%}" for h in record["limited_by"][:3])
         return f"{record['outcome']} after {record['duration']:.4g} s; limited by {held}"
     if "outcome" in record:
         return (

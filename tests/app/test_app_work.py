@@ -304,7 +304,7 @@ def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool
     number = 0
     for kind, value in frames:
         if kind == "E":
-            kinds += [event["body"]["kind"] for event in value if event["word"] == "appear"]
+            kinds += [event["obstacle"]["kind"] for event in value if event["word"] == "appear"]
         if kind != "T":
             continue
         first, part = list(ticks(frames))[number]

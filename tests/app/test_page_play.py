@@ -176,7 +176,7 @@ console.log(JSON.stringify([said, run.ticks]));
 @needs_node
 def test_streamed_frames_are_read_wherever_they_are_cut(tmp_path: Path) -> None:
     values = np.array([[np.inf, 1.0, 3.0], [2.0, np.inf, 1.0]])
-    events = [{"tick": 3, "word": "appear", "cell": [1, 2], "sentence": "x", "body": {"kind": "patrol"}}]
+    events = [{"tick": 3, "word": "appear", "cell": [1, 2], "sentence": "x", "obstacle": {"kind": "patrol"}}]
     pieces = [
         json_frame("H", {"a": 1}),
         frame("B", b""),

@@ -44,7 +44,7 @@ def test_a_drive_is_told_whole() -> None:
     assert r["t"][0] == r["v"][0] == r["v"][-1] == 0
     assert r["duration"] == r["t"][-1]
     assert r["duration"] >= r["optimum"] * (1 - 1e-9)
-    assert sum(h["time"] for h in r["held"]) == pytest.approx(1)
+    assert sum(h["time"] for h in r["limited_by"]) == pytest.approx(1)
     assert len(r["obstacle_specs"]) == 2
     assert all(len(b["t"]) == len(b["xy"]) for b in r["obstacle_specs"])
     assert r["curves"][0]["xy"][0] == r["start"]

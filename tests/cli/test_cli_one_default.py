@@ -64,8 +64,8 @@ def test_plan_speed_and_profile_say_one_duration(
     for key in ("s", "v", "a", "t", "cause"):
         assert planned["speed"][key] == driven["speed"][key], key
     assert driven["speed"]["xy"] == planned["cells"]
-    assert driven["way"]["smooth"] == PROFILE_SMOOTH
-    corners, way = planned["corners"], driven["way"]
+    assert driven["path"]["smooth"] == PROFILE_SMOOTH
+    corners, way = planned["corners"], driven["path"]
     assert (way["arcs"] + way["stops"], way["stops"]) == (corners["turns"], corners["stops"])
     for law in driven["laws"]:
         assert law["duration_s"] == lampyris.speed_profile(scene, plan, law["law"]).duration
@@ -90,10 +90,10 @@ def test_a_corner_leaves_the_path_by_as_much_as_is_said() -> None:
     """A right angle of 1 m cells: an arc of 0.5 m radius passes its corner at (sqrt(2) - 1) 0.5 m."""
     Path("open.txt").write_text("....\n" * 4)
     words = ("open.txt", "--start", "0,0", "--goal", "3,3", "--moves", "four-connected")
-    way = told("speed", *words)["way"]
+    way = told("speed", *words)["path"]
     assert way["arcs"] >= 1
     assert way["deviation_m"] == pytest.approx(0.5 * (np.sqrt(2) - 1), rel=1e-12)
-    assert told("speed", *words, "--turn-radius", "1")["way"]["deviation_m"] == 0
+    assert told("speed", *words, "--turn-radius", "1")["path"]["deviation_m"] == 0
 
 
 def test_the_comparison_measures_the_lateral_acceleration_in_corners() -> None:
@@ -120,7 +120,7 @@ def test_tracks_are_let_pass_on_planned_cells() -> None:
 def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     plan = told("plan", "env-3")
     Path("p.json").write_text(json.dumps(plan))
-    assert told("speed", "env-3", "--path", "p.json")["way"]["smooth"] == "arcs"
+    assert told("speed", "env-3", "--path", "p.json")["path"]["smooth"] == "arcs"
     taut = told("speed", "env-3", "--smooth", "taut")
     document = load_map("env-3")
     assert document.start is not None
@@ -132,4 +132,4 @@ def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     path = lampyris.plan(scene).path
     assert path is not None
     cells = sample_with_corners(path, 1.0, scene.robot)
-    assert taut["way"]["length_m"] < cells.s[-1]
+    assert taut["path"]["length_m"] < cells.s[-1]

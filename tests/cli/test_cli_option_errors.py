@@ -34,6 +34,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "selfcheck": ("grids",),
     "reproduce": ("--quick", "--out", "new"),
     "app": ("--no-browser",),
+    "primitives": ("--out", "p.json", "--resolution", "0.1"),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
@@ -153,6 +154,49 @@ def test_one_style_for_all_that_is_wrong_with_the_words(
     assert (done.exit, done.out) == (2, ""), done.err
     assert says in done.err
     assert len(done.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (
+            ("simulate", "guide", "--ticks", "0"),
+            "1 to 1,000,000,000; leave the option out for the default (ample",
+        ),
+        (("simulate", "guide", "--patience", "-1"), " ticks; leave the option out for the default (50)"),
+        (("plan", "guide", "--jerk-max", "0"), " m/s3; leave the option out for the default (no limit)"),
+        (("simulate", "guide", "--rate", "2"), "<= 1; leave the option out for the default (all walkers at"),
+        (("simulate", "guide", "--plan-limit", "0"), "> 0; leave the option out for the default (no limit)"),
+        (
+            ("compare", "guide", "--obstacles", "1", "--ticks", "2000000000"),
+            "]: --ticks: 2000000000; allowed: a whole",
+        ),
+    ],
+)
+def test_no_message_offers_a_value_that_the_option_refuses(words: tuple[str, ...], says: str) -> None:
+    warm()
+    done = run(*words)
+    assert (done.exit, done.out) == (2, ""), done.err
+    assert says in done.err, done.err
+    assert "or none" not in done.err.lower()
+    literal = run(*words[:-1], "none")
+    assert (literal.exit, "error[TYPE]" in literal.err) == (2, True), literal.err
+
+
+def test_a_setting_that_may_be_none_is_offered_none() -> None:
+    warm()
+    done = run("plan", "guide", "--set", "iter_max=0")
+    assert (done.exit, ", or none (" in done.err) == (2, True), done.err
+
+
+def test_a_bad_variable_of_the_environment_is_wrong_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    warm()
+    monkeypatch.setenv("LAMPYRIS_MAX_TICKS", "x")
+    done = run("simulate", "guide")
+    assert (done.exit, done.out) == (2, ""), done.err
+    assert (
+        "error[LIMIT_VARIABLE]: LAMPYRIS_MAX_TICKS: 'x'; allowed: a whole number of ticks, 1 to" in done.err
+    )
 
 
 def test_a_bad_value_in_a_file_stays_exit_3(tmp_path: Path) -> None:

@@ -70,6 +70,12 @@ def test_help_in_plain_text_has_the_panels_in_order() -> None:
     assert any("--mobility random-walk|patrol|crossing|mixed" in line for line in lines)
 
 
+def test_both_help_options_of_study_show_its_actions() -> None:
+    short, long = call("study", "-h"), call("study", "--help")
+    assert (short.returncode, short.stdout) == (0, long.stdout)
+    assert "STUDY [OPTIONS] | ACTION ..." in short.stdout
+
+
 def test_completion_names_verbs_and_options() -> None:
     env = {"_LAMPYRIS_COMPLETE": "complete_bash", "COMP_CWORD": "1", "COMP_WORDS": "lampyris pl"}
     assert process(**env).stdout.split() == ["plan", "planners"]

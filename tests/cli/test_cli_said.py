@@ -57,12 +57,12 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
     assert found["attributes"]["min_clearance"] == 0
     assert "min_clearance 10 was weakened to 0" in " ".join(run("plan", *asked).stdout.split())
     found, err = said("speed", *asked, "--laws", "physical")
-    assert found["way"]["notes"] == [told]
+    assert found["path"]["notes"] == [told]
     assert f"note: {told}" in err
     shaped = ("--set", "obstacle_density_weight=2", "--laws", "physical", "--smooth", "taut")
     kept = "--smooth taut without effect: the path was planned with obstacle_density_weight, so only its corners are rounded"
     found, err = said("speed", "env-1", *shaped)
-    assert found["way"]["notes"] == [kept]
+    assert found["path"]["notes"] == [kept]
     assert f"note: {kept}" in err
     for verb in ("simulate", "drive"):
         found, err = said(verb, *asked, "--obstacles", "0")

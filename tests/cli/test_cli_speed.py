@@ -45,7 +45,7 @@ def told(*words: str, exit: int = 0) -> dict[str, Any]:
 
 def test_laws_side_by_side_and_what_holds_ours() -> None:
     r = told(*MAP, *ENDS, "--radius", "0.1")
-    assert set(r) == {"map", "robot", "way", "law", "laws", "refused", "held", "speed", "timing"}
+    assert set(r) == {"map", "robot", "path", "law", "laws", "refused", "limited_by", "speed", "timing"}
     assert [e["law"] for e in r["laws"]] == ["constant", "dissertation", "rpp", "physical", "optimum"]
     by = {e["law"]: e for e in r["laws"]}
     assert by["optimum"]["ratio_to_optimum"] == 1
@@ -54,16 +54,16 @@ def test_laws_side_by_side_and_what_holds_ours() -> None:
     assert by["physical"]["duration_s"] < by["constant"]["duration_s"]
     assert r["law"] == r["speed"]["law"] == "physical"
     assert r["speed"]["duration"] == by["physical"]["duration_s"]
-    for what in ("way", "time"):
-        assert sum(h[what] for h in r["held"]) == pytest.approx(1)
-    assert {h["cause"] for h in r["held"]} == set(r["speed"]["cause"])
-    n = r["way"]["nodes"]
+    for what in ("distance", "time"):
+        assert sum(h[what] for h in r["limited_by"]) == pytest.approx(1)
+    assert {h["cause"] for h in r["limited_by"]} == set(r["speed"]["cause"])
+    n = r["path"]["nodes"]
     assert {
         len(r["speed"][k]) for k in ("s", "v", "a", "t", "cause", "cause_index", "why", "xy", "x_m", "y_m")
     } == {n}
     assert {len(c["v"]) for c in r["speed"]["caps"]} == {n}
-    assert r["way"]["from"] == "ad-gso"
-    assert r["way"]["length_m"] == r["speed"]["s"][-1]
+    assert r["path"]["from"] == "ad-gso"
+    assert r["path"]["length_m"] == r["speed"]["s"][-1]
     # The start in metres: the centre of cell (2, 2) of 14 rows.
     assert (r["speed"]["x_m"][0], r["speed"]["y_m"][0]) == pytest.approx((2.5 * 0.25, 11.5 * 0.25))
     braking = r["speed"]["cause"].index("braking")
@@ -88,8 +88,8 @@ def test_a_way_may_come_from_anywhere() -> None:
         ("p.csv", "--units", "cells"),
     ):
         records.append(told(*MAP, "--path", *words))
-        assert records[-1]["way"].pop("from") == words[0]
-    assert records[0]["way"].pop("from") == "ad-gso"
+        assert records[-1]["path"].pop("from") == words[0]
+    assert records[0]["path"].pop("from") == "ad-gso"
     assert all(r == records[0] for r in records)
 
 
@@ -108,15 +108,15 @@ def test_its_own_csv_is_a_way_again() -> None:
     # A chord between two nodes lies between the headings at both.
     assert np.abs(np.angle(np.exp(1j * (ahead - (yaw[1:] + yaw[:-1]) / 2)))).max() < 0.3
     again = told(*MAP, "--path", "s.csv", "--smooth", "none")
-    assert again["way"]["points"] == len(rows)
-    assert again["way"]["length_m"] == pytest.approx(again["way"]["given_m"], rel=1e-2)
-    assert again["way"]["deviation_m"] < 0.01, "corners are rounded within half a step"
+    assert again["path"]["points"] == len(rows)
+    assert again["path"]["length_m"] == pytest.approx(again["path"]["given_m"], rel=1e-2)
+    assert again["path"]["deviation_m"] < 0.01, "corners are rounded within half a step"
     rounded = told(*MAP, "--path", "s.csv")
-    assert rounded["way"]["length_m"] == pytest.approx(r["way"]["length_m"], rel=1e-6)
+    assert rounded["path"]["length_m"] == pytest.approx(r["path"]["length_m"], rel=1e-6)
     assert rounded["speed"]["duration"] == pytest.approx(r["speed"]["duration"], rel=0.01)
-    assert rounded["way"]["deviation_m"] < 0.01
-    assert r["way"]["smooth"] == "taut"
-    assert rounded["way"]["smooth"] == "arcs"
+    assert rounded["path"]["deviation_m"] < 0.01
+    assert r["path"]["smooth"] == "taut"
+    assert rounded["path"]["smooth"] == "arcs"
     assert "m given; driven" in run("speed", *MAP, *ENDS).out
 
 
@@ -128,14 +128,14 @@ def test_a_loop_is_measured_as_it_is_given() -> None:
     Path("ring.txt").write_text(("." * 24 + "\n") * 20)
     words = ("ring.txt", "--resolution", "0.25", "--path", "ring.csv", "--a-lat-max", "0.2")
     ring = told(*words)
-    assert ring["way"]["length_m"] == pytest.approx(2 * np.pi, rel=1e-3)
-    assert ring["way"]["given_m"] == pytest.approx(2 * np.pi, rel=1e-3)
+    assert ring["path"]["length_m"] == pytest.approx(2 * np.pi, rel=1e-3)
+    assert ring["path"]["given_m"] == pytest.approx(2 * np.pi, rel=1e-3)
     assert max(ring["speed"]["v"]) == pytest.approx(np.sqrt(0.2), rel=0.02)
     assert "curvature" in ring["speed"]["cause"]
     lines = told(*words, "--smooth", "none")
     assert max(lines["speed"]["v"]) == pytest.approx(np.sqrt(0.2), rel=0.02), "its corners have arcs, too"
-    assert lines["way"]["arcs"] == 399
-    taut = told(*words, "--smooth", "taut")["way"]
+    assert lines["path"]["arcs"] == 399
+    taut = told(*words, "--smooth", "taut")["path"]
     assert taut["length_m"] < 0.01
     assert taut["deviation_m"] == pytest.approx(2, rel=0.01)
 
@@ -199,7 +199,7 @@ def test_known_tracks_are_let_pass_or_passed_first() -> None:
 
 
 def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
-    n = told(*MAP, *ENDS)["way"]["nodes"]
+    n = told(*MAP, *ENDS)["path"]["nodes"]
     folded = run("speed", *MAP, *ENDS, "--explain").out
     assert "what limits physical" in folded
     nodes = [
@@ -235,7 +235,7 @@ def test_pictures_are_drawn_and_nothing_is_overwritten() -> None:
 def test_same_call_same_bytes() -> None:
     words = ("speed", "guide", "--radius", "0.2", "--law", "blind", "--json", "--no-timing")
     assert run(*words).out == run(*words).out
-    assert json.loads(run(*words[:-1]).out)["timing"].keys() == {"way_s", "laws_s", "loading_s"}
+    assert json.loads(run(*words[:-1]).out)["timing"].keys() == {"path_s", "laws_s", "loading_s"}
 
 
 def test_without_a_path_there_is_no_speed() -> None:
@@ -327,7 +327,7 @@ def test_the_page_names_every_key_and_column() -> None:
     page = (Path(__file__).resolve().parents[2] / "docs" / "speed" / "files.md").read_text(encoding="utf-8")
     speeds, drives = (page[page.index(f"## `{verb} --json`") :] for verb in ("speed", "drive"))
     r = told(*MAP, *ENDS)
-    keys = [*r, *r["way"], *r["laws"][0], *r["held"][0], *r["speed"], *r["speed"]["caps"][0]]
+    keys = [*r, *r["path"], *r["laws"][0], *r["limited_by"][0], *r["speed"], *r["speed"]["caps"][0]]
     assert not [key for key in keys if f"`{key}`" not in speeds]
     r = json.loads(run("drive", "guide", "--obstacles", "1", "--json").out)
     keys = [*r, *r["curves"][0], *r["obstacle_specs"][0], *r["moments"][0]]

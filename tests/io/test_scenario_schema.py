@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from scenario_mistakes import MISTAKES
 
+from lampyris._core.limits import DECISIONS, TICKS
+from lampyris._core.settings import meanings_of
 from lampyris.errors import LampyrisError
 from lampyris.io.scenario.schema import _plain, json_schema
 from lampyris.io.text.strict_yaml import read_yaml
+from lampyris.model.settings.drive import MAX_PASSED, DriveSettings
+from lampyris.model.settings.simulation import SimulationSettings
+from lampyris.study.design.schema import json_schema as json_schema_of_studies
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json_schema()
@@ -126,6 +132,34 @@ def test_the_schema_and_the_reader_are_of_one_mind() -> None:
 def test_the_copy_in_the_docs_is_current() -> None:
     kept = (ROOT / "docs" / "scenario.schema.json").read_text(encoding="utf-8")
     assert kept == json.dumps(SCHEMA, indent=2) + "\n", "lampyris schema > docs/scenario.schema.json"
+
+
+def _descriptions(node: Any) -> Iterator[str]:
+    """Every description of a schema, at any depth."""
+    for key, part in node.items() if isinstance(node, dict) else enumerate(node):
+        if key == "description" and isinstance(part, str):
+            yield part
+        elif isinstance(part, dict | list):
+            yield from _descriptions(part)
+
+
+ABBREVIATIONS = {"BMP", "CPU", "CSV", "PGM", "PNG", "ROS", "SHA", "YAML"}
+
+
+@pytest.mark.parametrize("schema", [SCHEMA, json_schema_of_studies()], ids=["scenario", "study"])
+def test_no_description_names_a_constant_or_a_module(schema: dict[str, Any]) -> None:
+    texts = list(_descriptions(schema))
+    assert len(texts) > 50
+    for text in texts:
+        assert set(re.findall(r"\b[A-Z][A-Z_]{2,}\b", text)) <= ABBREVIATIONS, text
+        assert not re.search(r"\bSee (?!`)|:\w+:`", text), text
+
+
+def test_the_limits_in_descriptions_are_those_in_force() -> None:
+    drive, simulation = meanings_of(DriveSettings), meanings_of(SimulationSettings)
+    assert f"At most {DECISIONS.default:,} periods." in drive["time_limit"]
+    assert f"At most {MAX_PASSED} cells between" in drive["obstacle_speed"]
+    assert f"at most {TICKS.default:,}." in simulation["ticks"]
 
 
 @pytest.mark.parametrize(

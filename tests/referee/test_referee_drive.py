@@ -219,13 +219,13 @@ def _collision(drive: Drive) -> Drive:
         cause=drive.cause[:n],
         cause_index=drive.cause_index[:n],
         outcome=Outcome.COLLISION,
-        moments=(Moment(float(drive.t[MIDDLE]), "contact", (met[0], met[1]), body=0),),
+        moments=(Moment(float(drive.t[MIDDLE]), "contact", (met[0], met[1]), obstacle=0),),
     )
     return with_tracks(cut, [track])
 
 
 def _told(drive: Drive, t: float, body: int = 0) -> Drive:
-    moments = sorted((*drive.moments, Moment(t, "contact", (5.0, 5.0), body=body)), key=lambda m: m.t)
+    moments = sorted((*drive.moments, Moment(t, "contact", (5.0, 5.0), obstacle=body)), key=lambda m: m.t)
     return replace(drive, moments=tuple(moments))
 
 
@@ -289,7 +289,11 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
         "moments",
         lambda d: replace(d, moments=tuple(Moment(t, "wait", (5.0, 5.0)) for t in (2.0, 1.0))),
     ),
-    ("a moment's body", "moments", lambda d: replace(d, moments=(Moment(1.0, "wait", (5.0, 5.0), body=3),))),
+    (
+        "a moment's body",
+        "moments",
+        lambda d: replace(d, moments=(Moment(1.0, "wait", (5.0, 5.0), obstacle=3),)),
+    ),
     ("no period", "numbers", lambda d: replace(d, period=0.0)),
     ("replans", "numbers", lambda d: replace(d, replans=-1)),
 ]
@@ -349,12 +353,13 @@ def test_hit_at_the_end_is_an_outcome() -> None:
         cause=("wait", "wait"),
         cause_index=[-1, -1],
         outcome=Outcome.HIT,
-        moments=(Moment(2.9, "hit", (5.0, 5.0), body=0),),
+        moments=(Moment(2.9, "hit", (5.0, 5.0), obstacle=0),),
     )
     assert judge(with_tracks(short, [visitor(d, back=False)])) is None
     away = Track(np.array([0.0, 0.5, 2.5]), np.array([[4.3, 5], [4.3, 5], [3.3, 5]]), 0.4, 0.5)
     assert (
-        judge(replace(with_tracks(short, [away]), moments=(Moment(0.1, "hit", (5, 5), body=0),))) == "outcome"
+        judge(replace(with_tracks(short, [away]), moments=(Moment(0.1, "hit", (5, 5), obstacle=0),)))
+        == "outcome"
     )
 
 

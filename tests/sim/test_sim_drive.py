@@ -320,7 +320,7 @@ def test_appearing_obstacles_are_told_of():
     scene = Scene(ROOM, (0, 0), (15, 15), traffic=(RandomWalk(6, rate=0.4),))
     run = drive(scene, AStar(), seed=3)
     appeared = [m for m in run.moments if m.word == "appear"]
-    assert [m.body for m in appeared] == list(range(len(run.tracks)))
+    assert [m.obstacle for m in appeared] == list(range(len(run.tracks)))
     assert check_drive(run) is None
 
 

@@ -94,9 +94,9 @@ def selfcheck(
     list_: List = False,
     json_: Json = False,
 ) -> None:
-    """Test the documented promises: cases, failures, seconds and seed of each check.
+    """Test the documented guarantees: cases, failures, seconds and seed of each check.
 
-    Exits with 0 only if all of them hold, with 6 if a promise is broken.
+    Exits with 0 only if all of them hold, with 6 if a guarantee is violated.
     """
     from lampyris_selfcheck.check import Ask
     from lampyris_selfcheck.runner import Range

@@ -35,9 +35,9 @@ app = typer.Typer(
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
-    help="From a map to a safe, timed path among moving obstacles.",
+    help="Plan paths on grid maps, compute velocity profiles, and simulate a robot among moving obstacles.",
     epilog="Exit codes: 0 done, 2 wrong arguments, 3 a bad file, 4 no path or not arrived, "
-    "5 limit, 6 internal fault or broken promise, 130 Ctrl-C.",
+    "5 limit, 6 internal fault or violated guarantee, 130 Ctrl-C.",
 )
 
 

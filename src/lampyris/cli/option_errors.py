@@ -44,7 +44,11 @@ OPTIONS: Mapping[str, str] = {
 """Settings that an option has another name for; of all others the option's name is the last of theirs."""
 
 _ARGUMENT = re.compile(r"\b([a-z_]+)=(?:\"(\w+)\"|(True|[A-Z]+))")
+_NONE = re.compile(r", or [Nn]one(?: \((.+)\))?$")
+"""The value of a setting that no option takes, and what it means."""
 _QUOTED = re.compile(r"(.*) is not (?:a valid|in the range)")
+_WITH_KEYS = ("--set", "--planners", "--laws")
+"""Options whose values are settings, which may be ``none``."""
 _FILES = frozenset(("path", "file"))
 """Kinds of parameters that name a file: what is wrong with its content is not wrong with the option."""
 _READ = frozenset(("map_", "scenario", "study", "source", "ready"))
@@ -94,12 +98,12 @@ def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:
 
     Parameters
     ----------
-    error : as the library raised it.
+    error : as the library raised it; a bad variable of the environment is wrong use as well.
     ctx : click's context of the verb.
     """
     if isinstance(error, FileError | InternalFault):
         return error
-    if error.where.startswith("-"):
+    if error.where.startswith("-") or error.code == "LIMIT_VARIABLE":
         option, what = error.where, error.value or error.what
     else:
         found = _option_of(error, _options_given(ctx))
@@ -107,10 +111,19 @@ def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:
             return error
         option, what = found
     kind = UsageError if isinstance(error, InputError) else type(error)
-    named = kind(error.code, what, where=option, allowed=error.allowed, todo=error.todo)
+    allowed = error.allowed if option.startswith(_WITH_KEYS) else without_none(error.allowed)
+    named = kind(error.code, what, where=option, allowed=allowed, todo=error.todo)
     for note in getattr(error, "__notes__", ()):
         named.add_note(note)
     return named
+
+
+def without_none(allowed: str) -> str:
+    """What an option takes: no value of it stands for None, which is to leave it out."""
+    return _NONE.sub(
+        lambda found: "; leave the option out for the default" + (f" ({found[1]})" if found[1] else ""),
+        allowed,
+    )
 
 
 def _options_given(ctx: Any) -> dict[str, str]:

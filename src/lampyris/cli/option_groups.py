@@ -129,6 +129,7 @@ if TYPE_CHECKING:
     RobotOptions: TypeAlias = Any
     DriveOptions: TypeAlias = Any
     SimulationOptions: TypeAlias = Any
+    Ticks: TypeAlias = int | None
 else:
     RobotOptions = group_of(
         "RobotOptions", Robot, (("robot_file", options.RobotFile, dataclass_field(default=None)),)
@@ -136,6 +137,7 @@ else:
     MapOptions = group_of("MapOptions", Inflation, base=_MapOptions)
     DriveOptions = group_of("DriveOptions", DriveSettings)
     SimulationOptions = group_of("SimulationOptions", SimulationSettings)
+    Ticks = get_type_hints(SimulationOptions, include_extras=True)["ticks"]
 
 
 def settings_in(group: Any, kind: type) -> dict[str, Any]:

@@ -86,7 +86,7 @@ RobotFile = Annotated[
         help="YAML or JSON: radius, rectangle or footprint, drive, turn_radius and the other limits; options override it.",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Picture = Annotated[
     Path | None, typer.Option("--picture", metavar="FILE", help="Draw the result (.png or .svg).")
 ]
@@ -106,7 +106,7 @@ Csv = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 NoTiming = Annotated[
-    bool, typer.Option("--no-timing", help="Leave timings out of the JSON: same call, same bytes.")
+    bool, typer.Option("--no-timing", help="Omit timings, so that repeated calls print identical JSON.")
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
 Explain = Annotated[

@@ -47,7 +47,7 @@ class Moment(Noun):
     word: str
     xy: tuple[float, float]
     sentence: str = ""
-    body: int = -1
+    obstacle: int = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -29,7 +29,7 @@ class Robot(Noun):
 
     Parameters
     ----------
-    radius : radius of its disc; 0 fits any free cell. With a footprint it is the distance from the base to the
+    radius : robot radius; 0 treats the robot as a point. With a footprint it is the distance from the base to the
         farthest vertex, whatever was given: what plans for discs keeps that far from walls.
     v_max : greatest speed.
     a_max : greatest acceleration.
@@ -38,8 +38,8 @@ class Robot(Noun):
     turn_radius : smallest turning radius. Where no arc of that radius fits, it stands still and turns on the
         spot. 0: any bend, as slowly as a_lat_max requires.
     jerk_max : greatest jerk; it limits profiles, not drives.
-    drive : how it moves, for planners that plan headings: differential turns in place, ackermann does not,
-        omnidirectional also moves sideways. Planners on cells do not look at it.
+    drive : drive type, used only by planners with headings: differential turns in place, ackermann does not,
+        omnidirectional also moves sideways.
     footprint : vertices (x ahead, y to the left) of its outline in metres, in order; the origin is its base, the
         point between the wheels that do not steer. None: a disc.
     yaw_rate_max : greatest yaw rate on a path of poses. The default lets the point that is farthest from the base move at

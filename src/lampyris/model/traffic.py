@@ -63,7 +63,10 @@ class RandomWalk(Noun):
         object.__setattr__(self, "radius", _radius(self.radius))
         if self.rate is not None and not (is_real(self.rate) and 0 < self.rate <= 1):
             raise SettingError.of(
-                "TRAFFIC_RATE", "traffic.rate", shown(self.rate), allowed="0 < rate <= 1, or None"
+                "TRAFFIC_RATE",
+                "traffic.rate",
+                shown(self.rate),
+                allowed="0 < rate <= 1, or None (all walkers at the start)",
             )
 
 

@@ -68,7 +68,9 @@ class Budget:
             raise SettingError.of("BUDGET", "expansions", shown(e), allowed=allowed)
         s = self.seconds
         if s is not None and not (is_real(s) and s > 0):
-            raise SettingError.of("BUDGET", "seconds", shown(s), allowed="a finite number > 0, or None")
+            raise SettingError.of(
+                "BUDGET", "seconds", shown(s), allowed="a finite number > 0, or None (no limit)"
+            )
         if self.stop is not None and not isinstance(self.stop, CancelToken):
             raise SettingError.of(
                 "BUDGET", "stop", shown(self.stop), allowed="a lampyris.CancelToken, or None"

@@ -378,8 +378,8 @@ def _moments(drive: Drive) -> Violation | None:
         if not before <= m.t <= drive.duration:
             what = f"{m.word!r} at {m.t!r} s, after one at {before!r}, of {drive.duration!r}"
             return Violation("moments", f"moment {k}", what)
-        if not -1 <= m.body < len(drive.tracks):
-            return Violation("moments", f"moment {k}", f"{m.word!r} speaks of obstacle {m.body}")
+        if not -1 <= m.obstacle < len(drive.tracks):
+            return Violation("moments", f"moment {k}", f"{m.word!r} speaks of obstacle {m.obstacle}")
         if m.word == "arrive" and not drive.arrived:
             return Violation("moments", f"moment {k}", f"arrives, and the outcome is {drive.outcome.value}")
         before = m.t

@@ -85,7 +85,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
         if drive.obstacle_specs[one.obstacle].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
             return Violation("yield", f"body {one.obstacle}", what)
-    reported = [(m.body, m.t) for m in drive.moments if m.word in _MET]
+    reported = [(m.obstacle, m.t) for m in drive.moments if m.word in _MET]
     for one in episodes:
         lo, hi = one.begin - drive.period - NEAR, one.end + drive.period + NEAR
         if not any(obstacle == one.obstacle and lo <= t <= hi for obstacle, t in reported):
@@ -113,12 +113,12 @@ def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
     for k, m in enumerate(drive.moments):
         if m.word not in _MET:
             continue
-        if not 0 <= m.body < len(drive.tracks):
+        if not 0 <= m.obstacle < len(drive.tracks):
             return Violation(
-                "told contact", f"moment {k}", f"{m.word} with obstacle {m.body}, which is not there"
+                "told contact", f"moment {k}", f"{m.word} with obstacle {m.obstacle}, which is not there"
             )
-        gap = gap_at(motion, drive.tracks[m.body], radius, resolution, m.t)
+        gap = gap_at(motion, drive.tracks[m.obstacle], radius, resolution, m.t)
         if gap > NEAR and len(motion.t0):
-            what = f"{m.word} with obstacle {m.body} at {m.t:.9g} s, which is {gap:.6g} m away"
+            what = f"{m.word} with obstacle {m.obstacle} at {m.t:.9g} s, which is {gap:.6g} m away"
             return Violation("told contact", f"moment {k}", what)
     return None

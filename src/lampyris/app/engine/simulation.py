@@ -149,7 +149,7 @@ def _events(news: list[Event], obstacles: Sequence[Obstacle]) -> bytes:
             "tick": event.tick, "word": event.word, "cell": list(event.cell), "sentence": event.sentence
         }  # fmt: skip
         if event.word == "appear":
-            one["body"] = obstacle_record(next(came))
+            one["obstacle"] = obstacle_record(next(came))
         rows.append(one)
     return json_frame("E", rows)
 

@@ -120,7 +120,7 @@ export function newRun(head) {
 export function addEvents(bytes, run) {
   for (const event of json(bytes)) {
     run.events.push(event);
-    if (event.body) run.bodies.push(event.body);
+    if (event.obstacle) run.bodies.push(event.obstacle);
   }
 }
 

@@ -48,7 +48,7 @@ app = typer.Typer(
     help="List the bundled maps, show a map, make new ones, convert files.",
 )
 
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 Resolution = Annotated[
     float | None, typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say.")

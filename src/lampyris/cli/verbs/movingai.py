@@ -62,7 +62,7 @@ def movingai(
     limit: Annotated[
         int | None, typer.Option("--limit", metavar="N", help="Run only the first N queries.")
     ] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Print JSON for machines, by bucket.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON, by bucket.")] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with code 3 if any query disagrees.")
     ] = False,
@@ -74,7 +74,7 @@ def movingai(
         typer.Option("--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells."),
     ] = None,
     no_timing: Annotated[
-        bool, typer.Option("--no-timing", help="Leave timings out of the JSON: same call, same bytes.")
+        bool, typer.Option("--no-timing", help="Omit timings, so that repeated calls print identical JSON.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:

@@ -57,10 +57,10 @@ def plan(
         ),
     ] = None,
 ) -> None:
-    """Plan a path and a speed for each of its cells; corners are rounded within half a step, or are stops.
+    """Plan a path with a speed at each cell.
 
-    The planners `lattice`, `hybrid-astar` and `pad` plan poses for a robot with a footprint and a heading (`--robot`,
-    `--start-m X,Y,YAW`).
+    Corners are rounded within half a step, or are stops. The planners `lattice`, `hybrid-astar` and `pad` plan poses
+    for a robot with a footprint and a heading (`--robot`, `--start-m X,Y,YAW`).
     """
     from lampyris.cli.request import Request, budget_of
 

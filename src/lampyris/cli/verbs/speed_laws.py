@@ -212,7 +212,7 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     drawn = loading.wall()
     entries, refused = _entries(names, request, path, samples, scene, movers, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == request.base.law)
-    timing = {"way_s": drawn - began, "laws_s": loading.wall() - drawn}
+    timing = {"path_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
     unchanged = _kept_as_planned(path, smooth)
     print_notes(unchanged)
@@ -411,7 +411,7 @@ def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
     return {
         "map": grid_record(scene.grid),
         "robot": robot_record(scene),
-        "way": {
+        "path": {
             "from": comparison.source,
             "points": len(comparison.given),
             "nodes": len(samples),
@@ -426,7 +426,7 @@ def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
         "law": comparison.entry.law,
         "laws": [entry_record(e) for e in comparison.entries],
         "refused": [{"law": law, "sentence": why} for law, why in comparison.refused.items()],
-        "held": shares_record(cause_shares(profile)),
+        "limited_by": shares_record(cause_shares(profile)),
         "speed": {
             **profile_record(profile, caps=True),
             "x_m": metres[:, 0].tolist(),

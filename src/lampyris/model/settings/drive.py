@@ -30,13 +30,12 @@ class DriveSettings:
     ----------
     period : time between two decisions.
     time_limit : the drive ends after this time at the latest. The default is a minute, and ten times what the robot's own
-        limits would need on its first path. At most :data:`lampyris._core.limits.DECISIONS` periods.
-    obstacle_speed : speed of the scene's obstacles along a straight step. At most :data:`MAX_PASSED` cells between
+        limits would need on its first path. At most 100,000 periods.
+    obstacle_speed : speed of the scene's obstacles along a straight step. At most 100 cells between
         two decisions.
     obstacle_info : what the law knows of obstacles: their ``positions``; their ``velocities`` too; or whole
         ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
-    tracking : how commands are followed: at once (``perfect``), or with a delay, by ``velocity`` or by ``position``. See
-        :mod:`lampyris.sim.continuous.tracking`.
+    tracking : how commands are followed: at once (``perfect``), or with a delay, by ``velocity`` or by ``position``.
     command_period : time between two commands, unless tracking is perfect.
     delay : latency of a command, unless tracking is perfect; known to the law.
     lag : time constant of the motors, unless tracking is perfect.

@@ -17,7 +17,7 @@ class SimulationSettings:
     Parameters
     ----------
     ticks : the last tick. The default is ten times (height + width), and four times the steps of the first plan
-        on top, but not above :data:`lampyris._core.limits.TICKS`.
+        on top, but at most 250,000.
     patience : consecutive ticks that the robot waits before it gives up.
 
     Raises

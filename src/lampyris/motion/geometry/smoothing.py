@@ -19,7 +19,7 @@ from lampyris.motion.geometry.string_pulling import distinct, lines_of
 from lampyris.typing import Points
 
 Drawing: TypeAlias = Literal["taut", "arcs", "none"]
-"""``pulled``: drawn straight where there is room, corners rounded. ``arcs``: the path's own lines, corners
+"""``taut``: straightened where there is room, corners rounded. ``arcs``: the path's own lines, corners
 rounded as widely as there is room. ``none``: its own lines, each corner rounded within half a step or a
 stop. The defaults are in :mod:`lampyris._core.defaults`."""
 

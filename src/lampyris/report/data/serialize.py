@@ -193,7 +193,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "cause": list(drive.cause),
         "cause_index": drive.cause_index.tolist(),
         "why": [drive.why(k) for k in range(n)],
-        "held": shares_record(drive_shares(drive)),
+        "limited_by": shares_record(drive_shares(drive)),
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
         **({} if drive.goal_tolerance is None else {"poses": drive.poses(drive.t).tolist()}),
@@ -209,7 +209,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
             for obstacle, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
         ],
         "moments": [
-            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
+            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "obstacle": m.obstacle}
             for m in drive.moments
         ],
         "timing": dict(drive.timing),
@@ -302,7 +302,7 @@ def profile_record(profile: Profile, *, caps: bool = False) -> dict[str, Any]:
 
 def shares_record(some: Sequence[CauseShare]) -> list[dict[str, Any]]:
     """What limited the robot, the longest first."""
-    return [{"cause": c.cause, "way": c.distance, "time": c.time} for c in some]
+    return [{"cause": c.cause, "distance": c.distance, "time": c.time} for c in some]
 
 
 def _finite(value: float) -> float | None:

@@ -47,7 +47,7 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
         "discs": np.array(discs, dtype=np.float64).reshape(-1, 3),
         "kinds": kind,
         "moments": np.array([(m.t, *m.xy) for m in drive.moments], dtype=np.float64).reshape(-1, 3),
-        "moment_bodies": np.array([m.body for m in drive.moments], dtype=np.int32),
+        "moment_bodies": np.array([m.obstacle for m in drive.moments], dtype=np.int32),
         "moment_words": moment_words,
     }
     return {

@@ -14,8 +14,11 @@ import numpy as np
 LEFT_OUT = frozenset({"timing", "scene", "frame"})
 """Fields that are no part of a result: how long it took, what was asked, and where the scene's map lies."""
 
-ADDED = frozenset({"pose_path", "goal_tolerance"})
+ADDED = frozenset({"pose_path", "goal_tolerance", "rounds"})
 """Fields that came in after the hashes on record; they are part of a result where they hold something."""
+
+RENAMED = {("Moment", "obstacle"): "body"}
+"""Fields that had another name when the hashes on record were made: a result is hashed under that name."""
 
 
 def digest(value: Any) -> str:
@@ -47,8 +50,9 @@ def canonical(value: Any) -> Any:
         return _array(value)
     if is_dataclass(value) and not isinstance(value, type):
         parts = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
-        kept = [(name, part) for name, part in parts if name not in ADDED or part is not None]
-        return {"": type(value).__name__} | {name: canonical(part) for name, part in kept}
+        kept = [(name, part) for name, part in parts if name not in ADDED or not (part is None or part == ())]
+        kind = type(value).__name__
+        return {"": kind} | {RENAMED.get((kind, name), name): canonical(part) for name, part in kept}
     if isinstance(value, Mapping):
         return [[canonical(key), canonical(part)] for key, part in value.items()]
     if isinstance(value, Set):

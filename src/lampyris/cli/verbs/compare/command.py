@@ -24,6 +24,7 @@ from lampyris.cli.option_groups import (
     PlannerOptions,
     RobotOptions,
     RuleOptions,
+    Ticks,
 )
 from lampyris.cli.options import Force, Json, Mobility, NoTiming, ObstacleRadius, Picture, Rate
 from lampyris.cli.progress import counting, working
@@ -78,7 +79,7 @@ def compare(
             "--live", help="Obstacles react to the robot; without it all runs meet the same recorded tracks."
         ),
     ] = False,
-    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", min=1, help="The last tick.")] = None,
+    ticks: Ticks = None,
     seeds: Annotated[
         int, typer.Option("--seeds", metavar="N", help="Number of worlds: the table shows means over N runs.")
     ] = 1,
@@ -118,7 +119,9 @@ class CompareTraffic:
         Raises
         ------
         UsageError : no such mobility; traffic options without traffic.
+        SettingError : a number is out of its range.
         """
+        from lampyris.model.settings.simulation import SimulationSettings
         from lampyris.model.traffic import RandomWalk
         from lampyris.sim.traffic.mobility import MOBILITIES
         from lampyris.study.design.study import StudyTraffic
@@ -133,6 +136,7 @@ class CompareTraffic:
                 allowed="--live: a track that is replayed begins at tick 0",
             )
         RandomWalk(self.count, self.rate, self.radius)  # refuses numbers out of range
+        SimulationSettings(ticks=self.ticks)
         if self.count:
             tracks: Any = "live" if self.live else "replayed"
             return StudyTraffic(self.mobility, self.count, self.rate, self.radius, tracks)

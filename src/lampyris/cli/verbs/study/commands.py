@@ -33,7 +33,7 @@ class _StudyOrAction(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         """``study FILE`` is ``study run FILE``, its options before or behind the name."""
         # Typer has its own click in new releases and the installed one in old ones: no type names both.
-        if args and args[0] not in self.commands and args[0] != "--help":
+        if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
@@ -200,7 +200,7 @@ def export(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Write what a store holds as CSV, Parquet or LaTeX; same store, same bytes."""
+    """Write what a store holds as CSV, Parquet or LaTeX; the output depends only on the store."""
     from lampyris.cli.verbs.study.files import StudyOutputs
 
     out = StudyOutputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
