@@ -94,6 +94,7 @@ def samples() -> dict[str, dict[str, Any]]:
         ("Path", path()), ("Plan", plan), ("Trace", trace), ("Drive", driven), ("Field", field),
         ("Profile", speeds), ("Curve", driven.curves[0]),
         ("SampledPath", lampyris.smooth(where, plan)), ("Moves", where.moves),
+        ("PoseCurve", lampyris.drive(where, "lattice").curves[0]),
     )}  # fmt: skip
     return {
         **made,

@@ -99,4 +99,7 @@ def test_the_robot_s_form_is_the_robot_s_declaration() -> None:
     rows = hello()["robot"]
     assert {row["name"]: row["default"] for row in rows} == defaults_of(Robot)
     assert all(row["about"] and row["allowed"] and (row["unit"] or row["choices"]) for row in rows)
-    assert [row["none"] for row in rows if row["default"] is None] == ["no limit", "v_max at the farthest point, in place"]
+    assert [row["none"] for row in rows if row["default"] is None] == [
+        "no limit",
+        "v_max at the farthest point, in place",
+    ]

@@ -30,6 +30,8 @@ NEAR = 0.1
 YAW_NEAR = 0.01
 """Radians by which the first pose may miss the heading that the motion begins at."""
 _FAR = 10_000
+_SAME = 1e-9
+"""Metres and radians by which poses that are already on the lattice may differ from it: a copy is not moved again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -188,9 +190,9 @@ def on_lattice(one: Motion, headings: tuple[float, ...], resolution: float) -> M
                 "PRIMITIVE", f"heading {what}", where=where, allowed=f"0 to {len(headings) - 1}"
             )
     poses = one.poses.copy()
-    poses[:, 2] = headings[one.start] + np.cumsum(
-        _turned(np.diff(poses[:, 2], prepend=headings[one.start]))
-    )  # no jump by whole turns
+    yaw = headings[one.start] + np.cumsum(_turned(np.diff(poses[:, 2], prepend=headings[one.start])))
+    if (np.abs(yaw - poses[:, 2]) > _SAME).any():
+        poses[:, 2] = yaw  # no jump by whole turns
     off = np.abs(poses[0, :2]).max() / resolution
     if off > NEAR or abs(poses[0, 2] - headings[one.start]) > YAW_NEAR:
         raise SettingError(
@@ -211,8 +213,9 @@ def on_lattice(one: Motion, headings: tuple[float, ...], resolution: float) -> M
     target = np.array((*end, poses[-1, 2] + _turn(headings[one.end] - poses[-1, 2])))
     share = np.linspace(0.0, 1.0, len(poses))[:, None]
     start = np.array((0.0, 0.0, headings[one.start]))
-    poses += (1.0 - share) * (start - poses[0]) + share * (target - poses[-1])
-    poses[0], poses[-1] = start, target
+    if (np.abs(start - poses[0]) > _SAME).any() or (np.abs(target - poses[-1]) > _SAME).any():
+        poses += (1.0 - share) * (start - poses[0]) + share * (target - poses[-1])
+        poses[0], poses[-1] = start, target
     moved = np.abs(np.diff(poses, axis=0))
     kept = np.concatenate(([True], (moved[:, :2].max(axis=1) > 1e-9 * resolution) | (moved[:, 2] > 1e-9)))
     poses, moved = poses[kept], np.abs(np.diff(poses[kept], axis=0))
