@@ -36,7 +36,7 @@ def car_plan() -> tuple[Plan, Scene]:
         goal_pose=(10.05, 6.05, math.pi),
         robot=robot,
     )
-    plan = LatticePlanner().open(scene, np.random.default_rng(0)).plan()
+    plan = LatticePlanner(shortcut=False).open(scene, np.random.default_rng(0)).plan()
     assert plan.pose_path is not None
     assert check_plan(plan, scene) is None
     return plan, scene

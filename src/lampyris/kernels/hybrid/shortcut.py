@@ -90,7 +90,7 @@ def shortcut(
     wall, clear, px, py, cover, whole, numbers, nodes, along,
     offer, known, best, before, curves, count, segments, goal, lengths, kinds, halt,
 ):  # fmt: skip
-    """The cheapest way from the first node to the last.
+    """The cheapest sequence of parts of the path and free curves from the first node to the last.
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ def shortcut(
     nodes : float64 (3 n,): x, y, yaw of poses of the path where the footprint is free, in order.
     along : float64 (n,): cost of the path up to each of them.
     offer, known : float64, uint8 (n,): room.
-    best : float64 (n,): cost of the way to each node.
-    before : int64 (n,): the node before each node on that way.
-    curves : float64 (15 n,): segments of the curve from there; all 0: the way follows the path.
+    best : float64 (n,): least cost up to each node.
+    before : int64 (n,): the node before each node in that sequence.
+    curves : float64 (15 n,): segments of the curve from there; all 0: it follows the path.
     count : int64 (2,): curves worked out, and checked for collisions.
     segments, goal, lengths, kinds : room: float64 (15,), (3,), (5,), int64 (5,).
     """
