@@ -32,6 +32,7 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "app.engine.names.PLAIN": ("fullmatch", ("a.b-c",)),
     "app.server.run._HOSTNAME": ("fullmatch", ("a-b.c.d",)),
     "cli.option_errors._ARGUMENT": ("search", ('a b_c="d"', "a_b=True")),
+    "cli.option_errors._NONE": ("search", ("50, or none (50)",)),
     "cli.option_errors._QUOTED": ("match", ("'a' is not a valid",)),
     "io.maps.formats.csv._FLOAT": ("fullmatch", ("-1.5e+10", ".5", "1.", "12")),
     "io.text.csv_table.NUMBER": ("fullmatch", ("-1.5e+10", ".5", "1.", "12")),

@@ -72,7 +72,7 @@ def test_no_setting_costs_the_bound(settings: dict[str, Any]) -> None:
     rounds = 0
     for seed in range(20, 26):
         scene = scene_of(seed, DRIVES[seed % 2], FOOTPRINTS["car"])
-        exact = LatticePlanner(weight=1.0, **common).open(scene, np.random.default_rng(0)).plan()
+        exact = LatticePlanner(weight=1.0, shortcut=False, **common).open(scene, np.random.default_rng(0)).plan()
         for weight in (1.0, 1.3):
             plan = planned(scene, weight=weight, **settings)
             assert plan.status is exact.status
@@ -182,7 +182,7 @@ def test_the_search_expands_fewer_states_than_the_lattice_in_the_open() -> None:
             walls = rng.random((120, 120)) < 0.002
             ends = [(*rng.uniform(5, 115, 2).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
             scene = Scene(Grid(walls), start_pose=ends[0], goal_pose=ends[1], robot=robot)
-            full = LatticePlanner(weight=1.6).open(scene, np.random.default_rng(0)).plan()
+            full = LatticePlanner(weight=1.6, shortcut=False).open(scene, np.random.default_rng(0)).plan()
             plan = planned(scene, weight=1.6)
             assert plan.status is full.status
             theirs, ours = theirs + full.expansions, ours + plan.expansions
@@ -215,7 +215,7 @@ def test_spheres_grow_where_they_are_too_small() -> None:
         robot=Robot(drive="ackermann", footprint=FOOTPRINTS["car"], turn_radius=3.0),
     )  # fmt: skip
     plan = planned(scene, weight=1.0, sphere_radius=2.0)
-    exact = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0)).plan()
+    exact = LatticePlanner(weight=1.0, shortcut=False).open(scene, np.random.default_rng(0)).plan()
     assert plan.pose_path is not None
     assert exact.pose_path is not None
     assert plan.pose_path.cost_m == pytest.approx(exact.pose_path.cost_m, rel=1e-12)

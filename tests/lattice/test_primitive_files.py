@@ -41,7 +41,7 @@ def scene_of(seed: int, robot: Robot, resolution: float = 0.1) -> Scene:
 
 
 def planned(scene: Scene, **settings: Any) -> Plan:
-    plan = LatticePlanner(weight=1.0, **settings).open(scene, np.random.default_rng(0)).plan()
+    plan = LatticePlanner(weight=1.0, shortcut=False, **settings).open(scene, np.random.default_rng(0)).plan()
     if plan:
         assert check_plan(plan, scene) is None
     return plan

@@ -372,7 +372,7 @@ def test_a_wrong_folder_is_found_before_the_first_check_runs(tmp_path: Path) -> 
 
 
 def test_help_says_what_a_broken_promise_exits_with() -> None:
-    assert "with 6 if a promise is broken" in " ".join(_lampyris("--help").stdout.split())
+    assert "with 6 if a guarantee is violated" in " ".join(_lampyris("--help").stdout.split())
 
 
 # ---- what the command does with what came of it ------------------------------------------------------------

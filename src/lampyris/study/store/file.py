@@ -13,13 +13,11 @@ import math
 import os
 import sqlite3
 import stat
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import quote
-from weakref import WeakSet
 
 from lampyris.errors import FileError, UsageError
 from lampyris.io.atomic_write import sync_folder
@@ -159,23 +157,16 @@ def real(path: str | os.PathLike[str]) -> Path:
 def look(path: Path) -> None:
     """Refuse what cannot be a store before SQLite opens it; reads 100 bytes and waits at no pipe.
 
-    A file that this process has open through SQLite was looked at before, and is not opened again: closing any
-    descriptor of a file frees every POSIX lock that the process holds on it, those of SQLite too.
-
     Raises
     ------
     FileError : STORE_READ, STORE_FORMAT, STORE_VERSION, STORE_DAMAGED.
     """
     try:
-        found = os.stat(path)
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(os.stat(path).st_mode):
             what = "a folder" if path.is_dir() else "not a regular file"
             raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
-        with _CONNECTIONS_LOCK:
-            if is_open_here(found):
-                return
-            with path.open("rb") as file:
-                head = file.read(100)
+        with path.open("rb") as file:
+            head = file.read(100)
     except FileNotFoundError:
         raise FileError("STORE_READ", "no such file", where=str(path)) from None
     except (OSError, ValueError) as error:
@@ -197,14 +188,6 @@ def look(path: Path) -> None:
             "STORE_VERSION", f"a store of format {version}", where=str(path), allowed=f"format {FORMAT}",
             todo="read it with the release that made it",
         )  # fmt: skip
-
-
-def log_size(path: Path) -> int | None:
-    """Bytes in the write-ahead log of a store; None without one. A writer may remove it at any time."""
-    try:
-        return sidecar(path, "-wal").stat().st_size
-    except FileNotFoundError:
-        return None
 
 
 def check_folder(path: Path) -> None:
@@ -248,9 +231,10 @@ def write_new(
             _fill(new, study, maps, runs)
             if before is not None:
                 before()
-            if log_size(place):
+            log = sidecar(place, "-wal")
+            if log.exists() and log.stat().st_size:
                 raise FileError(
-                    "STORE_DAMAGED", "the log of a store that is not there", where=str(sidecar(place, "-wal")),
+                    "STORE_DAMAGED", "the log of a store that is not there", where=str(log),
                     todo="put its store back, or delete it",
                 )  # fmt: skip
             os.replace(new, place)
@@ -289,46 +273,14 @@ def _remove(new: Path) -> None:
 # ---- connections --------------------
 
 
-class _Connection(sqlite3.Connection):
-    """A connection that is listed, with the device and number of its file, for as long as it is open."""
-
-    file: tuple[int, int] | None = None
-
-    def enlist(self, path: Path) -> None:
-        """Before the first statement: until then SQLite holds no lock that could be freed."""
-        with _CONNECTIONS_LOCK:
-            found = os.stat(path)
-            self.file = (found.st_dev, found.st_ino)
-            _CONNECTIONS.add(self)
-
-    def close(self) -> None:
-        super().close()
-        with _CONNECTIONS_LOCK:
-            _CONNECTIONS.discard(self)
-
-
-_CONNECTIONS: WeakSet[_Connection] = WeakSet()
-_CONNECTIONS_LOCK = threading.RLock()
-"""Held while a store's file is opened without SQLite, and while a connection is listed."""
-
-
-def is_open_here(found: os.stat_result) -> bool:
-    """Whether this process has the file open through :func:`connect`."""
-    with _CONNECTIONS_LOCK:
-        return any(one.file == (found.st_dev, found.st_ino) for one in _CONNECTIONS)
-
-
 def connect(
     path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "", *, recover: bool = False
 ) -> sqlite3.Connection:
     """An SQLite connection without implicit transactions that runs nothing the file brings along."""
     name = f"file:{quote(str(path))}?mode={mode}{more}"
     # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
-    connection = sqlite3.connect(
-        name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False, factory=_Connection
-    )
+    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
     try:
-        connection.enlist(path)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
         if recover:  # so SQLite reads a file that is shorter than its head says
             connection.execute("PRAGMA writable_schema=ON")
@@ -350,7 +302,7 @@ def writer(path: Path) -> sqlite3.Connection:
     """
     connection = connect(path, "rw")
     try:
-        check_schema(connection, path)
+        _check_schema(connection, path)
         _use_log(connection, path)
         connection.execute("BEGIN IMMEDIATE")  # SQLite opens a read-only file without an error
         connection.execute("ROLLBACK")
@@ -382,13 +334,68 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
         raise
 
 
-def check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a store whose tables are not exactly ours; a trigger or a view would run what is in the file.
+@contextmanager
+def snapshot(path: Path, *, recover: bool = False) -> Iterator[sqlite3.Connection]:
+    """A connection that sees one state of the store and changes nothing; SQLite's errors become typed.
 
-    Raises
-    ------
-    FileError : STORE_DAMAGED.
+    With ``recover`` a file that is shorter than its head says is read as far as it goes.
     """
+    with typed_errors(path, "read"):
+        connection = _reader(path, recover)
+        try:
+            connection.execute("PRAGMA query_only=ON")
+            _check_schema(connection, path)
+            connection.execute("BEGIN")
+            yield connection
+        finally:
+            connection.close()
+
+
+def _reader(path: Path, recover: bool) -> sqlite3.Connection:
+    """The connection that reads.
+
+    With a log it is opened ``ro``, so that a log is never moved into a main file that may be damaged. Without
+    one, ``ro`` would leave an empty log behind, and ``rw`` leaves nothing. In a folder that may not be written
+    to, SQLite can open neither; without a log nobody is writing there, and ``immutable`` reads the file alone.
+    With a log it must not be used: the runs in the log would be missing.
+    """
+    log = sidecar(path, "-wal")
+    if log.exists() and log.stat().st_size:
+        try:
+            return _asked(path, recover, "ro")
+        except sqlite3.OperationalError as error:
+            if not _cannot_open(error) or os.access(path.parent, os.W_OK):
+                raise
+            raise FileError(
+                "STORE_READ", "runs are in its log, which cannot be read in a read-only folder",
+                where=str(path), todo=f"copy it and {log.name} to a folder you may write in",
+            ) from None  # fmt: skip
+    try:
+        return _asked(path, recover, "rw")
+    except sqlite3.OperationalError as error:
+        if not _cannot_open(error):
+            raise
+        return _asked(path, recover, "ro", "&immutable=1")
+
+
+def _asked(path: Path, recover: bool, mode: Literal["ro", "rw"], more: str = "") -> sqlite3.Connection:
+    """A connection that has read something: until then SQLite opens no file."""
+    connection = connect(path, mode, more, recover=recover)
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _cannot_open(error: sqlite3.Error) -> bool:
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    return code in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a store whose tables are not exactly ours; a trigger or a view would run what is in the file."""
     found = connection.execute("SELECT name, sql FROM sqlite_schema ORDER BY rowid").fetchall()
     if found != list(SCHEMA.items()):
         raise damaged(path, "its tables are not those of a store")

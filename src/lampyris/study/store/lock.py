@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from lampyris.errors import FileError
-from lampyris.study.store.file import connect, is_open_here, log_size, sidecar
+from lampyris.study.store.file import sidecar
 
 LOCK = ".lock"
-_WAIT_S = 0.2
-"""How long a lock that is held is asked for again: a reader holds it for a moment to remove an empty log."""
 
 
 class StoreLock:
@@ -23,20 +20,18 @@ class StoreLock:
     Parameters
     ----------
     path : of the store.
-    wait_s : seconds to wait for another holder.
 
     Raises
     ------
     FileError : STORE_BUSY: another process holds it, or this one already does; STORE_WRITE.
     """
 
-    def __init__(self, path: Path, *, wait_s: float = _WAIT_S) -> None:
+    def __init__(self, path: Path) -> None:
         from filelock import FileLock, Timeout
 
-        self.store = path
         self.path = sidecar(path, LOCK)
         # Shared by threads: a store may be closed by another thread than the one that opened it.
-        self._lock = FileLock(self.path, timeout=wait_s, poll_interval=0.01, thread_local=False)
+        self._lock = FileLock(self.path, timeout=0, thread_local=False)
         try:
             self._lock.acquire()
         except Timeout:
@@ -53,10 +48,8 @@ class StoreLock:
             self.path.write_text(f"pid {os.getpid()}\n", encoding="ascii")
 
     def release(self) -> None:
-        """Free the lock and remove its file, and an empty log that readers left."""
+        """Free the lock and remove its file."""
         if self._lock.is_locked:
-            with suppress(OSError, sqlite3.Error):
-                _remove_empty_log(self.store)
             # While it is held: a lock on a file that has no name any more is none, and filelock tries again.
             with suppress(OSError):
                 self.path.unlink(missing_ok=True)
@@ -69,25 +62,6 @@ class StoreLock:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.release()
-
-
-def _remove_empty_log(path: Path) -> None:
-    """Remove ``-wal`` and ``-shm`` if nothing is in the log and nobody has the store open; the lock is held.
-
-    A connection that only reads leaves them. One that may write has SQLite remove them when it is closed and no
-    other is open. Who may not write to the file cannot ask for that; left there, they would keep its owner out.
-    """
-    if log_size(path) != 0:
-        return
-    if os.access(path, os.W_OK):
-        connection = connect(path, "rw", recover=True)
-        try:
-            connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()
-        finally:
-            connection.close()
-    elif not is_open_here(os.stat(path)):
-        for ending in ("-wal", "-shm"):
-            sidecar(path, ending).unlink(missing_ok=True)
 
 
 def _holder(path: Path) -> str:

@@ -35,13 +35,13 @@ from lampyris.study.store.file import (
     maps_of,
     plain_of,
     real,
+    snapshot,
     transaction,
     typed_errors,
     write_new,
     writer,
 )
 from lampyris.study.store.lock import StoreLock
-from lampyris.study.store.reader import snapshot
 from lampyris.study.store.row_record import packed, row_of
 
 _PATIENCE_MS = 200
