@@ -31,6 +31,8 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "testing.questions._PARTICULARS": OURS,
     "app.engine.names.PLAIN": ("fullmatch", ("a.b-c",)),
     "app.server.run._HOSTNAME": ("fullmatch", ("a-b.c.d",)),
+    "io.primitives.mprim._NUMBER": ("fullmatch", ("-1.5e-10", "+.5", "12.")),
+    "io.primitives.mprim._WHOLE": ("fullmatch", ("-12", "+3")),
     "cli.option_errors._ARGUMENT": ("search", ('a b_c="d"', "a_b=True")),
     "cli.option_errors._NONE": ("search", ("50, or none (50)",)),
     "cli.option_errors._QUOTED": ("match", ("'a' is not a valid",)),

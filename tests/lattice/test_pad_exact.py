@@ -72,7 +72,9 @@ def test_no_setting_costs_the_bound(settings: dict[str, Any]) -> None:
     rounds = 0
     for seed in range(20, 26):
         scene = scene_of(seed, DRIVES[seed % 2], FOOTPRINTS["car"])
-        exact = LatticePlanner(weight=1.0, shortcut=False, **common).open(scene, np.random.default_rng(0)).plan()
+        exact = (
+            LatticePlanner(weight=1.0, shortcut=False, **common).open(scene, np.random.default_rng(0)).plan()
+        )
         for weight in (1.0, 1.3):
             plan = planned(scene, weight=weight, **settings)
             assert plan.status is exact.status

@@ -247,7 +247,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
     def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
         scene = self._scene
         arm = scene.robot.radius / scene.grid.resolution
-        shorter = self._shortened(found, search.lattice_map, arm) if self._shortcut else None
+        shorter = self._shortened(found, search.lattice_map, arm) if self._shortcut and not detail else None
         path, cells = pose_path_of(found, search.lattice_map, arm) if shorter is None else shorter
         ends = tuple(
             self._note(what, path.poses[k], "the nearest pose of the lattice")
@@ -284,7 +284,13 @@ class LatticeSession(PoseSession[LatticeSearch]):
             shape.turn_cost,
         )
         first, segments = segments_of(found, lattice_map)
-        segments = shortened(np.array(first), segments, robot, lattice_map)
+        try:
+            segments = shortened(np.array(first), segments, robot, lattice_map)
+        except Cancelled:
+            scope = cancellation.watch()
+            if scope is None or any(stop.is_set for stop in scope.stops):
+                raise
+            return None  # the time is out: the path as it is
         cost = math.fsum(robot.costs(segments).tolist())
         if cost >= found.cost / UNIT - LEAST_SAVING:
             return None
