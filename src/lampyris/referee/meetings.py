@@ -73,8 +73,8 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     if met is not None and (drive.outcome is not Outcome.COLLISION or met[0] < late):
         t, obstacle, d = met
         reach = radius_in(drive, motion) + drive.tracks[obstacle].radius
-        whom = "the robot's centre" if motion.outline is None else "the robot's outline"
-        what = f"{d:.9g} m from {whom} at {t:.9g} s while it moves; the radii make {reach:g}"
+        part = "the robot's centre" if motion.outline is None else "the robot's outline"
+        what = f"{d:.9g} m from {part} at {t:.9g} s while it moves; the radii make {reach:g}"
         return Violation("collision", f"body {obstacle}", what)
     last = touching_at_the_end(drive, motion)
     if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
