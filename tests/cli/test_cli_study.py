@@ -19,6 +19,7 @@ from lampyris.cli.text import plural
 from lampyris.cli.verbs.study import running, tables
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
+from lampyris.study.store.store import Store
 
 SMALL = """\
 version: 1
@@ -131,6 +132,25 @@ def test_beginning_anew_can_be_killed_anywhere_and_asked_for_again(
                 running._discard(store)
         done = study(folder, "small.yaml", "--workers", "1", "--fresh")
         assert (done.exit, "4 new" in done.out) == (0, True), (point, done.err)
+
+
+def test_beginning_anew_through_a_link_begins_its_store_anew(folder: Path) -> None:
+    """The lock and the log lie beside the store, not beside the link."""
+    study(folder, "small.yaml", "--workers", "1")
+    (folder / "real").mkdir()
+    link, real = folder / "small.study.db", folder / "real" / "a.db"
+    link.rename(real)
+    link.symlink_to(real)
+    before = real.read_bytes()
+    with Store.open(real):
+        done = study(folder, "small.yaml", "--workers", "1", "--fresh")
+        assert (done.exit, "error[STORE_BUSY]" in done.err) == (3, True), done.err
+    assert (link.is_symlink(), real.read_bytes()) == (True, before)
+    (folder / "real" / "a.db-wal").write_bytes(b"what a killed writer left")
+    done = study(folder, "small.yaml", "--workers", "1", "--fresh")
+    assert (done.exit, "4 new" in done.out) == (0, True), done.err
+    assert link.is_symlink()
+    assert [one.name for one in (folder / "real").iterdir()] == ["a.db"]
 
 
 def test_fresh_throws_nothing_away_but_stores(folder: Path) -> None:

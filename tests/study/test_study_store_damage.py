@@ -196,6 +196,38 @@ def test_repair_keeps_the_damaged_store_and_its_log(tmp_path: Path, open_: Sampl
     assert names(tmp_path) == ["a", "a.damaged", "a.damaged-2", "a.damaged-wal"]
 
 
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="names of open files")
+@pytest.mark.parametrize("links", [True, False])
+def test_what_repair_keeps_is_on_the_disk_before_the_log_goes(
+    tmp_path: Path, open_: Sample, links: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A copy is waited for, the folder too, and only then does the log lose its name."""
+    path, calls = tmp_path / "a", []
+    put(path, {e: open_[0][e] for e in ("", "-wal")})
+
+    def noted(module: object, name: str) -> None:
+        call = getattr(module, name)
+
+        def do(one: object, *args: object, **more: object) -> object:
+            file = os.readlink(f"/proc/self/fd/{one}") if isinstance(one, int) else str(one)
+            calls.append((name, Path(file).name))
+            return call(one, *args, **more)
+
+        monkeypatch.setattr(module, name, do)
+
+    def refused(self: Path, target: Path) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    if not links:
+        monkeypatch.setattr(Path, "hardlink_to", refused)
+    for module, name in ((os, "fsync"), (Path, "unlink")):
+        noted(module, name)
+    repairing._set_aside(path)
+    copied = [] if links else [("fsync", "a.damaged"), ("fsync", "a.damaged-wal")]
+    assert calls == [*copied, ("fsync", tmp_path.name), ("unlink", "a-wal"), ("unlink", "a-shm")]
+    assert bytes_of(tmp_path / "a.damaged") == {e: open_[0][e] for e in ("", "-wal")}
+
+
 def test_repair_elsewhere_leaves_the_damaged_store_alone(tmp_path: Path, closed: Sample) -> None:
     files, right = closed
     path = tmp_path / "a"

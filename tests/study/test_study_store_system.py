@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import threading
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 from store_samples import HERE, bytes_of, child, filled, names, put, rows, study
 
 from lampyris.errors import LampyrisError
+from lampyris.study.store.file import log_size
 from lampyris.study.store.store import Store, open_for
 
 
@@ -82,6 +84,79 @@ def killed_often(path: Path, kills: int, seed: int) -> int:
 
 def test_a_writer_killed_at_any_moment_loses_nothing_that_it_acknowledged(tmp_path: Path) -> None:
     assert killed_often(tmp_path / "a", 4, 1) > 0
+
+
+OVERTAKEN = """
+import os, subprocess
+from store_samples import *
+path, given = sys.argv[1], rows(study())
+store = Store.open(path)
+other = subprocess.Popen([sys.executable, "-c", sys.argv[2], str(path)], stdin=-1, stdout=-1, text=True)
+assert other.stdout.readline() == "open\\n"  # while the log is empty
+store.add(given[20:21])
+Store.open(path, writable=False).close()
+other.communicate("close")
+assert other.returncode == 0
+assert os.path.exists(f"{path}-wal")
+for row in given[21:]:
+    assert store.add([row]) == 1
+os.kill(os.getpid(), 9)
+"""
+READER = f"""
+import sys; sys.path.insert(0, {str(HERE)!r})
+from store_samples import *
+with Store.open(sys.argv[1], writable=False) as store:
+    scan = store.scan()
+    next(scan)
+    print("open", flush=True)
+    sys.stdin.read()
+    scan.close()
+"""
+SQLITE = """
+import sqlite3, sys
+db = sqlite3.connect(sys.argv[1])
+db.execute("SELECT count(*) FROM runs").fetchone()
+print("open", flush=True)
+sys.stdin.read()
+db.close()
+"""
+
+
+@pytest.mark.parametrize("other", [READER, SQLITE], ids=["reader", "sqlite"])
+def test_a_reader_that_closes_does_not_delete_the_log_of_a_writer(tmp_path: Path, other: str) -> None:
+    """Closing any descriptor of a file releases the process's POSIX locks on it; SQLite then finds no writer."""
+    path = tmp_path / "a"
+    filled(path, study(), given=rows(study())[:20])
+    done = child(OVERTAKEN, path, other, check=False)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    with Store.open(path, writable=False) as store:
+        assert list(store.rows().values()) == rows(study())
+
+
+def test_readers_leave_nothing_behind_but_what_another_has_open(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    filled(path, study())
+    with Store.open(path, writable=False) as one, Store.open(path, writable=False) as two:
+        first, second = one.scan(), two.scan()
+        next(first), next(second)
+        first.close()
+        assert len([*second]) == 39
+        assert names(tmp_path) == ["a"]
+    with Store.open(path):
+        assert len([*Store.open(path, writable=False).scan()]) == 40
+        assert names(tmp_path) == ["a", "a-shm", "a-wal", "a.lock"]
+    assert names(tmp_path) == ["a"]
+
+
+def test_a_log_that_goes_while_a_reader_looks_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a"
+    filled(path, study())
+    monkeypatch.setattr(Path, "exists", lambda self, **more: True)
+    assert log_size(path) is None
+    with Store.open(path, writable=False) as store:
+        assert len(store) == 40
 
 
 # ---- what the system refuses --------------------
@@ -251,3 +326,48 @@ def test_runs_in_a_log_that_cannot_be_read_are_not_left_out_in_silence(tmp_path:
         r"error\[STORE_READ\]: .*runs are in its log.*copy it and a-wal to a folder.*\n", done.stdout
     )
     assert child(code, folder / "a").stdout == "40\n"
+
+
+def test_a_damaged_store_in_a_read_only_folder_is_repaired_elsewhere(tmp_path: Path) -> None:
+    folder, given = tmp_path / "f", rows(study())
+    folder.mkdir()
+    filled(folder / "a", study())
+    hurt = bytearray((folder / "a").read_bytes())
+    hurt[hurt.rindex(given[2].key.encode()) + 66] ^= 4
+    put(folder / "a", {"": bytes(hurt)})
+    code = """
+    from pathlib import Path
+    from lampyris.errors import LampyrisError
+    from lampyris.study.store.repair import repair
+    print(repair(sys.argv[1], sys.argv[2]).kept)
+    try:
+        repair(sys.argv[1])
+    except LampyrisError as error:
+        print(error.code)
+    """
+    (tmp_path / "code.py").write_text(f"import sys\n{textwrap.dedent(code)}")
+    shell = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 77\n"$2" "$3" "$1/a" "$4"'
+    done = in_name_space(shell, folder, sys.executable, tmp_path / "code.py", tmp_path / "b")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "39\nSTORE_WRITE\n"
+    assert bytes_of(folder / "a") == {"": bytes(hurt)}
+    with Store.open(tmp_path / "b", writable=False) as store:
+        assert list(store.rows().values()) == [*given[:2], *given[3:]]
+
+
+@pytest.mark.skipif(not hasattr(os, "setuid") or os.geteuid() != 0, reason="only root becomes another user")
+def test_a_reader_who_may_not_write_to_the_file_leaves_nothing_that_keeps_its_owner_out() -> None:
+    code = """
+    import os
+    import encodings.ascii, sqlite3, filelock  # before the folders of this user are closed to us
+    from store_samples import *
+    os.setuid(65534)
+    with Store.open(sys.argv[1], writable=False) as store:
+        print(len(store.rows()), names(os.path.dirname(sys.argv[1])))
+    """
+    with tempfile.TemporaryDirectory() as folder:  # pytest's own are closed to other users
+        path = Path(folder, "a")
+        filled(path, study())
+        path.chmod(0o444)
+        Path(folder).chmod(0o777)
+        assert child(code, path).stdout == "40 ['a']\n"

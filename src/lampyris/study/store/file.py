@@ -13,11 +13,13 @@ import math
 import os
 import sqlite3
 import stat
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import quote
+from weakref import WeakSet
 
 from lampyris.errors import FileError, UsageError
 from lampyris.io.atomic_write import sync_folder
@@ -157,16 +159,23 @@ def real(path: str | os.PathLike[str]) -> Path:
 def look(path: Path) -> None:
     """Refuse what cannot be a store before SQLite opens it; reads 100 bytes and waits at no pipe.
 
+    A file that this process has open through SQLite is not opened a second time: closing any descriptor of a file
+    releases every POSIX lock that the process holds on it, and another process would then delete the log in use.
+
     Raises
     ------
     FileError : STORE_READ, STORE_FORMAT, STORE_VERSION, STORE_DAMAGED.
     """
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        found = os.stat(path)
+        if not stat.S_ISREG(found.st_mode):
             what = "a folder" if path.is_dir() else "not a regular file"
             raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
-        with path.open("rb") as file:
-            head = file.read(100)
+        with _CONNECTIONS_LOCK:
+            if any(one.file == (found.st_dev, found.st_ino) for one in _CONNECTIONS):
+                return
+            with path.open("rb") as file:
+                head = file.read(100)
     except FileNotFoundError:
         raise FileError("STORE_READ", "no such file", where=str(path)) from None
     except (OSError, ValueError) as error:
@@ -188,6 +197,14 @@ def look(path: Path) -> None:
             "STORE_VERSION", f"a store of format {version}", where=str(path), allowed=f"format {FORMAT}",
             todo="read it with the release that made it",
         )  # fmt: skip
+
+
+def log_size(path: Path) -> int | None:
+    """Bytes in the write-ahead log of a store; None without one. A writer may remove it at any time."""
+    try:
+        return sidecar(path, "-wal").stat().st_size
+    except FileNotFoundError:
+        return None
 
 
 def check_folder(path: Path) -> None:
@@ -231,10 +248,9 @@ def write_new(
             _fill(new, study, maps, runs)
             if before is not None:
                 before()
-            log = sidecar(place, "-wal")
-            if log.exists() and log.stat().st_size:
+            if log_size(place):
                 raise FileError(
-                    "STORE_DAMAGED", "the log of a store that is not there", where=str(log),
+                    "STORE_DAMAGED", "the log of a store that is not there", where=str(sidecar(place, "-wal")),
                     todo="put its store back, or delete it",
                 )  # fmt: skip
             os.replace(new, place)
@@ -273,14 +289,38 @@ def _remove(new: Path) -> None:
 # ---- connections --------------------
 
 
+class _Connection(sqlite3.Connection):
+    """A connection that is listed, with the device and inode of its file, for as long as it is open."""
+
+    file: tuple[int, int] | None = None
+
+    def enlist(self, path: Path) -> None:
+        """To be called before the first statement: until then SQLite holds no lock."""
+        with _CONNECTIONS_LOCK:
+            found = os.stat(path)
+            self.file = (found.st_dev, found.st_ino)
+            _CONNECTIONS.add(self)
+
+    def close(self) -> None:
+        super().close()
+        with _CONNECTIONS_LOCK:
+            _CONNECTIONS.discard(self)
+
+
+_CONNECTIONS: WeakSet[_Connection] = WeakSet()
+_CONNECTIONS_LOCK = threading.Lock()
+"""Held while a store's file is opened without SQLite, and while the list of connections changes."""
+
+
 def connect(
     path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "", *, recover: bool = False
 ) -> sqlite3.Connection:
     """An SQLite connection without implicit transactions that runs nothing the file brings along."""
     name = f"file:{quote(str(path))}?mode={mode}{more}"
     # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
-    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
+    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False, factory=_Connection)
     try:
+        connection.enlist(path)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
         if recover:  # so SQLite reads a file that is shorter than its head says
             connection.execute("PRAGMA writable_schema=ON")
@@ -355,12 +395,12 @@ def _reader(path: Path, recover: bool) -> sqlite3.Connection:
     """The connection that reads.
 
     With a log it is opened ``ro``, so that a log is never moved into a main file that may be damaged. Without
-    one, ``ro`` would leave an empty log behind, and ``rw`` leaves nothing. In a folder that may not be written
-    to, SQLite can open neither; without a log nobody is writing there, and ``immutable`` reads the file alone.
-    With a log it must not be used: the runs in the log would be missing.
+    one, ``ro`` would leave an empty log behind, and ``rw`` leaves nothing. Where the file or its folder may not be
+    written to, SQLite can open neither, or leaves files that keep the owner out; without a log nobody is writing
+    there, and ``immutable`` reads the file alone. With a log it must not be used: its runs would be missing.
     """
-    log = sidecar(path, "-wal")
-    if log.exists() and log.stat().st_size:
+    size = log_size(path)
+    if size:
         try:
             return _asked(path, recover, "ro")
         except sqlite3.OperationalError as error:
@@ -368,8 +408,10 @@ def _reader(path: Path, recover: bool) -> sqlite3.Connection:
                 raise
             raise FileError(
                 "STORE_READ", "runs are in its log, which cannot be read in a read-only folder",
-                where=str(path), todo=f"copy it and {log.name} to a folder you may write in",
+                where=str(path), todo=f"copy it and {sidecar(path, '-wal').name} to a folder you may write in",
             ) from None  # fmt: skip
+    if size is None and not os.access(path, os.W_OK):
+        return _asked(path, recover, "ro", "&immutable=1")
     try:
         return _asked(path, recover, "rw")
     except sqlite3.OperationalError as error:

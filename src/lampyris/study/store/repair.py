@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from lampyris.errors import FileError, LampyrisError
+from lampyris.io.atomic_write import sync_folder
 from lampyris.study.design.serialize import differing, study_plain
 from lampyris.study.design.study import Study, canonical
 from lampyris.study.store.file import (
     RUNS,
     check_folder,
+    log_size,
     look,
     maps_of,
     plain_of,
@@ -77,7 +79,11 @@ def repair(
     with typed_errors(target, "write"), ExitStack() as locks:
         if out is not None and target.exists():
             raise FileError("STORE_EXISTS", "the file exists", where=str(target))
-        locks.enter_context(StoreLock(place))
+        try:
+            locks.enter_context(StoreLock(place))
+        except FileError as fault:
+            if target == place or fault.code != "STORE_WRITE":
+                raise  # else the folder is read-only: a snapshot is read, and nothing is written there
         sound = _count_if_sound(place)
         if out is None and sound is not None:
             return Repaired(sound, 0, ("nothing is damaged; nothing was changed",))
@@ -192,21 +198,32 @@ def _set_aside(place: Path) -> Path:
     """Keep the damaged store under another name, its log too; the log goes from its own place.
 
     A log that stayed would be read into the new store. Killed before that has its name, all that was there is
-    under the other name.
+    under the other name, also after a power failure: the copy is on the disk before the log is removed.
     """
     k = 1
     while any(sidecar(place, f"{_numbered(k)}{e}").exists() for e in ("", "-wal")):
         k += 1
     kept, log = sidecar(place, _numbered(k)), sidecar(place, "-wal")
-    for old, new in ((place, kept), (log, sidecar(kept, "-wal"))):
-        if old.exists():
-            try:
-                new.hardlink_to(old)
-            except OSError:  # not every file system has second names
-                shutil.copyfile(old, new)
+    both = [(place, kept)]
+    if log_size(place):
+        both.append((log, sidecar(kept, "-wal")))
+    for old, new in both:
+        try:
+            new.hardlink_to(old)
+        except OSError:  # not every file system has second names
+            _copy(old, new)
+    sync_folder(place.parent)
     for ending in ("-wal", "-shm"):
         sidecar(place, ending).unlink(missing_ok=True)
     return kept
+
+
+def _copy(old: Path, new: Path) -> None:
+    """Copy a file, and wait until it is on the disk."""
+    with old.open("rb") as source, new.open("xb") as file:
+        shutil.copyfileobj(source, file)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _numbered(k: int) -> str:

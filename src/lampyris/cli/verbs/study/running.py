@@ -220,15 +220,16 @@ def _print_dry_run(
 
 
 def _discard(path: Path) -> None:
-    """Delete a store; no other file, and no store that another process writes to.
+    """Delete a store; no other file, and no store that another process writes to. A link to it stays a link.
 
     Raises
     ------
-    FileError : STORE_FORMAT: the file is no store; STORE_BUSY; STORE_WRITE.
+    FileError : STORE_READ: the path cannot be followed; STORE_FORMAT: the file is no store; STORE_BUSY; STORE_WRITE.
     """
-    from lampyris.study.store.file import look, sidecar
+    from lampyris.study.store.file import look, real, sidecar
     from lampyris.study.store.lock import StoreLock
 
+    path = real(path)  # where the lock and the log are
     if not os.path.lexists(path):
         return
     try:
