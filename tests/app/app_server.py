@@ -18,7 +18,7 @@ from starlette.routing import Mount, Route
 
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.server import listening
-from lampyris.app.server.guard import CSP, NO_DOCUMENT, SAFE, door
+from lampyris.app.server.guard import CSP, NO_DOCUMENT, OPENER, SAFE, door
 from lampyris.app.server.request_parsing import BYTES, JSON
 from lampyris.app.server.server import Desk, Services, application
 from lampyris.errors import FileError, UsageError
@@ -242,7 +242,8 @@ def check_safe(told: Told, policy: str = "") -> None:
     """Every answer has the headers of every answer, each once, and nothing that opens it to others."""
     document = told.header("content-type").startswith("text/html")
     policy = policy or (CSP if document else NO_DOCUMENT)
-    for name, value in {**SAFE, "content-security-policy": policy}.items():
+    opener = {"cross-origin-opener-policy": OPENER} if document else {}
+    for name, value in {**SAFE, **opener, "content-security-policy": policy}.items():
         found = [v for k, v in told.headers if k.lower() == name.encode()]
         assert found == [value.encode()], (name, told.headers)
     names = {k.lower() for k, _ in told.headers}

@@ -49,14 +49,15 @@ NO_DOCUMENT: Final = "default-src 'none'; frame-ancestors 'none'"
 SAFE: Final[Mapping[str, str]] = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
-    "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "cache-control": "no-store",
     "connection": "close",
 }
 """Headers of every answer, beside a content-security-policy of its own."""
-USELESS: Final = ("etag", "last-modified", "vary")
-"""Headers that Starlette adds for caches; nothing is kept in one."""
+OPENER: Final = "same-origin"
+"""The cross-origin-opener-policy of a document; browsers read it of nothing else."""
+USELESS: Final = ("etag", "last-modified", "vary", "accept-ranges")
+"""Headers that Starlette adds for caches and for parts of files; nothing is kept in a cache, and files are small."""
 
 log = logging.getLogger("lampyris.app")
 
@@ -136,6 +137,8 @@ class Guard:
                 headers.update(SAFE)
                 document = headers.get("content-type", "").startswith("text/html")
                 headers.setdefault("content-security-policy", CSP if document else NO_DOCUMENT)
+                if document:
+                    headers["cross-origin-opener-policy"] = OPENER
                 for name in USELESS:
                     del headers[name]
             await send(message)
