@@ -91,9 +91,10 @@ lint: $(VENV)/.dev
 collected: $(VENV)/.dev
 	@mkdir -p build; $(BIN)/python -m pytest -q --collect-only $(TESTS) >build/collected.txt 2>&1 || { tail -50 build/collected.txt; exit 1; }
 
+# A test that hangs is named and ended: the slowest takes a tenth of that.
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS)
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal --timeout 600 --timeout-method thread $(TESTS)
 
 # Each check resumes where it was stopped: delete build/nightly.ledger to start over. Results are appended to
 # build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.

@@ -303,7 +303,7 @@ def test_letting_others_in_is_said_aloud(
 ) -> None:
     seen = []
 
-    async def serve(app: object, sockets: list[socket.socket], services: object) -> None:
+    async def serve(app: object, sockets: list[socket.socket], services: object, ends: object) -> None:
         seen.append((app, [s.getsockname()[0] for s in sockets]))
 
     monkeypatch.setattr(run_module, "_serve", serve)

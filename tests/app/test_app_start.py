@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
 from pathlib import Path
 from typing import Any
 
 import pytest
+from app_server import World
 from typer.testing import CliRunner
 
 from lampyris.app.server import listening
@@ -59,7 +62,7 @@ def started(monkeypatch: pytest.MonkeyPatch, **more: Any) -> list[tuple[Any, ...
         made.bind(("127.0.0.1", 0))
         return [made]
 
-    async def served(app: Any, sockets: Any, services: Any) -> None:
+    async def served(app: Any, sockets: Any, services: Any, ends: Any) -> None:
         found.append(("served", app._door.hosts))
 
     monkeypatch.setattr(listening, "open_sockets", opened)
@@ -85,6 +88,24 @@ def test_other_machines_are_served_only_if_that_is_asked_for(
     assert any("lab-7" in host for host in found[1][1])
     assert "http://lab-7:" in told.out
     assert "not encrypted" in told.err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("word", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_it_serves_ends_it_in_order(word: int) -> None:
+    """A KeyboardInterrupt raised there could be lost in a finaliser, and the app went on."""
+    before = signal.getsignal(word)
+    raised = 0
+
+    def services(_: Path) -> Services:
+        nonlocal raised
+        os.kill(os.getpid(), word)
+        raised += 1  # a handler that raises does not come here
+        return World().services
+
+    assert running.run_app(browser=False, services=services) == 0
+    assert raised == 1
+    assert signal.getsignal(word) is before
 
 
 @pytest.mark.source

@@ -70,6 +70,7 @@ def run_app(
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
     before = os.umask(0o077)
+    ends = _Ends()
     try:
         with tempfile.TemporaryDirectory(prefix="lampyris-", ignore_cleanup_errors=True) as temporary:
             made = services(Path(temporary)) if services else _services(folder, Path(temporary))
@@ -82,8 +83,9 @@ def run_app(
             print(f"lampyris app: {address}\nCtrl-C ends it.", flush=True)
             if browser:
                 _open(address, Path(temporary))
-            asyncio.run(_serve(application(made, door(at, token, allow_remote)), sockets, made))
+            asyncio.run(_serve(application(made, door(at, token, allow_remote)), sockets, made, ends))
     finally:
+        ends.restore()
         os.umask(before)
         for each in sockets:
             each.close()
@@ -114,7 +116,26 @@ def _sockets(port: int | None, remote: bool) -> list[socket.socket]:
     return listening.open_sockets(0, remote=remote)
 
 
-async def _serve(app: Any, sockets: list[Any], services: Services) -> None:
+class _Ends:
+    """SIGINT and SIGTERM from before the address is printed: a KeyboardInterrupt that is raised in a finaliser or
+    in a callback from C, as while modules are imported, would be lost, and the app would go on."""
+
+    SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._before = {each: signal.signal(each, self._ask) for each in self.SIGNALS}
+
+    def _ask(self, *_: object) -> None:
+        self.asked = True
+
+    def restore(self) -> None:
+        """Set the handlers of before."""
+        for each, handler in self._before.items():
+            signal.signal(each, handler)
+
+
+async def _serve(app: Any, sockets: list[Any], services: Services, ends: _Ends) -> None:
     """Serve until a signal; then end what was started."""
     server = listening.server(app)
     loop = asyncio.get_running_loop()
@@ -123,11 +144,13 @@ async def _serve(app: Any, sockets: list[Any], services: Services) -> None:
         server.force_exit = server.should_exit
         server.should_exit = True
 
-    for word in (signal.SIGINT, signal.SIGTERM):
+    for word in ends.SIGNALS:
         try:
             loop.add_signal_handler(word, end)
         except NotImplementedError:
             signal.signal(word, end)
+    if ends.asked:
+        end()
     try:
         await services.start()
         # The page asks for it first of all, and it takes a third of a second: while the browser opens.
