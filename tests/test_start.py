@@ -257,6 +257,7 @@ def test_a_full_disk_does_not_stop_a_kernel(tmp_path: Path) -> None:
     assert "No space left on device; set NUMBA_CACHE_DIR to a folder" in done.stderr
 
 
+@pytest.mark.nightly
 def test_a_full_disk_does_not_stop_several_threads(tmp_path: Path) -> None:
     """Both are at the same kernel: the second comes upon it when the first has said so already."""
     code = """

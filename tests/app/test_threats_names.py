@@ -114,6 +114,7 @@ def modes(folder: Path) -> set[tuple[str, int]]:
     return found
 
 
+@pytest.mark.nightly
 @POSIX
 def test_a_whole_session_keeps_its_secrets_and_leaves_nothing(tmp_path: Path) -> None:
     temp, home = tmp_path / "temp", tmp_path / "home"

@@ -62,6 +62,7 @@ def test_a_call_that_keeps_every_other_thread_from_waking_is_seen(
     assert not done.wrong
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("late", "calls", "failed"), [("", 1, 0), ("y", 2, 0), ("yyn", 3, 0), ("yyyy", 4, 1)]
 )

@@ -40,6 +40,7 @@ def test_every_way_to_spoil_a_message_is_tried() -> None:
     assert seen.counts["messages spoilt"] > 20
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("number", [945, 1761, 1773, 2241])
 def test_a_message_that_lists_more_obstacles_than_there_are_names_nobody_of_them(number: int) -> None:
     """The nightly found it: the drive said that the robot waits for obstacle 6 of six, from 0."""
@@ -72,6 +73,7 @@ def test_it_sees_a_robot_that_notices_late(kind: str, monkeypatch: pytest.Monkey
     assert any("what began at" in f.what for f in run(kind, 12).failures)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["nan", "missing"])
 def test_it_sees_a_robot_that_never_gives_up(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     sound = DriveSimulation._end

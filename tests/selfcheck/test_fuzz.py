@@ -73,6 +73,7 @@ def test_a_mutant_can_be_made_again() -> None:
         assert len(set(made)) > 15, name
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(fuzz_run.KINDS))
 def test_enough_scenarios_are_run(kind: str) -> None:
     outcome = fuzz.run(ASK, Part(kind, 0, 250))

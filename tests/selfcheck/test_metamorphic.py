@@ -63,6 +63,7 @@ def test_a_wrong_planner_is_seen(kind: str, defect: str, monkeypatch: pytest.Mon
     assert ask(kind).failed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "defect"), some(SEEN_BY, 4))
 def test_a_wrong_field_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.field_of
@@ -105,6 +106,7 @@ def test_a_planner_that_is_not_exact_and_too_good(monkeypatch: pytest.MonkeyPatc
     assert all("theta-star" in f.what for f in seen.failures)
 
 
+@pytest.mark.nightly
 def test_a_crowd_that_is_overlooked(monkeypatch: pytest.MonkeyPatch) -> None:
     right = _timed_session.Forecaster.forbidden
 

@@ -60,6 +60,7 @@ def test_a_referee_that_accepts_all_fails(
         assert monitor.missed(traces.FAULTS[name], wrong) == due
 
 
+@pytest.mark.nightly
 def test_another_rule_of_the_referee_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = Violation("numbers", "trace", "something else")
     monkeypatch.setattr(monitor, "check_drive", lambda run: check_drive(run) and wrong)
@@ -74,6 +75,7 @@ def test_traces_are_of_every_kind_that_is_judged(wrong_traces: list[tuple[str, T
     assert any(s.robot.radius > 0 for s in scenes_)
 
 
+@pytest.mark.nightly
 def test_a_fault_that_is_none_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = traces.Fault(lambda trace, rng: replace(trace), "jumps")
     monkeypatch.setattr(traces, "FAULTS", {"nothing": nothing})
@@ -83,6 +85,7 @@ def test_a_fault_that_is_none_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> N
     assert run("traces", 1).failures[0].what == "never: no occasion in 150 runs"
 
 
+@pytest.mark.nightly
 def test_the_watcher_sees_how_deep_a_robot_without_size_is_in_a_wall() -> None:
     """Its distance to the wall and its radius were both 0, and nothing was wrong with that."""
     found = 0

@@ -113,6 +113,7 @@ def test_wrong_answers_fail(
     assert ask(kind, 20_000, 400 if kind == "two patrols" else 60).failed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["two patrols", "drawn"])
 def test_who_does_not_mind_swaps_and_crossings_makes_them(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = _timed_session.Forecaster.forbidden
@@ -127,6 +128,7 @@ def test_who_does_not_mind_swaps_and_crossings_makes_them(kind: str, monkeypatch
     assert any(word in f.what for f in seen.failures for word in ("swap", "cross", "arrives"))
 
 
+@pytest.mark.nightly
 def test_a_drive_that_does_not_wait_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     right = api.speed_profile
 

@@ -92,6 +92,7 @@ def test_it_sees_a_profile_that_is_clipped_in_place_of_refused(monkeypatch: pyte
     assert run("free", 100).failed > 5
 
 
+@pytest.mark.nightly
 def test_it_sees_a_radius_forgotten_and_a_reach_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(
@@ -103,6 +104,7 @@ def test_it_sees_a_radius_forgotten_and_a_reach_cut_off(monkeypatch: pytest.Monk
     assert run("laws", 200).failed == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("name", "factor"), [("hidden_speed", 0.98), ("reaction", 0.95), ("d_max", 0.97)])
 def test_it_sees_a_cap_of_blind_areas_off_by_little(
     name: str, factor: float, monkeypatch: pytest.MonkeyPatch

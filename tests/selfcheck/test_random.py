@@ -79,6 +79,7 @@ def test_pieces_are_the_whole_and_a_seed_is_another_run() -> None:
     assert not np.array_equal(worlds[0].free, worlds[1].free)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", check.KINDS)
 def test_the_cases_are_as_varied_as_promised(kind: str) -> None:
     shapes, words, styles = set(), [], 0

@@ -15,6 +15,7 @@ from lampyris.planning.incremental.session import IncrementalSession
 from lampyris.planning.living_map import LivingMap
 from lampyris_selfcheck.check import Ask, Outcome, Part
 from lampyris_selfcheck.checks.changes import repair, repair_every
+from sizes import some
 
 
 def ask(kind: str, first: int, cases: int) -> Outcome:
@@ -61,6 +62,7 @@ def test_a_repairer_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest
     assert ask(kind, 0, {"3x3": 300, "stories": 20}[kind]).failed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["3x3", "stories"])
 @pytest.mark.parametrize("search", [Waves, Estimates])
 def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +73,7 @@ def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytes
     assert any(word in f.what for word in words for f in seen.failures)
 
 
-@pytest.mark.parametrize("kind", ["3x3", "4x4"])
+@pytest.mark.parametrize("kind", some(["3x3", "4x4"]))
 @pytest.mark.parametrize("wrong", ["through a wall", "turned round", "another way of that length"])
 def test_a_way_that_cannot_be_driven(kind: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Status and cost are right, as they are told; the way is not."""

@@ -48,6 +48,7 @@ def test_lives_are_eventful() -> None:
         assert seen.counts[word] > 3, word
 
 
+@pytest.mark.nightly
 def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(FieldRepairer, "_own_state")
     monkeypatch.delattr(FieldRepairer, "_take_state")
@@ -97,6 +98,7 @@ def test_obstacles_that_an_incremental_search_keeps(monkeypatch: pytest.MonkeyPa
     assert lives("lpa-star").failed
 
 
+@pytest.mark.nightly
 def test_walls_that_ad_gso_never_takes_down(monkeypatch: pytest.MonkeyPatch) -> None:
     right = AdGsoSession._travel
 

@@ -89,6 +89,7 @@ def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all("answers no-path, the reference found" in f.what for f in made.failures)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["ad-gso", "dstar-lpso", "igso"])
 def test_only_a_swarm_without_a_seed_and_without_repairing_may_give_up(
     kind: str, monkeypatch: pytest.MonkeyPatch

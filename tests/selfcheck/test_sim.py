@@ -46,6 +46,7 @@ def some_trace(seed: int, **how: object) -> Trace:
     return loop.run(scene, registry.make("astar", {}), seed=seed, patience=15)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("sizes", [{}, {"robot_radius": 0.8, "body_radius": 1.2}])
 def test_the_monitor_sees_traces_that_were_tampered_with(sizes: dict[str, float]) -> None:
     """One body is moved a cell at one tick, at random: whatever the referee refuses, the monitor names."""

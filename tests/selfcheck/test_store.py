@@ -58,6 +58,7 @@ def test_a_repair_that_leaves_rows_behind_is_seen(monkeypatch: pytest.MonkeyPatc
     fails("bit", 5, "says 22 kept, 1 lost of 24; 22 kept")
 
 
+@pytest.mark.nightly
 def test_pages_that_do_not_fit_together_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Written to, such a store loses rows."""
     monkeypatch.setattr(store, "check_pages", lambda connection, path: None)

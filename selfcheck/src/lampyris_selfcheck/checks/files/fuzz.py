@@ -43,7 +43,7 @@ COMMIT = {
     "png": 2_000, "bmp": 3_000, "pgm": 1_500, "ros": 1_500, "map": 3_000, "scen": 3_000,
     **dict.fromkeys(("npy", "text", "json", "track", "way", "way-yaml", "zones", "dob"), 1_000),
 }  # fmt: skip
-"""Cases with every commit where seeded defects need so many; 300 elsewhere."""
+"""Cases with every commit where seeded defects need so many; 100 elsewhere."""
 
 
 class FuzzedReader:
@@ -230,7 +230,7 @@ def _kept(name: str, data: bytes) -> dict[str, str]:
 
 def _kind(name: str) -> Kind:
     what = f"a mutated {TARGETS[name].file} ({name}): a valid object or a typed error, nothing else done"
-    commit = COMMIT.get(name, 300)
+    commit = COMMIT.get(name, 100)
     if name in NINE:
         return Kind(what, commit, nightly=100_000, release=1_000_000, chunk=1000)
     return Kind(what, commit, nightly=20_000, release=100_000, chunk=500)
@@ -238,7 +238,7 @@ def _kind(name: str) -> Kind:
 
 def _run_kind(name: str) -> Kind:
     what = f"a mutant of {fuzz_run.KINDS[name]}: if it is read it can be written, read again and run"
-    return Kind(what, commit=100, nightly=10_000, release=100_000, chunk=250)
+    return Kind(what, commit=40, nightly=10_000, release=100_000, chunk=250)
 
 
 def _use_kind(name: str) -> Kind:

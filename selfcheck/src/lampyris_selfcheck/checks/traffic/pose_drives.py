@@ -28,7 +28,7 @@ KINDS = {
     "perfect": Kind(
         "maps of 14 to 30 cells a side, robots of three drives with polygons of 3 to 8 corners, random walkers, patrols,"
         " crossing obstacles and adversaries; commands are followed at once",
-        commit=30,
+        commit=10,
         nightly=7_000,
         release=70_000,
         chunk=10,
@@ -36,7 +36,7 @@ KINDS = {
     ),
     "late": Kind(
         "the same with delayed commands, lag and noise",
-        commit=15,
+        commit=5,
         nightly=2_000,
         release=20_000,
         chunk=10,
@@ -44,7 +44,7 @@ KINDS = {
     ),
     "disc": Kind(
         "the same with a disc for a robot",
-        commit=15,
+        commit=5,
         nightly=1_000,
         release=10_000,
         chunk=10,

@@ -36,7 +36,7 @@ from lampyris_selfcheck.reference.motion.tick_speed import gains
 KINDS = {
     "fast": Kind(
         "the kernel's runs among 5 to 60 walkers on bundled maps; a share is the loop's, field by field",
-        250,
+        100,
         190_000,
         500_000,
         250,
@@ -52,17 +52,17 @@ KINDS = {
     ),
     "walk": Kind(
         "the loop: every planner, step set, kind of traffic and size of bodies",
-        200,
+        75,
         24_000,
         100_000,
         100,
         least={"arrived": 0.6, "sized": 0.3},
     ),
-    "edits": Kind("the loop, with walls that come and go", 40, 8_000, 40_000, 50, least={"arrived": 0.5}),
+    "edits": Kind("the loop, with walls that come and go", 20, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
         "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
         "by laws that promise it; obstacles keep clear of each other",
-        8,
+        4,
         1_500,
         6_000,
         10,
