@@ -177,8 +177,8 @@ class Charts {
     if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k;
     // A step needs an x that grows; a robot that waits does not.
     else for (let k = 1; k < n; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + 1e-9;
-    const crowd = run.bodies.length > 0;
-    const near = crowd ? Float64Array.from(run.near.subarray(0, n), (v) => (v < Infinity ? v : NaN)) : null;
+    const among = run.bodies.length > 0;
+    const near = among ? Float64Array.from(run.near.subarray(0, n), (v) => (v < Infinity ? v : NaN)) : null;
     const causes = run.cause.subarray(0, n);
     const word = (/** @type {number} */ k) => run.causes[causes[k]] ?? "";
     return {
