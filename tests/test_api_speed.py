@@ -103,7 +103,7 @@ def test_moving_obstacles_slow_down() -> None:
     away = np.sqrt(((places[:, None] - course.xy) ** 2).sum(axis=2).min(axis=1))
     beside = places[(away > 0.8) & (away < 0.9)][:1]
     movers = ObstacleStates(beside, np.array([0.2]), np.array([0.05]))
-    made = api.speed_profile(scene, course, movers=movers)
+    made = api.speed_profile(scene, course, obstacle_states=movers)
     assert made.duration > api.speed_profile(scene, course).duration
     assert "moving obstacle" in made.cause
 

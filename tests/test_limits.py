@@ -32,7 +32,7 @@ from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
 from lampyris.io.tracks import csv_tracks, dob
 from lampyris.io.tracks.csv_tracks import read_track
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.scene import MAX_RADIUS, Scene
@@ -319,7 +319,9 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "moving obstacles in a file": (
         MAX_OBSTACLES,
-        lambda f, n: read_movers(put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE),
+        lambda f, n: read_obstacle_states(
+            put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE
+        ),
         "LIMIT",
     ),
     "lines of a table": (

@@ -210,7 +210,7 @@ def speed_profile(
     v0: float = 0.0,
     smooth: Drawing = PROFILE_SMOOTH,
     spacing: float | None = None,
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     law_settings: Mapping[str, Any] | None = None,
     tick_seconds: float | None = None,
 ) -> Profile:
@@ -229,10 +229,10 @@ def speed_profile(
         ``arcs``: the path is made a curve first, as :func:`smooth` does. The default is that of ``lampyris
         plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.
     spacing : as for :func:`smooth`, with ``taut`` or ``arcs``.
-    movers : moving obstacles in continuous time, as sensed now.
+    obstacle_states : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
     tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
-        with waits, by ``physical`` from rest; without ``smooth``, ``spacing`` and ``movers``.
+        with waits, by ``physical`` from rest; without ``smooth``, ``spacing`` and ``obstacle_states``.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def speed_profile(
     InternalFault : the referee refused the profile; a bug of ours.
     """
     of_kind("scene", scene, Scene)
-    of_kind("movers", movers, ObstacleStates, none=True)
+    of_kind("obstacle_states", obstacle_states, ObstacleStates, none=True)
     of_kind("law_settings", law_settings, Mapping, none=True)
     if not is_word(smooth, DRAWINGS):
         raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
@@ -252,7 +252,7 @@ def speed_profile(
             raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
         law = laws.with_settings(law, law_settings)
     if tick_seconds is not None:
-        plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
+        plain = smooth == "none" and spacing is None and obstacle_states is None and v0 == 0.0
         made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
         return replace(made, frame=scene.grid.frame)
     poses, whole = path.pose_path if isinstance(path, Plan) else None, scene
@@ -262,8 +262,8 @@ def speed_profile(
                 "OPTIONS", "poses are driven as they are", where="smooth", allowed="a path of cells"
             )
         curve = curve_of_poses(poses, scene.grid, scene.robot)
-        if movers is not None:  # kept clear of the circle around the robot, wherever it looks
-            movers = replace(movers, radius=movers.radius + scene.robot.radius)
+        if obstacle_states is not None:  # kept clear of the circle around the robot, wherever it looks
+            obstacle_states = replace(obstacle_states, radius=obstacle_states.radius + scene.robot.radius)
         plain = isinstance(laws.settings_named(law), Rpp)
         scene = replace(scene, robot=inscribed_disc(scene.robot) if plain else disc(scene.robot, 0.0))
         path = sample_curve(curve, _spacing(scene, spacing))
@@ -280,9 +280,9 @@ def speed_profile(
     if smooth != "none" and not isinstance(path, SampledPath):
         along = _smoothed(scene, path, smooth, spacing, "smooth")
     if isinstance(along, Path):
-        made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
+        made = laws.profile_on_cells(along, scene, law=law, obstacle_states=obstacle_states, v0=v0)
     else:
-        made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
+        made = laws.profile(along, scene, law=law, obstacle_states=obstacle_states, v0=v0)
     _judge(made, along, scene, laws.settings_named(law), v0, whole)
     return replace(made, frame=scene.grid.frame)
 
@@ -314,7 +314,7 @@ def _scheduled(
             "SCHEDULE",
             "tick_seconds beside something that a schedule does not go with",
             where="tick_seconds",
-            allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
+            allowed="a plan, the law physical or a variant, no smooth, spacing, obstacle_states or v0",
         )
     _path(path)
     made = scheduled_profile(path, scene, tick_seconds, law=chosen)
@@ -498,7 +498,7 @@ def drive(
     seed: int = 0,
     law: laws.SpeedLaw = "physical",
     sources: Sequence[MotionSource] = (),
-    feed: Sensor | None = None,
+    sensor: Sensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None,
@@ -511,7 +511,7 @@ def drive(
     scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
     law : a speed law's name, or its settings.
     sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
-    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.sensor.FaultySensor`.
+    sensor : what reports obstacles to the robot (None: a perfect sensor), such as :class:`lampyris.sim.sensor.FaultySensor`.
     budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
@@ -534,17 +534,17 @@ def drive(
     ours, rest = split_settings(settings)
     chosen = chosen_planner(
         drive, planner, planner_settings, rest, traffic=traffic, seed=seed, law=law, sources=sources,
-        feed=feed, budget=budget, progress=progress, **ours,
+        sensor=sensor, budget=budget, progress=progress, **ours,
     )  # fmt: skip
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "driving")
     scene = among(scene, traffic, poses=chosen.traits.plans_headings)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
-    _with_method("feed", () if feed is None else (feed,), "tell")
+    _with_method("sensor", () if sensor is None else (sensor,), "tell")
     _with_method("sources", sources, "open")
     made = driving.drive(
-        scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, budget=budget,
+        scene, chosen, law=law, seed=_seed(seed), sources=sources, sensor=sensor, budget=budget,
         progress=progress, **ours,
     )  # fmt: skip
     began = time.perf_counter()

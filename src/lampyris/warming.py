@@ -275,10 +275,10 @@ def _speeds(law: str) -> None:
         with suppress(LampyrisError):
             laws.profile(path, scene, law=law, v0=0.9, on_infeasible="brake")
             api.speed_profile(scene, path, law)
-            api.speed_profile(scene, path, law, movers=around)
+            api.speed_profile(scene, path, law, obstacle_states=around)
         for smooth in ("taut", "arcs"):
             with suppress(LampyrisError):
-                api.speed_profile(scene, path, law, smooth=smooth, movers=around)
+                api.speed_profile(scene, path, law, smooth=smooth, obstacle_states=around)
 
 
 def _driven(law: str) -> None:

@@ -285,7 +285,7 @@ ENDINGS = {
     "csv": ("new.csv", "-"), "picture": ("new.png", "new.svg"), "film": ("new.gif", "new.webp"),
     "chart": ("new.png", "new.svg"), "save": ("new.yaml", "new.json"), "report": ("new.html",),
     "parquet": ("new.parquet",), "latex": ("new.tex",), "zones": ("zones.csv", "zones.npy"),
-    "path": ("way.csv", "way.json"), "movers": ("movers.csv",), "track": ("track.csv",),
+    "path": ("way.csv", "way.json"), "obstacle_states": ("movers.csv",), "track": ("track.csv",),
     "store": ("new.study.db", "kept.study.db"), "scenario": ("s.yaml", "sim.yaml", "drive.yaml"),
     "out": ("new.png", "new.txt", "new.npy", "new.yaml"),
     "target": ("new.png", "new.txt", "new.map", "new.yaml"),

@@ -150,16 +150,16 @@ def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
     inside_ = [v for v, (x, _) in zip(slow["speed"]["v"], slow["speed"]["xy"], strict=True) if 8 < x < 15]
     assert max(inside_) <= 0.3 + 1e-9
     Path("m.csv").write_text("x_m,y_m,radius,top_speed\n5.5,3,0.1,0.1\n3.5,1.2,0.05,0.3\n")
-    movers = told(*MAP, *TAUT, "--movers", "m.csv")
+    movers = told(*MAP, *TAUT, "--obstacle-states", "m.csv")
     assert movers["speed"]["duration"] > plain["speed"]["duration"]
     assert {k for k, c in enumerate(movers["speed"]["cause"]) if c == "moving obstacle"}
     assert "moving obstacle 1" in movers["speed"]["why"]
     Path("m.csv").write_text("x_m,y_m,radius,top_speed\n2.5,1.9,0.2,1.0\n")
-    done = run("speed", *MAP, *TAUT, "--movers", "m.csv")
+    done = run("speed", *MAP, *TAUT, "--obstacle-states", "m.csv")
     assert done.exit == 3
     assert "PROFILE_BLOCKED" in done.err
     assert "moving obstacle 0" in done.err
-    others = told(*MAP, *TAUT, "--movers", "m.csv", "--law", "optimum")
+    others = told(*MAP, *TAUT, "--obstacle-states", "m.csv", "--law", "optimum")
     assert "moving obstacle 0" in {r["law"]: r["sentence"] for r in others["refused"]}["physical"]
     assert "physical" not in [e["law"] for e in others["laws"]]
     fast = told(*MAP, *TAUT, "--set-law", "clearance=false")
@@ -271,7 +271,7 @@ def test_without_a_path_there_is_no_speed() -> None:
         ((*ENDS, "--a-lat-max", "0"), 2, "ROBOT_LIMIT.*--a-lat-max"),
         ((*ENDS, "--turn-radius", "-1"), 2, "ROBOT_LIMIT.*--turn-radius"),
         ((*ENDS, "--jerk-max", "nan"), 2, "ROBOT_LIMIT.*--jerk-max"),
-        ((*ENDS, "--movers", "p.csv"), 3, "MOVERS_FILE.*p.csv:1: no column radius"),
+        ((*ENDS, "--obstacle-states", "p.csv"), 3, "OBSTACLE_STATES_FILE.*p.csv:1: no column radius"),
         ((*ENDS, "--zones", "room.txt"), 2, "SUFFIX.*'.txt'"),
     ],
 )  # fmt: skip
@@ -291,10 +291,10 @@ def test_all_laws_at_once_and_obstacles_that_are_elsewhere() -> None:
     r = told(*MAP, *ENDS, "--laws", "all")
     assert [e["law"] for e in r["laws"]] == list(LAWS)
     Path("far.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-900,0.2,1\n5,900,0.2,1\n3,3,0.1,0.1\n")
-    done = run("speed", *MAP, *ENDS, "--movers", "far.csv")
+    done = run("speed", *MAP, *ENDS, "--obstacle-states", "far.csv")
     assert "moving obstacle 0 at (2.5, -900) m and 1 more: off the map" in done.err
     Path("near.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-0.5,0.2,1\n")
-    assert "off the map" not in run("speed", *MAP, *ENDS, "--movers", "near.csv").err
+    assert "off the map" not in run("speed", *MAP, *ENDS, "--obstacle-states", "near.csv").err
 
 
 def test_a_rule_is_switched_on_by_a_word() -> None:
@@ -339,7 +339,7 @@ def test_the_page_names_every_key_and_column() -> None:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--movers", "none.csv"), "none.csv"),
+        (("--obstacle-states", "none.csv"), "none.csv"),
         (("--track", "none.csv"), "none.csv"),
         (("--track", "room.txt", "--law", "rpp"), "OPTIONS"),
         (("--spacing", "0"), "--spacing"),

@@ -80,10 +80,12 @@ def speed(
             help=f"Metres between nodes of a curve, at most (default {SAMPLE_SPACING:g} of a cell).",
         ),
     ] = None,
-    movers: Annotated[
+    obstacle_states: Annotated[
         Path | None,
         typer.Option(
-            "--movers", metavar="FILE", help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy]."
+            "--obstacle-states",
+            metavar="FILE",
+            help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy].",
         ),
     ] = None,
     track: Track = None,
@@ -129,7 +131,7 @@ def speed(
 
     request = Request(map_options, ends, robot, rules, planning, LawOptions(law, set_law, zones))
     tracks = TracksRequest(tuple(track or ()), tick, obstacle_radius)
-    speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, movers, tracks)
+    speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, obstacle_states, tracks)
     out = SpeedOutputs(json_, not no_timing, csv, picture, chart, colour_by, force, explain or all_, all_)
     raise typer.Exit(compare_on_path(speed_request, out))
 
@@ -195,8 +197,8 @@ def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
             from lampyris.report.pictures.path_picture import draw_sampled_path
 
             draw_sampled_path(
-                grid, profile, out.picture, by=out.colour_by, movers=comparison.movers, given=comparison.given,
-                radius=comparison.scene.robot.radius,
+                grid, profile, out.picture, by=out.colour_by, obstacle_states=comparison.obstacle_states,
+                given=comparison.given, radius=comparison.scene.robot.radius,
             )  # fmt: skip
         if out.chart is not None:
             from lampyris.report.charts.speed_compare import draw_comparison

@@ -181,7 +181,7 @@ def _profile(rng: np.random.Generator, turn: int) -> Work:
         if found.path is None:
             return found
         way = found.path if smooth == "none" else api.smooth(scene, found, method=smooth)  # type: ignore[arg-type]
-        return way, api.speed_profile(scene, way, law, movers=movers)
+        return way, api.speed_profile(scene, way, law, obstacle_states=movers)
 
     return f"{law} {smooth}", work
 
