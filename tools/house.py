@@ -67,7 +67,7 @@ FORMER = re.compile(
 """The shorter list for the checks."""
 OLD = re.compile(rf"\b(?:{'|'.join(WORDS)})\b", re.IGNORECASE)
 PLAIN = re.compile(
-    r"``[^`]*``|`[^`]*`|--[\w-]+(?: taut)?|taut(?=\||:| without effect)"
+    r"``[^`]*``|`[^`]*`|--[\w-]+"
     r"|(?:HTTP|[Mm]essage|[Rr]equest|[Rr]esponse|its|whose|Kind and) bod(?:y|ies)|rigid\s+body|address, body"
     r"|</?body>|body \{|len\(body\)|cutter\.\{"
     r"|bod(?:y|ies) (?:apart|outside|size|speed|step|wall|\{)|(?:un)?told contact",

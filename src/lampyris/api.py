@@ -18,7 +18,14 @@ from numpy.typing import ArrayLike
 from lampyris import referee
 from lampyris._core import defaults
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SMOOTH, SAMPLE_SPACING
+from lampyris._core.defaults import (
+    POINTS_SMOOTH,
+    PROFILE_SMOOTH,
+    SAMPLE_SMOOTH,
+    SAMPLE_SPACING,
+    SMOOTHING,
+    Smooth,
+)
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import in_range, is_whole, is_word
@@ -38,7 +45,7 @@ from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.pose_curve import curve_of_poses
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
-from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
+from lampyris.motion.geometry.smoothing import drawn, wanted_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.laws.physical import PhysicalLaw
@@ -175,7 +182,7 @@ def smooth(
     scene: Scene,
     path: Plan | Path | ArrayLike,
     *,
-    method: Drawing | None = None,
+    method: Smooth | None = None,
     spacing: float | None = None,
 ) -> SampledPath:
     """A path made drivable, with nodes on it where speeds are decided; re-checked by the referee.
@@ -185,10 +192,10 @@ def smooth(
     scene : the map and the robot's radius and turning circle.
     path : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
         clearance that its attributes asked for, and is not drawn straight where they shape it.
-    method : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the path's own
+    method : ``straight``: pulled straight where there is room, then its corners rounded. ``arcs``: the path's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
         lines; each corner is rounded within half a step, or a stop where walls or the turning circle leave
-        no room for an arc. None: ``taut`` for a plan or a path of cells, a curve that is good to drive
+        no room for an arc. None: ``straight`` for a plan or a path of cells, a curve that is good to drive
         (:func:`speed_profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
         (:data:`lampyris._core.defaults.COURSE_SPACING`). Where the room or a zone changes
@@ -208,7 +215,7 @@ def speed_profile(
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
-    smooth: Drawing = PROFILE_SMOOTH,
+    smooth: Smooth = PROFILE_SMOOTH,
     spacing: float | None = None,
     obstacle_states: ObstacleStates | None = None,
     law_settings: Mapping[str, Any] | None = None,
@@ -225,10 +232,10 @@ def speed_profile(
     v0 : speed at the start, in the profile's units.
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
         half a step of its node and driven as slowly as ``a_lat_max`` asks, or is a stop where the robot's
-        ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``taut`` or
+        ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``straight`` or
         ``arcs``: the path is made a curve first, as :func:`smooth` does. The default is that of ``lampyris
         plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.
-    spacing : as for :func:`smooth`, with ``taut`` or ``arcs``.
+    spacing : as for :func:`smooth`, with ``straight`` or ``arcs``.
     obstacle_states : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
     tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
@@ -244,8 +251,8 @@ def speed_profile(
     of_kind("scene", scene, Scene)
     of_kind("obstacle_states", obstacle_states, ObstacleStates, none=True)
     of_kind("law_settings", law_settings, Mapping, none=True)
-    if not is_word(smooth, DRAWINGS):
-        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
+    if not is_word(smooth, tuple(SMOOTHING)):
+        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(SMOOTHING))
     start_speed(v0)
     if law_settings:
         if not isinstance(law, str):
@@ -288,13 +295,13 @@ def speed_profile(
 
 
 def _smoothed(
-    scene: Scene, path: object, method: Drawing | None, spacing: float | None, option: str
+    scene: Scene, path: object, method: Smooth | None, spacing: float | None, option: str
 ) -> SampledPath:
     """See :func:`smooth`; ``option`` is what the caller calls the method."""
-    usual: Drawing = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
+    usual: Smooth = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
     drawing = usual if method is None else method
-    if not is_word(drawing, DRAWINGS):
-        raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(DRAWINGS))
+    if not is_word(drawing, tuple(SMOOTHING)):
+        raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(SMOOTHING))
     of_kind("scene", scene, Scene)
     step = _spacing(scene, spacing)
     points = polyline_of(_path(path)) if isinstance(path, Plan | Path) else _points(path)

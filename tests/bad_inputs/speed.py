@@ -187,7 +187,7 @@ MORE = [
     Case(
         99,
         "spacing",
-        (*_MAP, *_ENDS, "--smooth", "taut", "--spacing", "-1"),
+        (*_MAP, *_ENDS, "--smooth", "straight", "--spacing", "-1"),
         {"room.txt": _ROOM},
         "SPACING",
         2,

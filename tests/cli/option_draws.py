@@ -79,7 +79,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "colour": ("legend", "luminance"),
     "layer": ("luciferin", "cost", "none"),
     "mobility": tuple(MOBILITIES),
-    "smooth": ("taut", "arcs", "none"),
+    "smooth": ("straight", "arcs", "none"),
     "units": ("metres", "cells"),
     "colour_by": ("speed", "cause"),
     "obstacle_info": ("positions", "velocities", "tracks"),

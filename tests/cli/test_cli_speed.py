@@ -24,7 +24,7 @@ ROWS = [
     "#" * 24,
 ]
 ENDS = ("--start", "2,2", "--goal", "21,10")
-TAUT = (*ENDS, "--smooth", "taut")
+TAUT = (*ENDS, "--smooth", "straight")
 
 
 @pytest.fixture(autouse=True)
@@ -115,7 +115,7 @@ def test_its_own_csv_is_a_way_again() -> None:
     assert rounded["path"]["length_m"] == pytest.approx(r["path"]["length_m"], rel=1e-6)
     assert rounded["speed"]["duration"] == pytest.approx(r["speed"]["duration"], rel=0.01)
     assert rounded["path"]["deviation_m"] < 0.01
-    assert r["path"]["smooth"] == "taut"
+    assert r["path"]["smooth"] == "straight"
     assert rounded["path"]["smooth"] == "arcs"
     assert "m given; driven" in run("speed", *MAP, *ENDS).out
 
@@ -135,7 +135,7 @@ def test_a_loop_is_measured_as_it_is_given() -> None:
     lines = told(*words, "--smooth", "none")
     assert max(lines["speed"]["v"]) == pytest.approx(np.sqrt(0.2), rel=0.02), "its corners have arcs, too"
     assert lines["path"]["arcs"] == 399
-    taut = told(*words, "--smooth", "taut")["path"]
+    taut = told(*words, "--smooth", "straight")["path"]
     assert taut["length_m"] < 0.01
     assert taut["deviation_m"] == pytest.approx(2, rel=0.01)
 
@@ -264,7 +264,7 @@ def test_without_a_path_there_is_no_speed() -> None:
         ((*ENDS, "--set-law", "creep=7"), 2, "LAW_SETTING.*--set-law creep: 7"),
         ((*ENDS, "--smooth", "arc"), 2, "SMOOTH.*did you mean arcs"),
         ((*TAUT, "--spacing", "0"), 2, "SPACING.*--spacing: 0"),
-        ((*ENDS, "--spacing", "0.1"), 2, "OPTIONS.*--spacing: the nodes are the planned cells.*taut"),
+        ((*ENDS, "--spacing", "0.1"), 2, "OPTIONS.*--spacing: the nodes are the planned cells.*straight"),
         ((*ENDS, "--v0", "9"), 2, "PROFILE_INFEASIBLE.*--v0: 9"),
         ((*ENDS, "--colour-by", "colour"), 2, "COLOUR_BY.*speed, cause"),
         ((*ENDS, "--picture", "a.gif"), 2, "SUFFIX.*.png or .svg"),

@@ -67,9 +67,7 @@ def test_words_of_another_meaning_are_passed_over(tmp_path: Path) -> None:
     house = tool()
     page, module = tmp_path / "page.md", tmp_path / "module.py"
     page.write_text("The body of a request is long; its body, too. See `taut`.\n\n    told\n")
-    module.write_text(
-        'Seen = 1\nseen = 2\nWHERE = "in the way of it"\n"""With ``taut`` or --smooth taut."""\n'
-    )
+    module.write_text('Seen = 1\nseen = 2\nWHERE = "in the way of it"\n"""With ``taut``."""\n')
     assert house.old_words(page) == ["body"]
     assert house.old_words(module) == ["Seen"]
 

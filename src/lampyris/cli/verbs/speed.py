@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SPACING
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SPACING, SMOOTHING
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
@@ -66,10 +66,10 @@ def speed(
         str | None,
         typer.Option(
             "--smooth",
-            metavar="taut|arcs|none",
-            help=f"{PROFILE_SMOOTH} (default for a plan, as in `lampyris plan`): the cells or points as they "
-            f"are, each corner rounded within half a step, or a stop; {POINTS_SMOOTH} (default with --path): "
-            "corners rounded as widely as there is room; taut: drawn straight where there is room, rounded.",
+            metavar="|".join(SMOOTHING),
+            help="How the path becomes a curve. "
+            + "; ".join(f"{word}: {meaning}" for word, meaning in SMOOTHING.items())
+            + f". Default: {PROFILE_SMOOTH} for a plan, as in `lampyris plan`; {POINTS_SMOOTH} with --path.",
         ),
     ] = None,
     spacing: Annotated[

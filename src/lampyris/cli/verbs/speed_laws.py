@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lampyris import api, referee
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SMOOTHING
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
@@ -28,7 +28,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.deviation import deviation, length_of
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, sample_with_corners
-from lampyris.motion.geometry.smoothing import DRAWINGS, rounded_alone
+from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import LawResult, compare
 from lampyris.motion.laws.physical import PhysicalLaw
@@ -96,13 +96,13 @@ class SpeedRequest:
         """Reject options that contradict each other; return the laws to compare, the examined one among them."""
         law = self.base.law
         if self.smooth is not None:
-            check_choice("SMOOTH", "--smooth", self.smooth, DRAWINGS)
+            check_choice("SMOOTH", "--smooth", self.smooth, tuple(SMOOTHING))
         if self.path is None and self.drawing == "none" and self.spacing is not None:
             raise UsageError(
                 "OPTIONS",
                 "the nodes are the planned cells",
                 where="--spacing",
-                allowed="with --smooth taut or --smooth arcs",
+                allowed="with --smooth straight or --smooth arcs",
             )
         if self.units is not None:
             check_choice("UNITS", "--units", self.units, UNITS)
@@ -226,10 +226,10 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
 
 def _kept_as_planned(route: Plan | Points, smooth: str) -> tuple[str, ...]:
     """A sentence where a path that was to be drawn straight is not."""
-    if not isinstance(route, Plan) or smooth != "taut":
+    if not isinstance(route, Plan) or smooth != "straight":
         return ()
     why = rounded_alone(route)
-    return (f"--smooth taut without effect: {why}",) if why else ()
+    return (f"--smooth straight without effect: {why}",) if why else ()
 
 
 def _scene(request: SpeedRequest) -> tuple[Scene, str, Points | None, tuple[str, ...]]:

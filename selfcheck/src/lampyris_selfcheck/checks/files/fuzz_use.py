@@ -166,7 +166,7 @@ def _path(path: Path, rng: np.random.Generator) -> Go:
 
     def go() -> None:
         scene = _scene(grid, rng)
-        _time(points, scene, rng, smooth=pick(rng, (None, "taut", "arcs", "none")))
+        _time(points, scene, rng, smooth=pick(rng, (None, "straight", "arcs", "none")))
 
     return go
 
