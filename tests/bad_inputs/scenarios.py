@@ -301,7 +301,7 @@ NUMBERS = [
         "in a file",
         '"planner": {"name": "gso", "settings": {"swarm": 0}}',
         "SWARM",
-        "/planner",
+        "/planner/settings/swarm",
         "swarm 0",
     ),
     *(
