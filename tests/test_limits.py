@@ -15,7 +15,7 @@ import pytest
 
 import lampyris
 from lampyris._core.limits import MAX_CELLS
-from lampyris.api import MAX_SEED
+from lampyris._core.scalars import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
 from lampyris.io import paths as way_file
 from lampyris.io.maps import load

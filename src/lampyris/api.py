@@ -28,7 +28,7 @@ from lampyris._core.defaults import (
 )
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
-from lampyris._core.scalars import in_range, is_whole, is_word
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole, is_word
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from lampyris.sim.sensor import Sensor
     from lampyris.sim.traffic.motion_sources import MotionSource
 
-MAX_SEED = 2**63 - 1
 
 MIN_SPACING = 1e-3
 """Least distance of two nodes of a sampled path, in cells."""
@@ -589,5 +588,5 @@ def _with_method(where: str, given: object, method: str) -> None:
 
 def _seed(seed: int) -> int:
     if not is_whole(seed, 0, MAX_SEED):
-        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {MAX_SEED}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     return int(seed)

@@ -52,7 +52,6 @@ function robotForm(rows) {
   }));
 }
 
-const MOST_BODIES = 10000;
 const MOST_SEED = Number.MAX_SAFE_INTEGER;
 
 /** @param {string} name @param {string} title @param {unknown} value @param {number} least @param {number} most @param {string} about @param {string} [none] @returns {Setting} */
@@ -378,10 +377,8 @@ function seedPart(page, into) {
   seed.row.classList.add("with-dice");
   seed.row.insertBefore(dice, seed.row.children[2] ?? null);
   into.append(seed.row);
-  const rest = plainPart(page, into, [
-    whole("ticks", "ticks at most", null, 1, 1e6, "When a run ends that has not arrived.", "by the map"),
-    whole("patience", "patience", null, 1, 1e6, "Ticks that the robot waits before it gives up.", "as usual"),
-  ], "simulate");
+  const titles = { ticks: "ticks at most", patience: "patience" };
+  const rest = plainPart(page, into, page.hello.simulate.map((/** @type {Setting} */ row) => ({ ...row, title: titles[/** @type {"ticks"} */ (row.name)] ?? row.name })), "simulate");
   return () => {
     seed.put(page.store.scenario.seed);
     rest();
@@ -427,7 +424,7 @@ function countedPart(page, into, group) {
     }
     if (settled) page.store.settle();
   };
-  const count = field(whole("count", group.title, 0, 0, MOST_BODIES, `They ${group.about}.`), (value, settled) => give("count", value, settled));
+  const count = field(whole("count", group.title, 0, 0, page.hello.limits.obstacles, `They ${group.about}.`), (value, settled) => give("count", value, settled));
   const more = group.more.map((one) => /** @type {[Setting, Field]} */ ([one, field(one, (value, settled) => give(one.name, value, settled))]));
   const rest = el("div", { class: "inner" }, ...more.map(([, one]) => one.row));
   into.append(count.row, rest);

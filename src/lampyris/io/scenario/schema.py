@@ -29,7 +29,7 @@ from lampyris.io.scenario.schema_types import (
 )
 from lampyris.model.edit import MAX_EDITS
 from lampyris.model.robot import Robot
-from lampyris.model.traffic import MAX_OBSTACLES
+from lampyris.model.traffic import COUNT_RANGE, MAX_OBSTACLES
 
 VERSION = 1
 MAX_SIDE = 2**24
@@ -204,7 +204,7 @@ _RADIUS = "Radius of each, metres; 0 is one cell."
 Count: TypeAlias = Annotated[
     int,
     Field(ge=0, le=MAX_OBSTACLES),
-    Rule("TRAFFIC_COUNT", f"a whole number, 0 to {MAX_OBSTACLES:,}", limit=True),
+    Rule("TRAFFIC_COUNT", COUNT_RANGE, limit=True),
 ]
 
 
