@@ -140,7 +140,7 @@ def test_a_plan_of_ours_is_read_back_as_its_cells_and_only_on_its_own_map(tmp_pa
     for name in ("p.json", "p.csv"):
         assert (read_path_points(tmp_path / name).on(grid) == plan.cells).all()
     with pytest.raises(
-        LampyrisError, match=r"WAY_MAP.*p\.json.*10 x 10 cells of 1 m.*40 x 30 cells of 0\.05"
+        LampyrisError, match=r"PATH_MAP.*p\.json.*10 x 10 cells of 1 m.*40 x 30 cells of 0\.05"
     ):
         read_path_points(tmp_path / "p.json").on(GRID)
 

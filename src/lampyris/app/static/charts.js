@@ -7,7 +7,7 @@ import { capsOf, closeness, whyOf } from "./bounds.js";
 import { causeColour } from "./colours.js";
 import { el } from "./make.js";
 
-/** @typedef {"time" | "way"} Over */
+/** @typedef {"time" | "path"} Over */
 /**
  * What is drawn: places along x, values, what binds each.
  * @typedef {{
@@ -48,7 +48,7 @@ class Charts {
     /** Length of x as of the last drawing. */
     this._most = 1;
 
-    this.overs = this._switch("Charts over", [["time", "Time"], ["way", "Distance"]], (word) => {
+    this.overs = this._switch("Charts over", [["time", "Time"], ["path", "Distance"]], (word) => {
       this.over = /** @type {Over} */ (word);
       this.draw();
     });
