@@ -16,7 +16,7 @@ expects at least one that is newer than the last it trusted. A message is *not* 
   to be. (A standing robot may be run into; that is no fault of the data.)
 
 Without a trusted message the robot brakes with d_max at once, which takes v / d seconds at most; it has
-always kept the room for that. If trusted messages come back within ``hold`` seconds it goes on, otherwise it
+always kept the room for that. If trusted messages come back within ``data_timeout`` seconds it continues, otherwise it
 ends with the outcome ``stopped`` and the reason.
 """
 

@@ -77,7 +77,7 @@ def speed(
         typer.Option(
             "--spacing",
             metavar="M",
-            help=f"Metres between nodes of a curve, at most (default {SAMPLE_SPACING:g} of a cell).",
+            help=f"Greatest distance between two nodes of a curve, metres (default {SAMPLE_SPACING:g} of a cell).",
         ),
     ] = None,
     obstacle_states: Annotated[
@@ -97,7 +97,7 @@ def speed(
     ] = None,
     obstacle_radius: ObstacleRadius = 0.0,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what limits the speed where, by segments of one cause.")
+        bool, typer.Option("--explain", help="Print what limits the speed on each segment of the path.")
     ] = False,
     all_: Annotated[bool, typer.Option("--all", help="With --explain: a row for every node.")] = False,
     json_: Json = False,

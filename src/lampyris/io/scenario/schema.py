@@ -50,7 +50,8 @@ class FileMap(Table):
 
     file: FileName = Field(description="Its path, relative to the scenario file's folder.")
     resolution: Resolution | None = Field(
-        None, description="Metres a cell, for files that do not say (default 1); others must agree."
+        None,
+        description="Metres per cell, for files that do not state it (default 1); otherwise it must be the same.",
     )
     values: Annotated[Literal["occupancy", "costmap"], Rule("VALUES", " or ".join(VALUES))] = Field(
         defaults.VALUES, description="What grey samples and numbers are; costmap: ROS 2 costmap values."

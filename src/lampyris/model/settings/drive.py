@@ -41,7 +41,7 @@ class DriveSettings:
     lag : time constant of the motors, unless tracking is perfect.
     noise : greatest error of a reported position; known to the law.
     patience : time the robot stands still because of obstacles before it replans.
-    give_up : time standing still without a break after which the drive ends as ``blocked``.
+    give_up : uninterrupted time standing still after which the drive ends as ``blocked``.
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
     smooth : how planned paths become curves; ``straight``: pulled straight where there is room, corners rounded as
         widely as there is room; ``arcs``: along the path's own lines, corners rounded as widely as there is room;
