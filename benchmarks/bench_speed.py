@@ -171,12 +171,12 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
     around = movers(np.random.default_rng(3))
     every = PhysicalLaw(approach=Approach())
     calls = {
-        "physical": partial(laws.profile, course, bare, law="physical", movers=None),
-        "moving obstacles": partial(laws.profile, course, bare, law="physical", movers=around),
-        "with all caps": partial(laws.profile, course, scene, law=every, movers=around),
+        "physical": partial(laws.profile, course, bare, law="physical", obstacle_states=None),
+        "moving obstacles": partial(laws.profile, course, bare, law="physical", obstacle_states=around),
+        "with all caps": partial(laws.profile, course, scene, law=every, obstacle_states=around),
     }
     for name in ("uncertainty", "blind", "three-speed", "cloud"):
-        calls[name] = partial(laws.profile, course, scene, law=name, movers=around)
+        calls[name] = partial(laws.profile, course, scene, law=name, obstacle_states=around)
     times = {}
     for name, call in calls.items():
         times |= take_turns({name: call}, rounds=3, per=1e6, often=5 if quick else 30)

@@ -60,7 +60,7 @@ def test_a_smooth_profile_is_that_of_the_course() -> None:
     plan, scene = case("env-1", 0.25, radius=0.05, turn_radius=0.1)
     course = api.smooth(scene, plan, spacing=0.05)
     assert np.diff(course.s).max() <= 0.05 * (1 + 1e-12)
-    made = api.speed_profile(scene, plan, smooth="taut", spacing=0.05)
+    made = api.speed_profile(scene, plan, smooth="straight", spacing=0.05)
     assert made.v.tolist() == api.speed_profile(scene, course).v.tolist()
     lines = api.speed_profile(scene, plan, smooth="none")
     assert lines.xy is None
@@ -71,7 +71,7 @@ def test_a_polyline_from_elsewhere_is_a_way() -> None:
     plan, scene = case("guide")
     assert plan.path is not None
     points = plan.path.cells.astype(float)
-    for smooth in ("taut", "arcs", "none"):
+    for smooth in ("straight", "arcs", "none"):
         assert (
             api.smooth(scene, points, method=smooth).s.tolist()
             == api.smooth(scene, plan, method=smooth).s.tolist()
@@ -103,7 +103,7 @@ def test_moving_obstacles_slow_down() -> None:
     away = np.sqrt(((places[:, None] - course.xy) ** 2).sum(axis=2).min(axis=1))
     beside = places[(away > 0.8) & (away < 0.9)][:1]
     movers = ObstacleStates(beside, np.array([0.2]), np.array([0.05]))
-    made = api.speed_profile(scene, course, movers=movers)
+    made = api.speed_profile(scene, course, obstacle_states=movers)
     assert made.duration > api.speed_profile(scene, course).duration
     assert "moving obstacle" in made.cause
 

@@ -40,7 +40,17 @@ def test_every_command_does_its_work(folder: Path) -> None:
 def test_the_causes_are_those_that_are_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     (block,) = re.findall(r"```text\n(.*?)```", text(), re.DOTALL)
-    words = ("speed", "env-3", "--resolution", "0.25", "--radius", "0.15", "--smooth", "taut", "--explain")
+    words = (
+        "speed",
+        "env-3",
+        "--resolution",
+        "0.25",
+        "--radius",
+        "0.15",
+        "--smooth",
+        "straight",
+        "--explain",
+    )
     assert missing(block, run(*words).out) == []
 
 

@@ -15,7 +15,7 @@ import pytest
 
 import lampyris
 from lampyris._core.limits import MAX_CELLS
-from lampyris.api import MAX_SEED
+from lampyris._core.scalars import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
 from lampyris.io import paths as way_file
 from lampyris.io.maps import load
@@ -32,7 +32,7 @@ from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
 from lampyris.io.tracks import csv_tracks, dob
 from lampyris.io.tracks.csv_tracks import read_track
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.scene import MAX_RADIUS, Scene
@@ -319,7 +319,9 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "moving obstacles in a file": (
         MAX_OBSTACLES,
-        lambda f, n: read_movers(put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE),
+        lambda f, n: read_obstacle_states(
+            put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE
+        ),
         "LIMIT",
     ),
     "lines of a table": (
@@ -413,7 +415,7 @@ def test_a_number_of_a_table(tmp_path: Path) -> None:
     for value in (most, np.nextafter(most, 0), -most, np.nextafter(-most, 0)):
         assert read_path_points(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
     for value in (np.nextafter(most, np.inf), np.nextafter(-most, -np.inf)):
-        with pytest.raises(LampyrisError, match=r"^error\[WAY\]"):
+        with pytest.raises(LampyrisError, match=r"^error\[PATH_FILE\]"):
             read_path_points(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
 
 

@@ -240,7 +240,6 @@ LIMITS_PY = "test_limits.py"
 NOT_INPUT = "not of what comes in: "
 """Followed by what it is instead."""
 ASKED: dict[str, str] = {
-    "api.MAX_SEED": LIMITS_PY,
     "cli.verbs.compare.command.MAX_RUNS": "cli/test_cli_compare.py",
     "_core.scalars.MOST_WHOLE": "test_bad_arguments.py",
     "errors.MAX_DIGITS": "test_bad_arguments.py",
@@ -262,7 +261,7 @@ ASKED: dict[str, str] = {
     "io.maps.formats.movingai.MAX_SCEN_BYTES": LIMITS_PY,
     "io.maps.formats.movingai.MAX_SCEN_LINES": LIMITS_PY,
     "io.maps.formats.ros_yaml.MAX_ORIGIN": HERE,
-    "io.scenario.scenario.MAX_SEED": LIMITS_PY,
+    "_core.scalars.MAX_SEED": LIMITS_PY,
     "io.scenario.validation_errors.MOST": NOT_INPUT + "mistakes told whole",
     "io.scenario.schema.MAX_SIDE": HERE,
     "io.scenario.schema_types.MAX_TEXT": HERE,

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
+import lampyris
 from bad_inputs.case import inside, run
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 BUNDLED = {"env-1", "env-3", "guide"}
 NO_FILE = {"planners", "laws", "maps"}
 NAMED = ["maps make", "maps convert"]  # named in a sentence, without their arguments
@@ -103,3 +106,10 @@ def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> No
     (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile(block, "README.md", "exec"), {})
     assert capsys.readouterr().out.startswith("found ")
+
+
+def test_one_sentence_says_what_it_is() -> None:
+    """The package's summary, its docstring and the first line of ``--help`` are the same sentence."""
+    about = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["description"]
+    assert (lampyris.__doc__ or "").partition("\n")[0] == about
+    assert about in " ".join(run("--help").out.split())

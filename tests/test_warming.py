@@ -108,7 +108,7 @@ def speeds(seed: int) -> int:
     for law in laws.names():
         api.speed_profile(scene, path, law)
         with suppress(LampyrisError):
-            api.speed_profile(scene, path, law, smooth="taut", movers=around)
+            api.speed_profile(scene, path, law, smooth="straight", obstacle_states=around)
         api.drive(scene, "ad-gso", law=law, time_limit=2.0)
     return len(laws.names())
 

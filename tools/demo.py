@@ -54,7 +54,7 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
             "--radius",
             "0.15",
             "--smooth",
-            "taut",
+            "straight",
             "--chart",
             "speed.png",
             "--json",

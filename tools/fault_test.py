@@ -1,8 +1,8 @@
-"""Fault test: whatever the obstacle feed does, the robot comes to rest in time or says why it stopped.
+"""Fault test: whatever the sensor does, the robot comes to rest in time or says why it stopped.
 
 ``python tools/fault_test.py [--runs 50] [--seed 0] [--jobs 2]``
 
-Each fault of the feed is put in at a random moment of ``--runs`` drives among moving obstacles. The robot
+Each fault of the sensor is put in at a random moment of ``--runs`` drives among moving obstacles. The robot
 must stand within ``(v + a_max p) / d_max + p`` seconds of it, with v its speed then and p its period (within
 which it cannot know yet), or end with a typed reason. No exception is allowed. One line a claim, then the
 table.
@@ -62,7 +62,7 @@ def faulty(seed: int, kind: str, number: int, law: str = "physical") -> tuple[Dr
     scene = small_scene(seed, number)
     rng = draws(seed, number, 2)
     at = 1.0 + float(rng.random()) * 8.0
-    feed = FaultySensor(kind, at, goal=scene.goal)
+    sensor = FaultySensor(kind, at, goal=scene.goal)
     scene = replace(scene, traffic=(RandomWalk(3, radius=RADIUS),))
     source = Adversary(top_speed=TOP_SPEED, count=2, radius=RADIUS, wait=4.0)
     made = drive(
@@ -72,7 +72,7 @@ def faulty(seed: int, kind: str, number: int, law: str = "physical") -> tuple[Dr
         seed=number,
         sources=(source,),
         obstacle_speed=TOP_SPEED,
-        feed=feed,
+        sensor=sensor,
     )
     return made, at
 

@@ -4,8 +4,8 @@
 
 Rules (docs/architecture.md): a folder holds at most 16 modules; no import circle of any kind (at module level,
 within functions, for type checkers alone); at most 5 public class names that are defined in several modules;
-no word of the first edition's own language in names, comments, texts and pages, except in the files that are
-listed in tools/old_words.txt, which may only become fewer.
+no word of the first edition's own language in names, comments, texts, pages and keys (of JSON, YAML, CSV and forms),
+except in the files that are listed in tools/old_words.txt, which may only become fewer.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ CLASSES = {
 """Names, as they are spelt here: in lower case most of them are plain English."""
 PARTS = {
     "bends": "fillets, corners", "bodies": "obstacles", "course": "samples", "courses": "samples",
-    "crowd": "traffic", "crowds": "traffic_cases", "halted": "stopped", "halting": "stopping",
-    "mended": "repaired", "roomy": "smoothing", "stroller": "random_walker", "strollers": "random_walkers",
+    "crowd": "traffic", "crowds": "traffic_cases", "feed": "sensor", "feeds": "sensors",
+    "halted": "stopped", "halting": "stopping", "mended": "repaired", "mover": "obstacle",
+    "movers": "obstacle_states", "roomy": "smoothing", "stroller": "random_walker", "strollers": "random_walkers",
     "taut": "pulled straight", "told": "what the value is", "twin": "reference", "twins": "references",
     "unheard": "shielded", "way": "path, key_path", "ways": "paths",
 }  # fmt: skip
-"""Parts of names."""
+"""Parts of names and of keys."""
 WORDS = {
     "anew": "again, from scratch, re-", "any ?body": "anyone, any obstacle", "bod(?:y|ies)": "obstacle",
     "careful": "safe_controller", "changes? of mind": "path switch", "crowd(?:s|ed|ing)?": "traffic, dense",
@@ -53,7 +54,7 @@ WORDS = {
     "flips": "path_switches", "for ever": "forever", "go(?:es|ne)? on with": "continue, resume",
     "guests?": "third-party planner", "halting": "cancellation", "held by": "limited by",
     "keep_away": "min_clearance", "kept_in": "cache_folder", "lat_max": "a_lat_max", "look_at": "checkpoint",
-    "mend(?:s|ed|ers?|ing)?": "repair", "rivals?": "baseline", "roomy(?:_\\w+)?": "smoothing",
+    "mend(?:s|ed|ers?|ing)?": "repair", "movers?": "obstacle", "rivals?": "baseline", "roomy(?:_\\w+)?": "smoothing",
     "some ?body": "someone, an obstacle", "strangers?": "untrusted", "strollers?": "random walkers",
     "taut": "pulled straight", "the house": "the architecture", "told": "given, reported", "twins?": "reference",
     "unheard": "shielded", "warmth": "traffic_density_weight", "whoever": "what does it",
@@ -67,7 +68,7 @@ FORMER = re.compile(
 """The shorter list for the checks."""
 OLD = re.compile(rf"\b(?:{'|'.join(WORDS)})\b", re.IGNORECASE)
 PLAIN = re.compile(
-    r"``[^`]*``|`[^`]*`|--[\w-]+(?: taut)?|taut(?=\||:| without effect)"
+    r"``[^`]*``|`[^`]*`|--[\w-]+"
     r"|(?:HTTP|[Mm]essage|[Rr]equest|[Rr]esponse|its|whose|Kind and) bod(?:y|ies)|rigid\s+body|address, body"
     r"|</?body>|body \{|len\(body\)|cutter\.\{"
     r"|bod(?:y|ies) (?:apart|outside|size|speed|step|wall|\{)|(?:un)?told contact",
@@ -139,7 +140,7 @@ def measure() -> dict[str, object]:
         "circles": circles(edges),
         "doubled": {name: where for name, where in sorted(classes.items()) if len(where) > 1},
         "old_words": sorted(
-            str(path.relative_to(ROOT)) for path in (*names.values(), *pages()) if old_words(path)
+            str(path.relative_to(ROOT)) for path in (*names.values(), *pages(), *keyed()) if old_words(path)
         ),
     }
 
@@ -172,15 +173,26 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(docs)]
 
 
+def keyed() -> list[Path]:
+    """Scripts of the app, schemas and bundled studies: only their keys and names are looked at."""
+    source = ROOT / "src" / "lampyris"
+    return [
+        *sorted(source.rglob("*.js")),
+        *sorted((ROOT / "docs").glob("*.schema.json")),
+        *sorted(source.rglob("*.yaml")),
+    ]
+
+
 def old_words(path: Path) -> list[str]:
     """Words of the first edition in a module or a page, each once."""
     text = path.read_text(encoding="utf-8")
     if path.is_relative_to(ROOT / "selfcheck"):
         return sorted({found[0] for found in FORMER.finditer(text)})
+    if path.suffix in _KEYS:
+        return sorted(key for key in keys(path, text) if _is_old(key))
     names, texts = _parts(text) if path.suffix == ".py" else ([], [_prose(text)])
-    old = {
-        name for name in names if name in CLASSES or PARTS.keys() & {p.lower() for p in _PART.findall(name)}
-    }
+    old = {name for name in names if name in CLASSES or _is_old(name)}
+    old |= {key for key in keys(path, text) if _is_old(key)}
     for one in texts:
         old.update(found[0] for found in OLD.finditer(PLAIN.sub(" ", one)))
     if path.is_relative_to(ROOT) and str(path.relative_to(ROOT)).startswith(HTTP):
@@ -188,9 +200,37 @@ def old_words(path: Path) -> list[str]:
     return sorted(old)
 
 
+def _is_old(name: str) -> bool:
+    return bool(PARTS.keys() & {part.lower() for part in _PART.findall(name)})
+
+
+def keys(path: Path, text: str) -> set[str]:
+    """Words that a user meets as keys: of dicts, JSON, YAML, CSV columns, options and forms.
+
+    Of a module or a script every string of one word (a key and its use are spelt alike); of JSON and YAML the keys.
+    """
+    if path.suffix == ".py":
+        return {
+            node.value
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and _WORD.fullmatch(node.value)
+        }
+    return (
+        {found[1] or found[2] for found in _KEYS[path.suffix].finditer(text)}
+        if path.suffix in _KEYS
+        else set()
+    )
+
+
+_WORD = re.compile(r"-{0,2}[A-Za-z]\w*(?:[.-]\w+)*")
+_KEYS = {
+    ".js": re.compile(r"""["'`](-{0,2}[A-Za-z]\w*(?:[.-]\w+)*)["'`]()"""),
+    ".json": re.compile(r'"(\w+)":()'),
+    ".yaml": re.compile(r"^[ -]*(\w+):|[{,] *(\w+):", re.MULTILINE),
+}
 _PART = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 _KEY = re.compile(r"""[a-z]*(["']{1,3})[\w./:-]*\1""", re.IGNORECASE)
-"""A string of one word: a key or a name, which this is no judge of."""
+"""A string of one word: a key or a name, judged as those are; see :func:`keys`."""
 
 
 def _parts(source: str) -> tuple[list[str], list[str]]:

@@ -85,7 +85,7 @@ def three() -> None:
         stands = 4 <= k < 10
         movers = ObstacleStates(place[None], [0.3], [1.0], [[0.0, 0.8]])
         control.update(movers, 1.0, left)
-        cap = control.cap(left, scene, Around(movers=movers))[0].v[0]
+        cap = control.cap(left, scene, Around(obstacle_states=movers))[0].v[0]
         rows.append((k, min(float(cap), 1.0), *control.belief[0], float(place[1] - 20) * 0.2, s))
         s += min(float(cap), 1.0)
         place = place + np.array((0.0, 0.0 if stands else 4.0))

@@ -52,11 +52,11 @@ def office() -> tuple[Scene, Path]:
 
 
 def blind() -> None:
-    """Travel time, and how much of the way a mover that turns up could meet the robot before it stands."""
+    """Travel time, and how much of the way an obstacle that turns up could meet the robot before it stands."""
     scene, path = office()
     course = sample_path(path, scene.grid.resolution)
     robot, length = scene.robot, float(course.s[-1])
-    print("| settings | time | slowed | open to a mover of 1 m/s | of it faster than creep |")
+    print("| settings | time | slowed | open to an obstacle of 1 m/s | of it faster than creep |")
     print("|---|---|---|---|---|")
     judge = BlindArea()
     room = hiding_distance(course, scene, judge) - robot.radius
@@ -199,7 +199,7 @@ def speeds(settings: ThreeSpeed, learns: bool = True) -> Callable[[Scene], tuple
         def decide(course: SampledPath, s: float, seen: ObstacleStates, period: float) -> list[Cap]:
             if learns or len(control.belief) == 0:
                 control.update(seen, period, course)
-            return control.cap(course, scene, Around(movers=seen))
+            return control.cap(course, scene, Around(obstacle_states=seen))
 
         return decide, settings.step
 
@@ -210,7 +210,9 @@ def cloud(settings: CloudModel) -> Callable[[Scene], tuple[Decide, float]]:
     """Danger by clouds, five times a second."""
 
     def make(scene: Scene) -> tuple[Decide, float]:
-        return lambda course, s, seen, period: cloud_cap(course, scene, settings, Around(movers=seen)), 0.2
+        return lambda course, s, seen, period: cloud_cap(
+            course, scene, settings, Around(obstacle_states=seen)
+        ), 0.2
 
     return make
 

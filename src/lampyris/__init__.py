@@ -1,4 +1,4 @@
-"""lampyris: from a map to a safe, timed path among moving obstacles.
+"""Plan paths on grid maps, compute velocity profiles, and simulate a robot among moving obstacles.
 
 Public names are loaded when first used, so that importing the package, and ``lampyris --help``, are instant.
 """

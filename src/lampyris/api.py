@@ -18,10 +18,17 @@ from numpy.typing import ArrayLike
 from lampyris import referee
 from lampyris._core import defaults
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SMOOTH, SAMPLE_SPACING
+from lampyris._core.defaults import (
+    POINTS_SMOOTH,
+    PROFILE_SMOOTH,
+    SAMPLE_SMOOTH,
+    SAMPLE_SPACING,
+    SMOOTHING,
+    Smooth,
+)
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
-from lampyris._core.scalars import in_range, is_whole, is_word
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole, is_word
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -38,7 +45,7 @@ from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.pose_curve import curve_of_poses
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
-from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
+from lampyris.motion.geometry.smoothing import drawn, wanted_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.laws.physical import PhysicalLaw
@@ -60,7 +67,6 @@ if TYPE_CHECKING:
     from lampyris.sim.sensor import Sensor
     from lampyris.sim.traffic.motion_sources import MotionSource
 
-MAX_SEED = 2**63 - 1
 
 MIN_SPACING = 1e-3
 """Least distance of two nodes of a sampled path, in cells."""
@@ -175,7 +181,7 @@ def smooth(
     scene: Scene,
     path: Plan | Path | ArrayLike,
     *,
-    method: Drawing | None = None,
+    method: Smooth | None = None,
     spacing: float | None = None,
 ) -> SampledPath:
     """A path made drivable, with nodes on it where speeds are decided; re-checked by the referee.
@@ -185,10 +191,10 @@ def smooth(
     scene : the map and the robot's radius and turning circle.
     path : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
         clearance that its attributes asked for, and is not drawn straight where they shape it.
-    method : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the path's own
+    method : ``straight``: pulled straight where there is room, then its corners rounded. ``arcs``: the path's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
         lines; each corner is rounded within half a step, or a stop where walls or the turning circle leave
-        no room for an arc. None: ``taut`` for a plan or a path of cells, a curve that is good to drive
+        no room for an arc. None: ``straight`` for a plan or a path of cells, a curve that is good to drive
         (:func:`speed_profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
         (:data:`lampyris._core.defaults.COURSE_SPACING`). Where the room or a zone changes
@@ -208,9 +214,9 @@ def speed_profile(
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
-    smooth: Drawing = PROFILE_SMOOTH,
+    smooth: Smooth = PROFILE_SMOOTH,
     spacing: float | None = None,
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     law_settings: Mapping[str, Any] | None = None,
     tick_seconds: float | None = None,
 ) -> Profile:
@@ -225,14 +231,14 @@ def speed_profile(
     v0 : speed at the start, in the profile's units.
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
         half a step of its node and driven as slowly as ``a_lat_max`` asks, or is a stop where the robot's
-        ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``taut`` or
+        ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``straight`` or
         ``arcs``: the path is made a curve first, as :func:`smooth` does. The default is that of ``lampyris
         plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.
-    spacing : as for :func:`smooth`, with ``taut`` or ``arcs``.
-    movers : moving obstacles in continuous time, as sensed now.
+    spacing : as for :func:`smooth`, with ``straight`` or ``arcs``.
+    obstacle_states : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
     tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
-        with waits, by ``physical`` from rest; without ``smooth``, ``spacing`` and ``movers``.
+        with waits, by ``physical`` from rest; without ``smooth``, ``spacing`` and ``obstacle_states``.
 
     Raises
     ------
@@ -242,17 +248,17 @@ def speed_profile(
     InternalFault : the referee refused the profile; a bug of ours.
     """
     of_kind("scene", scene, Scene)
-    of_kind("movers", movers, ObstacleStates, none=True)
+    of_kind("obstacle_states", obstacle_states, ObstacleStates, none=True)
     of_kind("law_settings", law_settings, Mapping, none=True)
-    if not is_word(smooth, DRAWINGS):
-        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
+    if not is_word(smooth, tuple(SMOOTHING)):
+        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(SMOOTHING))
     start_speed(v0)
     if law_settings:
         if not isinstance(law, str):
             raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
         law = laws.with_settings(law, law_settings)
     if tick_seconds is not None:
-        plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
+        plain = smooth == "none" and spacing is None and obstacle_states is None and v0 == 0.0
         made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
         return replace(made, frame=scene.grid.frame)
     poses, whole = path.pose_path if isinstance(path, Plan) else None, scene
@@ -262,8 +268,8 @@ def speed_profile(
                 "OPTIONS", "poses are driven as they are", where="smooth", allowed="a path of cells"
             )
         curve = curve_of_poses(poses, scene.grid, scene.robot)
-        if movers is not None:  # kept clear of the circle around the robot, wherever it looks
-            movers = replace(movers, radius=movers.radius + scene.robot.radius)
+        if obstacle_states is not None:  # kept clear of the circle around the robot, wherever it looks
+            obstacle_states = replace(obstacle_states, radius=obstacle_states.radius + scene.robot.radius)
         plain = isinstance(laws.settings_named(law), Rpp)
         scene = replace(scene, robot=inscribed_disc(scene.robot) if plain else disc(scene.robot, 0.0))
         path = sample_curve(curve, _spacing(scene, spacing))
@@ -280,21 +286,21 @@ def speed_profile(
     if smooth != "none" and not isinstance(path, SampledPath):
         along = _smoothed(scene, path, smooth, spacing, "smooth")
     if isinstance(along, Path):
-        made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
+        made = laws.profile_on_cells(along, scene, law=law, obstacle_states=obstacle_states, v0=v0)
     else:
-        made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
+        made = laws.profile(along, scene, law=law, obstacle_states=obstacle_states, v0=v0)
     _judge(made, along, scene, laws.settings_named(law), v0, whole)
     return replace(made, frame=scene.grid.frame)
 
 
 def _smoothed(
-    scene: Scene, path: object, method: Drawing | None, spacing: float | None, option: str
+    scene: Scene, path: object, method: Smooth | None, spacing: float | None, option: str
 ) -> SampledPath:
     """See :func:`smooth`; ``option`` is what the caller calls the method."""
-    usual: Drawing = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
+    usual: Smooth = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
     drawing = usual if method is None else method
-    if not is_word(drawing, DRAWINGS):
-        raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(DRAWINGS))
+    if not is_word(drawing, tuple(SMOOTHING)):
+        raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(SMOOTHING))
     of_kind("scene", scene, Scene)
     step = _spacing(scene, spacing)
     points = polyline_of(_path(path)) if isinstance(path, Plan | Path) else _points(path)
@@ -314,7 +320,7 @@ def _scheduled(
             "SCHEDULE",
             "tick_seconds beside something that a schedule does not go with",
             where="tick_seconds",
-            allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
+            allowed="a plan, the law physical or a variant, no smooth, spacing, obstacle_states or v0",
         )
     _path(path)
     made = scheduled_profile(path, scene, tick_seconds, law=chosen)
@@ -498,7 +504,7 @@ def drive(
     seed: int = 0,
     law: laws.SpeedLaw = "physical",
     sources: Sequence[MotionSource] = (),
-    feed: Sensor | None = None,
+    sensor: Sensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None,
@@ -511,7 +517,7 @@ def drive(
     scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
     law : a speed law's name, or its settings.
     sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
-    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.sensor.FaultySensor`.
+    sensor : what reports obstacles to the robot (None: a perfect sensor), such as :class:`lampyris.sim.sensor.FaultySensor`.
     budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
@@ -534,17 +540,17 @@ def drive(
     ours, rest = split_settings(settings)
     chosen = chosen_planner(
         drive, planner, planner_settings, rest, traffic=traffic, seed=seed, law=law, sources=sources,
-        feed=feed, budget=budget, progress=progress, **ours,
+        sensor=sensor, budget=budget, progress=progress, **ours,
     )  # fmt: skip
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "driving")
     scene = among(scene, traffic, poses=chosen.traits.plans_headings)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
-    _with_method("feed", () if feed is None else (feed,), "tell")
+    _with_method("sensor", () if sensor is None else (sensor,), "tell")
     _with_method("sources", sources, "open")
     made = driving.drive(
-        scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, budget=budget,
+        scene, chosen, law=law, seed=_seed(seed), sources=sources, sensor=sensor, budget=budget,
         progress=progress, **ours,
     )  # fmt: skip
     began = time.perf_counter()
@@ -582,5 +588,5 @@ def _with_method(where: str, given: object, method: str) -> None:
 
 def _seed(seed: int) -> int:
     if not is_whole(seed, 0, MAX_SEED):
-        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {MAX_SEED}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     return int(seed)

@@ -20,7 +20,7 @@ import numpy as np
 from lampyris import referee
 from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.scalars import is_whole
+from lampyris._core.scalars import SEED_RANGE, is_whole
 from lampyris.errors import FileError, SettingError, shown
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import ScenQuery, check_query, grid_for, read_scen
@@ -271,7 +271,7 @@ def ask(
     if limit is not None and not is_whole(limit, 1):
         raise SettingError.of("LIMIT", "limit", shown(limit), allowed="a whole number >= 1")
     if not is_whole(seed, 0):
-        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {2**63 - 1}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     began, loaded = time.perf_counter(), loading.seconds()
     steps = moves_named(moves)
     rule = "found" if steps.name != "octile" else "equal" if chosen.traits.optimal else "not shorter"

@@ -275,10 +275,10 @@ def _speeds(law: str) -> None:
         with suppress(LampyrisError):
             laws.profile(path, scene, law=law, v0=0.9, on_infeasible="brake")
             api.speed_profile(scene, path, law)
-            api.speed_profile(scene, path, law, movers=around)
-        for smooth in ("taut", "arcs"):
+            api.speed_profile(scene, path, law, obstacle_states=around)
+        for smooth in ("straight", "arcs"):
             with suppress(LampyrisError):
-                api.speed_profile(scene, path, law, smooth=smooth, movers=around)
+                api.speed_profile(scene, path, law, smooth=smooth, obstacle_states=around)
 
 
 def _driven(law: str) -> None:
@@ -287,7 +287,7 @@ def _driven(law: str) -> None:
     walkers = (RandomWalk(2), Patrol(((12, 3), (12, 9))))
     paths: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
     if law == "physical":
-        paths += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"obstacle_info": "tracks"})]
+        paths += [(walkers, 3.0, {"smooth": "none"}), ((track,), 12.0, {"obstacle_info": "tracks"})]
         x, y = _scene().start
         paths.append(((Recorded(((x + 1, y), (x, y))),), 3.0, {}))  # runs into the robot
     for traffic, limit, more in paths:

@@ -8,10 +8,12 @@ from typing import Any
 
 import pytest
 
-from lampyris._core.settings import defaults_of, number
+from lampyris._core.settings import defaults_of, number, settings_of
 from lampyris.app.engine.bootstrap import _setting, hello
 from lampyris.errors import LampyrisError
 from lampyris.model.robot import Robot
+from lampyris.model.settings.simulation import SimulationSettings
+from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 
@@ -103,3 +105,12 @@ def test_the_robot_s_form_is_the_robot_s_declaration() -> None:
         "no limit",
         "v_max at the farthest point, in place",
     ]
+
+
+def test_the_end_of_a_run_and_the_number_of_obstacles_are_as_declared() -> None:
+    declared = settings_of(SimulationSettings)
+    rows = {row["name"]: row for row in hello()["simulate"]}
+    assert {name: (row["least"], row["most"]) for name, row in rows.items()} == {
+        name: (one.low, one.high) for name, one in declared.items()
+    }
+    assert hello()["limits"]["obstacles"] == MAX_OBSTACLES

@@ -301,7 +301,7 @@ NUMBERS = [
         "in a file",
         '"planner": {"name": "gso", "settings": {"swarm": 0}}',
         "SWARM",
-        "/planner",
+        "/planner/settings/swarm",
         "swarm 0",
     ),
     *(
@@ -315,7 +315,7 @@ NUMBERS = [
             ("plan", "guide", "--seed", value),
             code="SEED",
             exit=2,
-            says=(f"--seed: {value}", "9223372036854775807"),
+            says=(f"--seed: {value}", "2^63 - 1"),
         )
         for value in ("-1", str(2**70))
     ),

@@ -40,7 +40,7 @@ def test_the_planners_meet_the_same_world(tmp_path: Path) -> None:
     assert [row["planner"] for row in told["rows"]] == [
         "ad-gso", "astar", "dstar-lite", "theta-star", "dstar-lpso"
     ]  # fmt: skip
-    assert (told["kind"], told["crowd"], told["timing"]) == ("plan", "none", {})
+    assert (told["kind"], told["traffic"], told["timing"]) == ("plan", "none", {})
     best = lampyris.plan(lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0)), "astar")
     assert best.cost is not None
     by = {row["planner"]: row for row in told["rows"]}

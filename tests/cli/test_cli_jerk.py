@@ -18,7 +18,7 @@ def _here(tmp_path: Path) -> Iterator[None]:
 
 
 def test_the_comparison_says_which_laws_break_it() -> None:
-    done = run("speed", "env-3", "--smooth", "taut", "--jerk-max", "0.3", "--json", "--no-timing")
+    done = run("speed", "env-3", "--smooth", "straight", "--jerk-max", "0.3", "--json", "--no-timing")
     assert done.exit == 0, done.err
     broken = {row["law"]: row["broken"] for row in json.loads(done.out)["laws"]}
     assert {law: "jerk" in words for law, words in broken.items()} == {

@@ -12,7 +12,7 @@ import pytest
 
 import lampyris
 from bad_inputs.case import inside, run
-from lampyris._core.defaults import PROFILE_SMOOTH
+from lampyris._core.defaults import PROFILE_SMOOTH, SMOOTHING
 from lampyris.io.maps.load import load_map
 from lampyris.motion.geometry.sampled_path import SampledCellPath, sample_with_corners
 
@@ -86,6 +86,28 @@ def test_what_is_said_of_corners() -> None:
     assert told(*drive, "--a-lat-max", "0.05")["duration"] > free["duration"] + 5
 
 
+def test_smooth_means_the_same_for_speed_and_drive() -> None:
+    """Three curves of one path, each as long by either verb, and the same words in both help texts."""
+    words = ("env-3", "--resolution", "0.25", "--radius", "0.15")
+    lengths = []
+    for word, meaning in SMOOTHING.items():
+        if word == "none":  # `speed` counts the lines between cells; the curve has its corners rounded
+            document = load_map("env-3")
+            grid = lampyris.Grid(document.grid.blocked, resolution=0.25)
+            assert document.start is not None
+            assert document.goal is not None
+            scene = lampyris.Scene(grid, document.start, document.goal, robot=lampyris.Robot(radius=0.15))
+            length = lampyris.smooth(scene, lampyris.plan(scene), method="none").s[-1]
+        else:
+            length = told("speed", *words, "--smooth", word)["path"]["length_m"]
+        run_of = told("drive", *words, "--obstacles", "0", "--smooth", word)
+        assert run_of["s"][-1] == pytest.approx(length, rel=1e-9)
+        lengths.append(length)
+        for verb in ("speed", "drive"):
+            assert f"{word}: {meaning}" in " ".join(run(verb, "--help").out.split())
+    assert lengths == sorted(set(lengths))
+
+
 def test_a_corner_leaves_the_path_by_as_much_as_is_said() -> None:
     """A right angle of 1 m cells: an arc of 0.5 m radius passes its corner at (sqrt(2) - 1) 0.5 m."""
     Path("open.txt").write_text("....\n" * 4)
@@ -121,15 +143,15 @@ def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     plan = told("plan", "env-3")
     Path("p.json").write_text(json.dumps(plan))
     assert told("speed", "env-3", "--path", "p.json")["path"]["smooth"] == "arcs"
-    taut = told("speed", "env-3", "--smooth", "taut")
+    pulled = told("speed", "env-3", "--smooth", "straight")
     document = load_map("env-3")
     assert document.start is not None
     assert document.goal is not None
     scene = lampyris.Scene(document.grid, document.start, document.goal)
     course = lampyris.smooth(scene, lampyris.plan(scene))
     assert not isinstance(course, SampledCellPath)
-    assert lampyris.speed_profile(scene, course).duration == taut["speed"]["duration"]
+    assert lampyris.speed_profile(scene, course).duration == pulled["speed"]["duration"]
     path = lampyris.plan(scene).path
     assert path is not None
     cells = sample_with_corners(path, 1.0, scene.robot)
-    assert taut["path"]["length_m"] < cells.s[-1]
+    assert pulled["path"]["length_m"] < cells.s[-1]

@@ -39,7 +39,7 @@ CALLS: dict[str, tuple[str, ...]] = {
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
     ("speed", "--tick"): ("--track", "t.csv"),
-    ("speed", "--spacing"): ("--smooth", "taut"),
+    ("speed", "--spacing"): ("--smooth", "straight"),
     ("speed", "--obstacle-radius"): ("--track", "t.csv"),
 }
 """What an option has to stand beside."""

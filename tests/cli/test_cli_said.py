@@ -59,8 +59,8 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
     found, err = said("speed", *asked, "--laws", "physical")
     assert found["path"]["notes"] == [told]
     assert f"note: {told}" in err
-    shaped = ("--set", "obstacle_density_weight=2", "--laws", "physical", "--smooth", "taut")
-    kept = "--smooth taut without effect: the path was planned with obstacle_density_weight, so only its corners are rounded"
+    shaped = ("--set", "obstacle_density_weight=2", "--laws", "physical", "--smooth", "straight")
+    kept = "--smooth straight without effect: the path was planned with obstacle_density_weight, so only its corners are rounded"
     found, err = said("speed", "env-1", *shaped)
     assert found["path"]["notes"] == [kept]
     assert f"note: {kept}" in err

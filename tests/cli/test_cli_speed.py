@@ -24,7 +24,7 @@ ROWS = [
     "#" * 24,
 ]
 ENDS = ("--start", "2,2", "--goal", "21,10")
-TAUT = (*ENDS, "--smooth", "taut")
+TAUT = (*ENDS, "--smooth", "straight")
 
 
 @pytest.fixture(autouse=True)
@@ -115,7 +115,7 @@ def test_its_own_csv_is_a_way_again() -> None:
     assert rounded["path"]["length_m"] == pytest.approx(r["path"]["length_m"], rel=1e-6)
     assert rounded["speed"]["duration"] == pytest.approx(r["speed"]["duration"], rel=0.01)
     assert rounded["path"]["deviation_m"] < 0.01
-    assert r["path"]["smooth"] == "taut"
+    assert r["path"]["smooth"] == "straight"
     assert rounded["path"]["smooth"] == "arcs"
     assert "m given; driven" in run("speed", *MAP, *ENDS).out
 
@@ -135,7 +135,7 @@ def test_a_loop_is_measured_as_it_is_given() -> None:
     lines = told(*words, "--smooth", "none")
     assert max(lines["speed"]["v"]) == pytest.approx(np.sqrt(0.2), rel=0.02), "its corners have arcs, too"
     assert lines["path"]["arcs"] == 399
-    taut = told(*words, "--smooth", "taut")["path"]
+    taut = told(*words, "--smooth", "straight")["path"]
     assert taut["length_m"] < 0.01
     assert taut["deviation_m"] == pytest.approx(2, rel=0.01)
 
@@ -150,16 +150,16 @@ def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
     inside_ = [v for v, (x, _) in zip(slow["speed"]["v"], slow["speed"]["xy"], strict=True) if 8 < x < 15]
     assert max(inside_) <= 0.3 + 1e-9
     Path("m.csv").write_text("x_m,y_m,radius,top_speed\n5.5,3,0.1,0.1\n3.5,1.2,0.05,0.3\n")
-    movers = told(*MAP, *TAUT, "--movers", "m.csv")
+    movers = told(*MAP, *TAUT, "--obstacle-states", "m.csv")
     assert movers["speed"]["duration"] > plain["speed"]["duration"]
     assert {k for k, c in enumerate(movers["speed"]["cause"]) if c == "moving obstacle"}
     assert "moving obstacle 1" in movers["speed"]["why"]
     Path("m.csv").write_text("x_m,y_m,radius,top_speed\n2.5,1.9,0.2,1.0\n")
-    done = run("speed", *MAP, *TAUT, "--movers", "m.csv")
+    done = run("speed", *MAP, *TAUT, "--obstacle-states", "m.csv")
     assert done.exit == 3
     assert "PROFILE_BLOCKED" in done.err
     assert "moving obstacle 0" in done.err
-    others = told(*MAP, *TAUT, "--movers", "m.csv", "--law", "optimum")
+    others = told(*MAP, *TAUT, "--obstacle-states", "m.csv", "--law", "optimum")
     assert "moving obstacle 0" in {r["law"]: r["sentence"] for r in others["refused"]}["physical"]
     assert "physical" not in [e["law"] for e in others["laws"]]
     fast = told(*MAP, *TAUT, "--set-law", "clearance=false")
@@ -264,14 +264,14 @@ def test_without_a_path_there_is_no_speed() -> None:
         ((*ENDS, "--set-law", "creep=7"), 2, "LAW_SETTING.*--set-law creep: 7"),
         ((*ENDS, "--smooth", "arc"), 2, "SMOOTH.*did you mean arcs"),
         ((*TAUT, "--spacing", "0"), 2, "SPACING.*--spacing: 0"),
-        ((*ENDS, "--spacing", "0.1"), 2, "OPTIONS.*--spacing: the nodes are the planned cells.*taut"),
+        ((*ENDS, "--spacing", "0.1"), 2, "OPTIONS.*--spacing: the nodes are the planned cells.*straight"),
         ((*ENDS, "--v0", "9"), 2, "PROFILE_INFEASIBLE.*--v0: 9"),
         ((*ENDS, "--colour-by", "colour"), 2, "COLOUR_BY.*speed, cause"),
         ((*ENDS, "--picture", "a.gif"), 2, "SUFFIX.*.png or .svg"),
         ((*ENDS, "--a-lat-max", "0"), 2, "ROBOT_LIMIT.*--a-lat-max"),
         ((*ENDS, "--turn-radius", "-1"), 2, "ROBOT_LIMIT.*--turn-radius"),
         ((*ENDS, "--jerk-max", "nan"), 2, "ROBOT_LIMIT.*--jerk-max"),
-        ((*ENDS, "--movers", "p.csv"), 3, "MOVERS_FILE.*p.csv:1: no column radius"),
+        ((*ENDS, "--obstacle-states", "p.csv"), 3, "OBSTACLE_STATES_FILE.*p.csv:1: no column radius"),
         ((*ENDS, "--zones", "room.txt"), 2, "SUFFIX.*'.txt'"),
     ],
 )  # fmt: skip
@@ -291,10 +291,10 @@ def test_all_laws_at_once_and_obstacles_that_are_elsewhere() -> None:
     r = told(*MAP, *ENDS, "--laws", "all")
     assert [e["law"] for e in r["laws"]] == list(LAWS)
     Path("far.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-900,0.2,1\n5,900,0.2,1\n3,3,0.1,0.1\n")
-    done = run("speed", *MAP, *ENDS, "--movers", "far.csv")
+    done = run("speed", *MAP, *ENDS, "--obstacle-states", "far.csv")
     assert "moving obstacle 0 at (2.5, -900) m and 1 more: off the map" in done.err
     Path("near.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-0.5,0.2,1\n")
-    assert "off the map" not in run("speed", *MAP, *ENDS, "--movers", "near.csv").err
+    assert "off the map" not in run("speed", *MAP, *ENDS, "--obstacle-states", "near.csv").err
 
 
 def test_a_rule_is_switched_on_by_a_word() -> None:
@@ -339,7 +339,7 @@ def test_the_page_names_every_key_and_column() -> None:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--movers", "none.csv"), "none.csv"),
+        (("--obstacle-states", "none.csv"), "none.csv"),
         (("--track", "none.csv"), "none.csv"),
         (("--track", "room.txt", "--law", "rpp"), "OPTIONS"),
         (("--spacing", "0"), "--spacing"),

@@ -57,9 +57,7 @@ def test_what_is_out_of_order_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert [line.partition(":")[0] for line in wrong] == [
         "p", "import circle", "6 class names are defined in several modules; at most 5", "old.py", "gone.py",
     ]  # fmt: skip
-    assert wrong[3].endswith("words of the old language: Whoever, mended, told, twins, way_of"), (
-        "keys are no words"
-    )
+    assert wrong[3].endswith("words of the old language: Whoever, crowd, mended, taut, told, twins, way_of")
     assert house.faults({**found, "crowded": {}, "circles": [], "doubled": {}}, frozenset({"old.py"})) == []
 
 
@@ -67,11 +65,29 @@ def test_words_of_another_meaning_are_passed_over(tmp_path: Path) -> None:
     house = tool()
     page, module = tmp_path / "page.md", tmp_path / "module.py"
     page.write_text("The body of a request is long; its body, too. See `taut`.\n\n    told\n")
-    module.write_text(
-        'Seen = 1\nseen = 2\nWHERE = "in the way of it"\n"""With ``taut`` or --smooth taut."""\n'
-    )
+    module.write_text('Seen = 1\nseen = 2\nWHERE = "in the way of it"\n"""With ``taut``."""\n')
     assert house.old_words(page) == ["body"]
     assert house.old_words(module) == ["Seen"]
+
+
+def test_keys_are_judged_in_every_kind_of_file(tmp_path: Path) -> None:
+    """Keys of dicts, columns and option names, of an app's form, a schema and a study file; prose is no key."""
+    house = tool()
+    for name, text, old in (
+        (
+            "a.py",
+            'X = {"crowds": 1, "fine": row["near_movers"]}, ("--movers", "courses.csv"), "a way to say"',
+            None,
+        ),
+        ("a.js", 'form.field("crowd", block); // the way of the page\nconst way = page.speed;', ["crowd"]),
+        ("a.json", '{"crowd_size": {"description": "the way they go"}}', ["crowd_size"]),
+        ("a.yaml", "# the way\ntraffic:\n  - {kind: patrol, crowds: 3}\nmovers: 2\n", ["crowds", "movers"]),
+    ):
+        (tmp_path / name).write_text(text)
+        assert house.old_words(tmp_path / name) == (
+            old or ["--movers", "courses.csv", "crowds", "near_movers"]
+        )
+    assert {path.suffix for path in house.keyed()} == {".js", ".json", ".yaml"}
 
 
 @pytest.mark.nightly

@@ -12,7 +12,7 @@ import pytest
 from lampyris.errors import LampyrisError, UsageError
 from lampyris.io import paths as way_file
 from lampyris.io.paths import read_path_points
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris_selfcheck.reference.files.map_files import put
 
@@ -140,7 +140,7 @@ def test_a_plan_of_ours_is_read_back_as_its_cells_and_only_on_its_own_map(tmp_pa
     for name in ("p.json", "p.csv"):
         assert (read_path_points(tmp_path / name).on(grid) == plan.cells).all()
     with pytest.raises(
-        LampyrisError, match=r"WAY_MAP.*p\.json.*10 x 10 cells of 1 m.*40 x 30 cells of 0\.05"
+        LampyrisError, match=r"PATH_MAP.*p\.json.*10 x 10 cells of 1 m.*40 x 30 cells of 0\.05"
     ):
         read_path_points(tmp_path / "p.json").on(GRID)
 
@@ -194,18 +194,18 @@ def test_what_is_wrong_is_told_with_its_place(
 def test_movers_are_seen_in_the_frame_of_the_map(tmp_path: Path) -> None:
     head = "id,x_m,y_m,radius,top_speed,vx,vy\n"
     file = put(tmp_path, (head + "7,-1.475,2.275,0.3,1.2,1,0.5\n8,0,3,0,0,0,0\n").encode())
-    m = read_movers(file, GRID)
+    m = read_obstacle_states(file, GRID)
     assert len(m) == 2
     assert m.xy[0] == pytest.approx((0, 29))
     assert (m.radius.tolist(), m.top_speed.tolist()) == ([0.3, 0.0], [1.2, 0.0])
     assert m.velocity is not None
     assert m.velocity[0] == pytest.approx((1, -0.5)), "y is down on the grid"
-    turned = read_movers(file, TURNED)
+    turned = read_obstacle_states(file, TURNED)
     assert turned.velocity is not None
     # A step of it in metres is the same step on the grid.
     step = TURNED.to_metres(turned.xy[0] + turned.velocity[0] / TURNED.resolution)
     assert step - TURNED.to_metres(turned.xy[0]) == pytest.approx((1, 0.5))
-    none = read_movers(put(tmp_path, b"x_m,y_m,radius,top_speed\n"), GRID)
+    none = read_obstacle_states(put(tmp_path, b"x_m,y_m,radius,top_speed\n"), GRID)
     assert (len(none), none.velocity) == (0, None)
 
 
@@ -220,7 +220,7 @@ def test_movers_are_seen_in_the_frame_of_the_map(tmp_path: Path) -> None:
     ],
 )
 def test_movers_that_cannot_be(tmp_path: Path, text: str, says: str) -> None:
-    with pytest.raises(LampyrisError, match="MOVERS_FILE") as caught:
-        read_movers(put(tmp_path, text.encode()), GRID)
+    with pytest.raises(LampyrisError, match="OBSTACLE_STATES_FILE") as caught:
+        read_obstacle_states(put(tmp_path, text.encode()), GRID)
     assert says in str(caught.value)
     assert math.isfinite(GRID.resolution)

@@ -182,7 +182,7 @@ def test_what_has_no_effect_is_refused() -> None:
     with pytest.raises(UsageError, match="spacing"):
         api.speed_profile(scene, path, spacing=0.1)
     course = api.smooth(scene, path)
-    for given in ({"smooth": "taut"}, {"spacing": 0.1}):
+    for given in ({"smooth": "straight"}, {"spacing": 0.1}):
         with pytest.raises(UsageError, match="OPTIONS"):
             api.speed_profile(scene, course, **given)  # type: ignore[arg-type]
     plan = lampyris.plan(Scene(scene.grid, (0, 0), (9, 3), robot=Robot(turn_radius=9.0)), "sipp")

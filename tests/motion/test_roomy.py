@@ -50,7 +50,7 @@ def test_a_loop_is_driven_all_around() -> None:
     # Three corners of 1 m radius: each is shorter by 2 r - pi r / 2.
     assert course.s[-1] == pytest.approx(30.0 - 3 * (2 - np.pi / 2), rel=1e-9)
     assert deviation(square, course.xy, 0.01) == pytest.approx(4 * (np.sqrt(2) - 1), rel=0.01)
-    assert api.smooth(scene(), square, method="taut").s[-1] == 0.0
+    assert api.smooth(scene(), square, method="straight").s[-1] == 0.0
 
 
 @pytest.mark.parametrize("even", [True, False])

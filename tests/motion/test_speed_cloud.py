@@ -42,7 +42,7 @@ def way() -> SampledPath:
 def cap(
     movers: ObstacleStates | None, settings: CloudModel | None = None, course: SampledPath | None = None
 ) -> Cap | None:
-    found = cloud_cap(course or way(), SCENE, settings or CloudModel(), Around(movers=movers))
+    found = cloud_cap(course or way(), SCENE, settings or CloudModel(), Around(obstacle_states=movers))
     return found[0] if found else None
 
 

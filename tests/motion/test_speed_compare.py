@@ -247,7 +247,7 @@ def test_it_can_be_driven_on_every_course_and_obstacles_count() -> None:
         assert found is None
         assert (made.v[course.stop] == 0).all()
         discs = ObstacleStates(rng.uniform(5, 35, (30, 2)), np.full(30, 0.3 * course.resolution), np.ones(30))
-        among = laws.profile(course, scene, law="dissertation", movers=discs)
+        among = laws.profile(course, scene, law="dissertation", obstacle_states=discs)
         assert (among.v <= made.v + 1e-12).all()
         slower += among.duration > made.duration * 1.001
         driving = laws.profile(course, scene, law="dissertation", v0=0.1)
@@ -300,7 +300,7 @@ def test_a_disc_of_any_size_covers_no_more_than_the_rings_around_the_course_hold
     huge = ObstacleStates(np.array([[3.4, 3.0], [2e9, 1e9]]), np.array([1e9, 3.0]), np.array([1.0, 1.0]))
     found = covered(huge, course, (50, 50))
     assert 5 * 9 <= len(found) <= 15 * 15
-    law = laws.profile(course, scene, law="dissertation", movers=huge)
+    law = laws.profile(course, scene, law="dissertation", obstacle_states=huge)
     taken = laws.profile(course, scene, law="dissertation", obstacles=np.argwhere(np.ones((50, 50))))
     assert np.array_equal(law.v, taken.v)
 

@@ -77,7 +77,7 @@ def test_beside_a_slow_twin(settings: MovingObstacles) -> None:
         near = movers.xy.copy()
         near[0] = course.xy[n // 2] + rng.normal(0.0, 1.0, 2)
         movers = ObstacleStates(near, movers.radius, movers.top_speed, None, 0.2)
-        made = moving_cap(course, SCENE, settings, Around(movers=movers))
+        made = moving_cap(course, SCENE, settings, Around(obstacle_states=movers))
         v = made[0].v if made else np.full(n, np.inf)
         cause_index = made[0].cause_index if made else np.full(n, -1)
         assert cause_index is not None
@@ -116,10 +116,10 @@ def test_arcs_bulge_towards_the_obstacle() -> None:
     rng = np.random.default_rng(8)
     movers = some(rng, 5)
     flat = moving_cap(
-        wandering(np.random.default_rng(1), 30), SCENE, MovingObstacles(), Around(movers=movers)
+        wandering(np.random.default_rng(1), 30), SCENE, MovingObstacles(), Around(obstacle_states=movers)
     )
     bent = moving_cap(
-        wandering(np.random.default_rng(1), 30, 2.0), SCENE, MovingObstacles(), Around(movers=movers)
+        wandering(np.random.default_rng(1), 30, 2.0), SCENE, MovingObstacles(), Around(obstacle_states=movers)
     )
     near = (flat[0].v > 0) & np.isfinite(flat[0].v)
     assert near.any()
@@ -131,7 +131,7 @@ def test_more_movers_faster_movers_older_news_never_speed_up() -> None:
     course, movers = wandering(rng, 60), some(rng, 8)
 
     def speeds(movers: ObstacleStates) -> np.ndarray:  # type: ignore[type-arg]
-        made = moving_cap(course, SCENE, MovingObstacles(), Around(movers=movers))
+        made = moving_cap(course, SCENE, MovingObstacles(), Around(obstacle_states=movers))
         return np.minimum(made[0].v if made else np.inf, SCENE.robot.v_max)
 
     before = speeds(movers)
@@ -147,7 +147,9 @@ def test_more_movers_faster_movers_older_news_never_speed_up() -> None:
 @pytest.mark.parametrize("age", [0.51, 1e9, -0.1, float("nan"), float("inf")])
 def test_stale_news_is_no_news(age: float) -> None:
     course = wandering(np.random.default_rng(0), 5)
-    made = moving_cap(course, SCENE, MovingObstacles(), Around(movers=some(np.random.default_rng(0), 0, age)))
+    made = moving_cap(
+        course, SCENE, MovingObstacles(), Around(obstacle_states=some(np.random.default_rng(0), 0, age))
+    )
     assert made[0].cause == "no data"
     assert not made[0].v.any()
 
@@ -156,7 +158,7 @@ def test_nobody_there_says_nothing() -> None:
     course = wandering(np.random.default_rng(0), 5)
     assert moving_cap(course, SCENE, MovingObstacles(), Around()) == []
     nobody = ObstacleStates(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-    assert moving_cap(course, SCENE, MovingObstacles(), Around(movers=nobody)) == []
+    assert moving_cap(course, SCENE, MovingObstacles(), Around(obstacle_states=nobody)) == []
 
 
 @pytest.mark.parametrize("name", ["reaction", "max_age", "margin"])

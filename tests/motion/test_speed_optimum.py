@@ -57,7 +57,7 @@ def drawn_course(rng: np.random.Generator) -> tuple[SampledPath, Scene] | None:
     found = lampyris.plan(scene, "astar")
     if found.path is None:
         return None
-    smooth = ("taut", "arcs", "none")[int(rng.integers(3))]
+    smooth = ("straight", "arcs", "none")[int(rng.integers(3))]
     spacing = None if rng.random() < 0.5 else size * float(rng.choice([0.5, 1.0, 4.0]))
     return lampyris.smooth(scene, found, method=smooth, spacing=spacing), scene  # type: ignore[arg-type]
 

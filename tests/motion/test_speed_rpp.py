@@ -165,7 +165,7 @@ def test_walls_and_what_moves_slow_it_alike() -> None:
     wall = laws.profile(course, scene_of(course, robot, ((10, 8),)), law="rpp")
     body = laws.profile(course, scene_of(course, robot), law="rpp", obstacles=[(10, 8)])
     disc = ObstacleStates(np.array([[10.0, 8.0]]), np.array([0.05]), np.array([1.0]))
-    moving = laws.profile(course, scene_of(course, robot), law="rpp", movers=disc)
+    moving = laws.profile(course, scene_of(course, robot), law="rpp", obstacle_states=disc)
     free = laws.profile(course, scene_of(course, robot), law="rpp")
     assert wall.v.tolist() == body.v.tolist()
     assert (wall.v <= free.v).all()

@@ -199,7 +199,7 @@ def test_at_the_cap_nobody_comes_near_before_the_robot_stands(cases: int) -> Non
         settings = MovingObstacles(
             reaction=float(rng.choice((0.0, 0.1, 0.5))), margin=float(rng.choice((0.0, 0.1))) * res
         )
-        found = moving_cap(course, scene, settings, Around(movers=movers))
+        found = moving_cap(course, scene, settings, Around(obstacle_states=movers))
         cap = np.minimum(found[0].v, robot.v_max) if found else np.full(len(course), robot.v_max)
         for i in np.flatnonzero(cap > 0).tolist():
             left = least_gap(curve, robot, movers, float(course.s[i]), float(cap[i]), 0.0, settings.reaction)
@@ -217,7 +217,7 @@ def test_knowledge_that_is_no_number_is_none() -> None:
     course = sample_curve(bent_curve(np.random.default_rng(1), 1.0), 0.5)
     for age in (NAN, -1.0, 9.0):
         old = ObstacleStates(np.array([[0.0, 0.0]]), np.array([0.3]), np.array([0.5]), age=age)
-        around = Around(movers=old)
+        around = Around(obstacle_states=old)
         scene = Scene(Grid(np.zeros((30, 30), dtype=bool)), (15, 15), (1, 1))
         assert (moving_cap(course, scene, MovingObstacles(), around)[0].v == 0).all()
 

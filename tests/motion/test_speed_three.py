@@ -35,7 +35,7 @@ def way() -> SampledPath:
 
 
 def speeds(movers: ObstacleStates | None, settings: ThreeSpeed | None = None) -> np.ndarray:
-    found = three_speed_cap(way(), SCENE, settings or ThreeSpeed(), Around(movers=movers))
+    found = three_speed_cap(way(), SCENE, settings or ThreeSpeed(), Around(obstacle_states=movers))
     return np.minimum(found[0].v, 1.0) if found else np.ones(101)
 
 
@@ -192,10 +192,10 @@ def test_control_is_slower_once_an_obstacle_has_stopped_in_the_way() -> None:
     course, control = way(), ThreeSpeedControl(ThreeSpeed(prior=(0.98, 0.01, 0.01)))
     movers = one((7, 20), (0, 1.0))
     control.update(movers, 0.0, course)
-    before = control.cap(course, SCENE, Around(movers=movers))[0].v[0]
+    before = control.cap(course, SCENE, Around(obstacle_states=movers))[0].v[0]
     for _ in range(4):
         control.update(movers, 1.0, course)
-    after = control.cap(course, SCENE, Around(movers=movers))[0].v[0]
+    after = control.cap(course, SCENE, Around(obstacle_states=movers))[0].v[0]
     assert before == 1.0
     assert after < 1.0
 
@@ -258,7 +258,9 @@ def test_it_passes_what_will_be_gone() -> None:
 
 
 def test_it_speaks_only_as_far_ahead_as_it_is_told_to() -> None:
-    found = three_speed_cap(way(), SCENE, ThreeSpeed(ahead=3.0), Around(movers=one((15, 8), (0, 0.8))))
+    found = three_speed_cap(
+        way(), SCENE, ThreeSpeed(ahead=3.0), Around(obstacle_states=one((15, 8), (0, 0.8)))
+    )
     (cap,) = found
     assert cap.cause == "three speeds"
     assert np.isinf(cap.v[-1])
@@ -276,7 +278,7 @@ def test_a_course_of_one_node() -> None:
     point = SampledPath(
         course.s[:1], course.xy[:1], course.heading[:1], course.curvature[:1], course.stop[:1], 0.2
     )
-    (cap,) = three_speed_cap(point, SCENE, ThreeSpeed(), Around(movers=one((2, 20), (0, 0))))
+    (cap,) = three_speed_cap(point, SCENE, ThreeSpeed(), Around(obstacle_states=one((2, 20), (0, 0))))
     assert cap.v.shape == (1,)
 
 

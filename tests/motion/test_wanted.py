@@ -26,7 +26,7 @@ def curves(plan: Plan, scene: Scene) -> list[Points]:
     """What `speed` and `drive` drive of a plan."""
     assert plan.path is not None
     x, y = plan.path.cells[0].tolist()
-    made = [api.smooth(scene, plan, method=s).curve for s in ("taut", "arcs")]
+    made = [api.smooth(scene, plan, method=s).curve for s in ("straight", "arcs")]
     made.append(curve_from(plan, scene, (float(x), float(y)), None, "arcs"))
     return [c.at(np.linspace(0.0, c.length, 4001))[0] for c in made if c is not None]
 
@@ -61,6 +61,6 @@ def test_a_path_that_crowding_shaped_is_not_drawn_straight() -> None:
         assert driven.mean() >= 0.99 * planned.mean()
         assert driven.min() >= planned.min() - 1e-6
     # Drawn straight it loses what the longer way was for.
-    taut = api.smooth(scene, plan.path, method="taut").curve
+    taut = api.smooth(scene, plan.path, method="straight").curve
     assert taut is not None
     assert clearances(taut.at(np.linspace(0.0, taut.length, 4001))[0], grid).mean() < 0.95 * planned.mean()

@@ -268,7 +268,7 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
             with_tracks(d, [still(20, 20)]), obstacle_specs=(Obstacle("recorded", 0.5, False),)
         ),
     ),
-    ("a track too many", "bodies", lambda d: replace(d, tracks=(still(20, 20),))),
+    ("a track too many", "tracks", lambda d: replace(d, tracks=(still(20, 20),))),
     ("nobody tells of the hit", "untold contact", lambda d: with_tracks(parked(d), [visitor(d)])),
     ("one that yields comes", "yield", lambda d: with_tracks(parked(d), [visitor(d)], yields=True)),
     ("told of a hit that was none", "told contact", lambda d: _told(with_tracks(d, [still(20, 20)]), 1.0)),

@@ -142,7 +142,13 @@ def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures:
     profile = sample_course()
     movers = ObstacleStates([[12, 12], [40, 30]], [0.3, 0.0], [1, 1], [[1, 0], [0, 0]])
     draw_sampled_path(
-        sample_room(), profile, tmp_path / "a.png", by=by, movers=movers, given=profile.xy[::40], radius=0.2
+        sample_room(),
+        profile,
+        tmp_path / "a.png",
+        by=by,
+        obstacle_states=movers,
+        given=profile.xy[::40],
+        radius=0.2,
     )  # type: ignore[index]
     told = words_of(figures[0])
     assert {"start", "goal", "wall", "moving obstacle", "path given"} <= told

@@ -425,7 +425,7 @@ def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "toy: cases=4 failures=0" in told
     assert "size=part" in told
     assert "size=nightly" not in told.replace("--size nightly", "")
-    assert "broken: raises, odd" in told
+    assert "failed: raises, odd" in told
     lines = [json.loads(line) for line in record.read_text().splitlines()]
     assert [(line["check"], line["holds"]) for line in lines] == [
         ("raises", False), ("odd", False), ("toy", True)

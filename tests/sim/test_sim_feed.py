@@ -146,7 +146,7 @@ def spoilt(kind, seed, lasts=np.inf):
     feed = FaultySensor(
         kind, at=float(rng.uniform(1.0, 8.0)), lasts=lasts, obstacle=int(rng.integers(3)), goal=(15, 15)
     )
-    return drive(scene, AStar(), seed=seed, feed=feed, obstacle_speed=0.7), feed
+    return drive(scene, AStar(), seed=seed, sensor=feed, obstacle_speed=0.7), feed
 
 
 @pytest.mark.parametrize("kind", [k for k in FAULTS if k != "goal-gone"])
@@ -161,7 +161,7 @@ def test_a_short_fault_is_survived(kind):
 
 def test_no_data_from_the_beginning():
     scene = Scene(ROOM, (0, 0), (15, 15), traffic=(RandomWalk(2),))
-    run = drive(scene, AStar(), feed=FaultySensor("stops", at=0.0))
+    run = drive(scene, AStar(), sensor=FaultySensor("stops", at=0.0))
     assert run.outcome is Outcome.STOPPED
     assert run.sentence == "No message has arrived, from 0 s on."
     assert (run.v == 0.0).all()
@@ -171,7 +171,7 @@ def test_no_data_from_the_beginning():
 def test_a_map_update_elsewhere_is_driven_round():
     run, _ = spoilt("goal-gone", 0)
     feed = FaultySensor("goal-gone", at=3.0, goal=(8, 8))
-    run = drive(replace(run.scene, traffic=()), AStar(), feed=feed)
+    run = drive(replace(run.scene, traffic=()), AStar(), sensor=feed)
     assert run.outcome is Outcome.ARRIVED
     assert run.replans == 1
     blocked = ROOM.blocked.copy()
@@ -185,7 +185,7 @@ def test_a_feed_of_one_drive_tells_the_next_nothing_of_it():
     """A faulty feed kept the late messages of the drive before, and handed them to the next one."""
     scene = Scene(Grid(np.zeros((8, 12), bool)), (0, 0), (11, 7), traffic=RandomWalk(2))
     feed = FaultySensor("late", at=0.0, by=0.2)
-    first, second = (drive(scene, AStar(), seed=3, feed=feed, max_age=1.0) for _ in range(2))
+    first, second = (drive(scene, AStar(), seed=3, sensor=feed, max_age=1.0) for _ in range(2))
     assert (first.outcome, first.t.tolist(), first.s.tolist()) == (
         second.outcome, second.t.tolist(), second.s.tolist()
     )  # fmt: skip

@@ -163,13 +163,13 @@ def test_lies_about_a_simulation(crowd: StudyTraffic, law_: str) -> None:
     for lie in (teleport, elsewhere, stops_short, fast, backwards, endless, no_replans):
         if lie is no_replans:
             made = altered(true, "simulate", lie)
-            made["evidence"]["told"][0] = "replan"
+            made["evidence"]["event_words"][0] = "replan"
             refused(study, made, "replans")
         else:
             refused(study, altered(true, "simulate", lie))
     for change in (
         {"outcome": "blocked"}, {"outcome": "hit"}, {"outcome": "collision"}, {"outcome": "no-path"},
-        {"outcome": "timeout"}, {"outcome": "won"}, {"bodies": 5}, {"bodies": 7}, {"path": None},
+        {"outcome": "timeout"}, {"outcome": "won"}, {"obstacle_count": 5}, {"obstacle_count": 7}, {"path": None},
     ):  # fmt: skip
         refused(study, {**true, "evidence": {**true["evidence"], **change}})
     path, counts = true["evidence"]["path"], true["evidence"]["counts"]
@@ -192,7 +192,7 @@ def test_a_robot_that_drives_through_obstacles_is_refused() -> None:
             "simulate", ("astar",), StudyTraffic(), grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,)
         )
         (true,), (lie,) = results_of(study), results_of(alone)
-        made = {**true, "ending": "done", "evidence": {**lie["evidence"], "bodies": 9}}
+        made = {**true, "ending": "done", "evidence": {**lie["evidence"], "obstacle_count": 9}}
         tracks = world_of(next(study.jobs()).plain, grid).replay.upto(13)
         meets = any(tuple(c) == (t, 1) for t in range(14) for c in tracks[t].tolist())
         if meets:
@@ -278,12 +278,12 @@ def test_lies_about_a_drive() -> None:
 
     def hit(a: dict[str, Any]) -> None:
         a["moments"] = np.array([(0.5, 0.0, 0.0)])
-        a["moment_words"], a["moment_bodies"] = np.zeros(1), np.zeros(1)
+        a["moment_words"], a["moment_obstacles"] = np.zeros(1), np.zeros(1)
 
     for lie in (faster, quick, push, jump, other_way, away, small, quicker):
         refused(study, altered(true, "drive", lie))
     made = altered(true, "drive", hit)
-    made["evidence"]["told"] = ["hit"]
+    made["evidence"]["event_words"] = ["hit"]
     refused(study, made)
     for change in (
         {"outcome": "blocked"}, {"outcome": "hit"}, {"outcome": "collision"}, {"outcome": "no-path"},

@@ -152,7 +152,7 @@ def test_a_run_may_go_fast_under_a_budget_that_binds_nobody() -> None:
 def test_a_wrong_question_is_refused() -> None:
     for study, code in (
         (study_of("simulate", crowd=StudyTraffic("random-walk", 400)), "OBSTACLE_ROOM"),
-        (study_of("simulate", crowd=StudyTraffic("random-walk", 3, rate=0.5)), "CROWD_RATE"),
+        (study_of("simulate", crowd=StudyTraffic("random-walk", 3, rate=0.5)), "TRAFFIC_RATE"),
         (study_of("simulate", (planner("ad-gso", nt=0),)), "NT"),
         (study_of("simulate", (planner("ad-gso", no_such=1),)), "SETTING"),
         (study_of("plan", law_of=law("physical", creep=7)), "LAW_SETTING"),

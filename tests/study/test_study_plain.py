@@ -103,7 +103,7 @@ CHANGES: list[tuple[dict[str, Any], str]] = [
     ({"planners": (STUDY.planners[0], replace(STUDY.planners[1], origin="dist 1.1"))},
      "planners.1.origin: 'dist 1.0' and 'dist 1.1'"),
     ({"laws": (STUDY.laws[0],)}, "laws: 2 values and 1 values"),
-    ({"traffic_cases": (StudyTraffic(), StudyTraffic("random-walk", 6, 0.1, 0.2, "live"))}, "crowds.1.count: 5 and 6"),
+    ({"traffic_cases": (StudyTraffic(), StudyTraffic("random-walk", 6, 0.1, 0.2, "live"))}, "traffic_cases.1.count: 5 and 6"),
     ({"seeds": (3, 2)}, "seeds.1: 1 and 2"),
     ({"seeds": (3, 1, 2)}, "seeds: [3, 1] and [3, 1, 2]"),
 ]  # fmt: skip
@@ -135,6 +135,8 @@ def test_another_release_is_refused() -> None:
     for version in (["0.0.0", 1], [sent(STUDY)["version"][0], 99]):
         with pytest.raises(LampyrisError, match=rf"^error\[STUDY_VERSION\].*lampyris {version[0]}, results"):
             study_of({**sent(STUDY), "version": version}, GRIDS)
+    with pytest.raises(LampyrisError, match=r"^error\[STUDY_VERSION\].*format 1; allowed.*format 2"):
+        study_of({**sent(STUDY), "format": 1}, GRIDS)
 
 
 def test_other_maps_are_refused() -> None:
@@ -149,7 +151,7 @@ def test_other_maps_are_refused() -> None:
             study_of(sent(STUDY), grounds)
 
 
-@pytest.mark.parametrize("key", ["worlds", "planners", "laws", "crowds", "seeds"])
+@pytest.mark.parametrize("key", ["worlds", "planners", "laws", "traffic_cases", "seeds"])
 def test_a_study_that_has_something_twice_is_refused(key: str) -> None:
     plain = sent(STUDY)
     plain[key] = [*plain[key], plain[key][0]]

@@ -155,7 +155,7 @@ def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> N
     summary = summarise(runs_of(small, records))
     assert summary.start_exact == ("pso", "pso-apf")
     made = tabs(summary)
-    assert {tab.name.partition("-")[0] for tab in made} >= {"endings", "way", "time", "work", "ranks"}
+    assert {tab.name.partition("-")[0] for tab in made} >= {"endings", "paths", "time", "work", "ranks"}
     for tab in made:
         assert tab.note.endswith(f"pso and pso-apf start {START}."), tab.name
     nobody = tabs(summarise(runs_of(replace(small, planners=some[:1]), records[:2])))

@@ -182,7 +182,7 @@ def test_open_for_makes_it_then_finds_it_again(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("more", "words"),
-    [({"seeds": 2}, "seeds"), ({"traffic_cases": (StudyTraffic("random-walk", 4),)}, "crowds.0.count: 3 and 4"),
+    [({"seeds": 2}, "seeds"), ({"traffic_cases": (StudyTraffic("random-walk", 4),)}, "traffic_cases.0.count: 3 and 4"),
      ({"laws": (Config("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"worlds": study().worlds[:1]}, "maps")],
 )  # fmt: skip
 def test_another_study_is_refused_with_the_field_that_differs(tmp_path: Path, more: dict, words: str) -> None:

@@ -404,7 +404,7 @@ def test_a_forged_study_with_maps_of_another_form_is_refused(tmp_path: Path, map
     refused(path, "STUDY_MAP" if maps == [{"hash": 7}] else "STUDY_PLAIN")
 
 
-@pytest.mark.parametrize("what", ["worlds", "planners", "laws", "crowds", "seeds"])
+@pytest.mark.parametrize("what", ["worlds", "planners", "laws", "traffic_cases", "seeds"])
 def test_a_forged_study_of_no_runs_is_no_study(tmp_path: Path, what: str) -> None:
     path = tmp_path / "a"
     filled(path, study())

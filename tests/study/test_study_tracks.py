@@ -163,7 +163,7 @@ def test_walkers_that_appear_later_cannot_be_replayed() -> None:
     scene = scene_of("random-walk")
     with pytest.raises(SettingError) as refused:
         Replay(replace(scene, traffic=(RandomWalk(3, 0.5),)), 0)
-    assert refused.value.code == "CROWD_RATE"
+    assert refused.value.code == "TRAFFIC_RATE"
     with pytest.raises(SceneError):
         Replay(replace(scene, traffic=(RandomWalk(3000),)), 0)
 

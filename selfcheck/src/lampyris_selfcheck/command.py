@@ -142,10 +142,10 @@ def run_checks(request: SelfcheckRequest) -> int:
             result = run(check, _ask(check, request), request.which, ledger, report)
         results.append(result)
         _report(result, request)
-    broken = [result.check.name for result in results if not result.holds]
-    if broken and not request.json:
-        print(f"broken: {', '.join(broken)}")
-    return BROKEN if broken else 0
+    failed = [result.check.name for result in results if not result.holds]
+    if failed and not request.json:
+        print(f"failed: {', '.join(failed)}")
+    return BROKEN if failed else 0
 
 
 def _report(result: Result, request: SelfcheckRequest) -> None:

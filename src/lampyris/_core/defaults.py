@@ -3,10 +3,20 @@
 Texts of ``--help`` are made of them.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Final, Literal, TypeAlias
 
-Smooth: TypeAlias = Literal["arcs", "none"]
-"""How a path becomes a curve: corners rounded as widely as there is room, or each within half a step."""
+Smooth: TypeAlias = Literal["straight", "arcs", "none"]
+"""How a path becomes a curve, for every function, verb and file; :data:`SMOOTHING` says what each word means."""
+
+SMOOTHING: Mapping[Smooth, str] = MappingProxyType(
+    {
+        "straight": "pulled straight where there is room, corners rounded as widely as there is room",
+        "arcs": "along the path's own lines, corners rounded as widely as there is room",
+        "none": "along the path's own lines, each corner rounded within half a step, or a stop",
+    }
+)
 
 DRIVE_SPACING = 0.125
 """Cells between two nodes of the path of a drive, at most."""
@@ -18,14 +28,11 @@ PROFILE_SMOOTH: Final = "none"
 """How ``lampyris.speed_profile(scene, plan)``, ``lampyris plan`` and ``lampyris speed`` drive a planned path: along its
 cells, each corner rounded within half a step, or a stop."""
 
-SAMPLE_SMOOTH: Final = "taut"
-"""How ``lampyris.smooth(scene, plan)`` draws a planned path, and a drive by its ``arcs``."""
+SAMPLE_SMOOTH: Final = "straight"
+"""How ``lampyris.smooth(scene, plan)`` and ``lampyris drive`` draw a planned path."""
 
-SMOOTH: Final = "arcs"
-"""How paths become curves where nothing else is said."""
-
-POINTS_SMOOTH: Final = SMOOTH
-"""How points given by the user (an array, a file) are driven: along their own lines, corners rounded."""
+POINTS_SMOOTH: Final = "arcs"
+"""How points given by the user (an array, a file) are driven."""
 
 SIMULATION_PATIENCE = 50
 """Consecutive ticks that the robot of a simulation waits before it gives up."""

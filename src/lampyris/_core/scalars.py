@@ -13,6 +13,10 @@ from typing import TypeGuard
 MOST_WHOLE = 2**63 - 1
 """The greatest whole number that compiled code can count with."""
 
+MAX_SEED = MOST_WHOLE
+SEED_RANGE = "a whole number, 0 to 2^63 - 1"
+"""What a seed may be, for every message about one."""
+
 
 def is_real(value: object) -> TypeGuard[float]:
     """Whether it is a finite number that a float64 can hold: an int, a float, or one of NumPy's; no bool."""

@@ -23,8 +23,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "time-limit", "plan-limit", "patience",
         ),
         "Obstacles": (
-            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "movers", "obstacle-info",
-            "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
+            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "obstacle-states",
+            "obstacle-info", "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
         ),
         "Output": (
             "picture", "layer", "colour-by", "chart", "film", "csv", "out", "save-scenario", "explain",

@@ -11,6 +11,7 @@ from dataclasses import fields as dataclass_fields
 from typing import Any
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import (
     EndOptions,
@@ -26,7 +27,7 @@ from lampyris.errors import SceneError, SettingError, UnknownSettingError, Usage
 from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
-from lampyris.io.scenario.scenario import MAX_SEED, PRESETS, Bundled, MapFile, Scenario
+from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, Scenario
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -118,7 +119,7 @@ class Request:
         """Build the scenario of the options; its traffic is what is drawn in the map."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
-            raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
+            raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=SEED_RANGE)
         settings, law_settings = self.planner_settings(), self.law_settings()
         robot, document = self.robot(), self.load()
         zones, notes = self.read_zones(document.grid)

@@ -63,13 +63,13 @@ class PathPoints:
 
         Raises
         ------
-        FileError : WAY_MAP: it was planned on another map.
+        FileError : PATH_MAP: it was planned on another map.
         """
         here = (grid.width, grid.height, grid.resolution, grid.origin)
         if self.map is not None and self.map != here:
             map_text = "{} x {} cells of {:g} m, origin {}".format(*self.map)
             raise FileError(
-                "WAY_MAP",
+                "PATH_MAP",
                 f"planned on a map of {map_text}",
                 where=self.where,
                 allowed="{} x {} cells of {:g} m, origin {}".format(*here),
@@ -99,7 +99,7 @@ def read_path_points(path: str | os.PathLike[str], units: str | None = None) -> 
     Raises
     ------
     UsageError : UNITS: no such unit.
-    FileError : FILE_MISSING, FILE_KIND; WAY: not such a file, or a number that is none, with line and value;
+    FileError : FILE_MISSING, FILE_KIND; PATH_FILE: not such a file, or a number that is none, with line and value;
         what the readers of JSON and YAML say.
     LimitError : FILE_TOO_LARGE, LIMIT, JSON_SIZE, YAML_SIZE.
     """
@@ -120,10 +120,10 @@ def read_path_points(path: str | os.PathLike[str], units: str | None = None) -> 
 
 
 def _from_table(data: bytes, name: str, units: str | None) -> PathPoints:
-    table = table_of(data, name, "WAY", ("x", "y", "x_m", "y_m"))
+    table = table_of(data, name, "PATH_FILE", ("x", "y", "x_m", "y_m"))
     if not table.rows:
         raise FileError(
-            "WAY", "no row of numbers", where=name, allowed="columns x_m,y_m or x,y, a row a point"
+            "PATH_FILE", "no row of numbers", where=name, allowed="columns x_m,y_m or x,y, a row a point"
         )
     _few_enough(len(table.rows), f"{name}:{table.rows[-1][0]}")
     metric = {"x_m", "y_m"} <= set(table.columns)
@@ -156,7 +156,7 @@ def _from_document(document: JsonDocument | YamlDocument) -> PathPoints:
     keys = ", ".join(shown(key) for key in list(document.data)[:5])
     what = f"an object with {keys}" if keys else "an empty object"
     allowed = "a nav_msgs/Path (`poses`), or what `lampyris plan --json` prints (`cells`)"
-    raise FileError("WAY", what, where=document.at(), allowed=allowed)
+    raise FileError("PATH_FILE", what, where=document.at(), allowed=allowed)
 
 
 def _from_poses(
@@ -173,12 +173,14 @@ def _from_poses(
                 continue
             if not isinstance(pose, dict) or not isinstance(pose.get(step), dict):
                 raise FileError(
-                    "WAY", f"pose {k} has no {step}", where=document.at(*place), allowed="pose.position"
+                    "PATH_FILE", f"pose {k} has no {step}", where=document.at(*place), allowed="pose.position"
                 )
             pose, place = pose[step], (*place, step)
         points.append([_number(document, pose.get(axis), (*place, axis)) for axis in "xy"])
     if not points:
-        raise FileError("WAY", "a path without poses", where=document.at(*key_path), allowed="at least one")
+        raise FileError(
+            "PATH_FILE", "a path without poses", where=document.at(*key_path), allowed="at least one"
+        )
     header = data.get("header")
     frame = header.get("frame_id") if isinstance(header, dict) else None
     notes: tuple[str, ...] = ()
@@ -191,12 +193,14 @@ def _from_plan(document: JsonDocument | YamlDocument, data: dict[str, Any]) -> P
     cells = data["cells"]
     if not isinstance(cells, list) or not cells:
         what = "a plan that found no path" if not cells else f"{shown(cells)}"
-        raise FileError("WAY", what, where=document.at("cells"), allowed="a list of cells [x, y]")
+        raise FileError("PATH_FILE", what, where=document.at("cells"), allowed="a list of cells [x, y]")
     _few_enough(len(cells), document.at("cells"))
     points = []
     for k, cell in enumerate(cells):
         if not isinstance(cell, list) or len(cell) != 2:
-            raise FileError("WAY", f"{shown(cell)}", where=document.at("cells", k), allowed="a cell [x, y]")
+            raise FileError(
+                "PATH_FILE", f"{shown(cell)}", where=document.at("cells", k), allowed="a cell [x, y]"
+            )
         points.append([_number(document, cell[i], ("cells", k, i)) for i in (0, 1)])
     return PathPoints(np.array(points), "cells", map=_map_of(data.get("map")), where=document.where)
 
@@ -219,5 +223,5 @@ def _number(document: JsonDocument | YamlDocument, value: Any, key_path: tuple[s
     if not real or not math.isfinite(value) or abs(value) > GREATEST:
         what = f"{key_path[-1]} is {shown(value)}" if value is not None else f"{key_path[-1]} is missing"
         allowed = f"a number from -{GREATEST:g} to {GREATEST:g}"
-        raise FileError("WAY", what, where=document.at(*key_path), allowed=allowed)
+        raise FileError("PATH_FILE", what, where=document.at(*key_path), allowed=allowed)
     return float(value)

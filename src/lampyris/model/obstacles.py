@@ -30,7 +30,7 @@ class ObstacleStates(Value):
 
     Raises
     ------
-    SettingError : ``MOVERS``: numbers that are not finite or negative, or arrays that do not fit.
+    SettingError : ``OBSTACLE_STATES``: numbers that are not finite or negative, or arrays that do not fit.
     """
 
     xy: Points
@@ -60,9 +60,11 @@ class ObstacleStates(Value):
             array = numbers(value, shape)
             if array is None or not np.isfinite(array).all():
                 allowed = f"finite numbers of shape {shape}"
-                raise SettingError("MOVERS", shown(value), where=name, allowed=allowed)
+                raise SettingError("OBSTACLE_STATES", shown(value), where=name, allowed=allowed)
             if name in ("radius", "top_speed") and (array < 0).any():
-                raise SettingError("MOVERS", f"{shown(array.min())}", where=name, allowed="0 or more")
+                raise SettingError(
+                    "OBSTACLE_STATES", f"{shown(array.min())}", where=name, allowed="0 or more"
+                )
             object.__setattr__(self, name, frozen(array))
 
     def __len__(self) -> int:

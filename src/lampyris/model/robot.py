@@ -34,7 +34,7 @@ class Robot(Noun):
     v_max : greatest speed.
     a_max : greatest acceleration.
     d_max : greatest braking.
-    a_lat_max : greatest lateral acceleration in a bend.
+    a_lat_max : greatest lateral acceleration in a turn.
     turn_radius : smallest turning radius. Where no arc of that radius fits, it stands still and turns on the
         spot. 0: any bend, as slowly as a_lat_max requires.
     jerk_max : greatest jerk; it limits profiles, not drives.

@@ -20,6 +20,7 @@ from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell, CellsLike
 
 MAX_OBSTACLES = 10_000
+COUNT_RANGE = f"a whole number, 0 to {MAX_OBSTACLES:,}"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -173,10 +174,10 @@ class Obstacle(Noun):
 
 def _count(count: Any) -> int:
     if not (isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 0):
-        raise SettingError.of("TRAFFIC_COUNT", "traffic.count", shown(count), allowed="a whole number >= 0")
+        raise SettingError.of("TRAFFIC_COUNT", "traffic.count", shown(count), allowed=COUNT_RANGE)
     if count > MAX_OBSTACLES:
         what = f"{shown(count)} obstacles"
-        raise LimitError("LIMIT", what, allowed=f"at most {MAX_OBSTACLES}", setting="traffic.count")
+        raise LimitError("LIMIT", what, allowed=f"at most {MAX_OBSTACLES:,}", setting="traffic.count")
     return int(count)
 
 

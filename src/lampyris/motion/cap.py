@@ -34,8 +34,8 @@ class Around:
     Parameters
     ----------
     cells : int64 (m, 2): cells that obstacles of the tick model cover.
-    movers : discs in continuous time; None: there are none.
+    obstacle_states : discs in continuous time; None: there are none.
     """
 
     cells: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    movers: ObstacleStates | None = None
+    obstacle_states: ObstacleStates | None = None

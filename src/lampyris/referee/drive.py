@@ -154,7 +154,7 @@ def _shapes(drive: Drive) -> Violation | None:
         return Violation("lengths", "drive", f"{sorted(sizes)} values; one or more of each, and all alike")
     if len(drive.tracks) != len(drive.obstacle_specs):
         return Violation(
-            "bodies", "drive", f"{len(drive.tracks)} tracks of {len(drive.obstacle_specs)} obstacles"
+            "tracks", "drive", f"{len(drive.tracks)} tracks of {len(drive.obstacle_specs)} obstacles"
         )
     if not np.isfinite(np.concatenate((drive.t, drive.s, drive.v, drive.a))).all():
         return Violation("lengths", "drive", "a value that is not a finite number")

@@ -16,7 +16,7 @@ expects at least one that is newer than the last it trusted. A message is *not* 
   to be. (A standing robot may be run into; that is no fault of the data.)
 
 Without a trusted message the robot brakes with d_max at once, which takes v / d seconds at most; it has
-always kept the room for that. If trusted messages come back within ``hold`` seconds it goes on, otherwise it
+always kept the room for that. If trusted messages come back within ``data_timeout`` seconds it continues, otherwise it
 ends with the outcome ``stopped`` and the reason.
 """
 
@@ -56,7 +56,7 @@ class ObstacleMessage:
 
 
 class Sensor(Protocol):
-    """What lies between the obstacles and the robot's ears."""
+    """What reports obstacles to the robot."""
 
     def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         """The messages that arrive now, the newest last.
@@ -64,7 +64,7 @@ class Sensor(Protocol):
         Parameters
         ----------
         now : seconds.
-        truth : what a perfect feed would say.
+        truth : what a perfect sensor would report.
         robot : where the robot is, cells.
         """
         ...
@@ -92,7 +92,7 @@ FAULTS: tuple[str, ...] = get_args(FaultKind)
 
 @dataclass
 class FaultySensor:
-    """A perfect feed into which one fault is put.
+    """A perfect sensor with one injected fault.
 
     Parameters
     ----------

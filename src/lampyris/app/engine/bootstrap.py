@@ -18,6 +18,8 @@ from lampyris.io.maps.recipes.make import RECIPES
 from lampyris.io.maps.recipes.recipe import Recipe
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
+from lampyris.model.settings.simulation import SimulationSettings
+from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
@@ -33,11 +35,14 @@ def hello() -> dict[str, Any]:
         "planners_of_poses": [_planner(row) for row in registry.list_planners(poses=True).values()],
         "laws": [_law(row) for row in laws.LAWS.values()],
         "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items()],
+        "simulate": [
+            _setting(key, v, SimulationSettings, key) for key, v in defaults_of(SimulationSettings).items()
+        ],
         "moves": list(MOVES),
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),
         "recipes": [_recipe(row) for row in RECIPES.values()],
-        "limits": {"cells": MAX_CELLS},
+        "limits": {"cells": MAX_CELLS, "obstacles": MAX_OBSTACLES},
     }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
+from lampyris._core.scalars import MAX_SEED
 from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import json_frame
 from lampyris.app.engine.simulation import begin, ending, finish, header, watch
@@ -118,7 +119,7 @@ def _seeds(given: Any, first: int) -> tuple[int, ...]:
         raise LimitError("SEEDS", f"{given!r:.40}", where="seeds", allowed=f"1 to {MOST_SEEDS}, or a list")
     if listed is None:
         return tuple(range(first, first + many))
-    if not all(type(seed) is int and 0 <= seed < 2**63 for seed in listed) or len(set(listed)) < many:
+    if not all(type(seed) is int and 0 <= seed <= MAX_SEED for seed in listed) or len(set(listed)) < many:
         raise LimitError("SEEDS", f"{given!r:.40}", where="seeds", allowed="whole numbers, each once")
     return tuple(listed)
 

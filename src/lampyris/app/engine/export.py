@@ -250,7 +250,7 @@ def run_page(scenario: Scenario, look: Look) -> str:
         picture=picture,
         moving=moving,
         measures=Tab("numbers", "What the run measures", ("measure", "value", "what it is"), measures),
-        events=Tab("told", "What happened", ("tick", "event", "cell", "what"), events),
+        events=Tab("events", "What happened", ("tick", "event", "cell", "what"), events),
         foot=f"{who}, seed {scenario.seed}{mean}",
     )
 

@@ -7,7 +7,7 @@ import { capsOf, closeness, whyOf } from "./bounds.js";
 import { causeColour } from "./colours.js";
 import { el } from "./make.js";
 
-/** @typedef {"time" | "way"} Over */
+/** @typedef {"time" | "path"} Over */
 /**
  * What is drawn: places along x, values, what binds each.
  * @typedef {{
@@ -48,7 +48,7 @@ class Charts {
     /** Length of x as of the last drawing. */
     this._most = 1;
 
-    this.overs = this._switch("Charts over", [["time", "Time"], ["way", "Distance"]], (word) => {
+    this.overs = this._switch("Charts over", [["time", "Time"], ["path", "Distance"]], (word) => {
       this.over = /** @type {Over} */ (word);
       this.draw();
     });
@@ -177,8 +177,8 @@ class Charts {
     if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k;
     // A step needs an x that grows; a robot that waits does not.
     else for (let k = 1; k < n; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + 1e-9;
-    const crowd = run.bodies.length > 0;
-    const near = crowd ? Float64Array.from(run.near.subarray(0, n), (v) => (v < Infinity ? v : NaN)) : null;
+    const among = run.bodies.length > 0;
+    const near = among ? Float64Array.from(run.near.subarray(0, n), (v) => (v < Infinity ? v : NaN)) : null;
     const causes = run.cause.subarray(0, n);
     const word = (/** @type {number} */ k) => run.causes[causes[k]] ?? "";
     return {

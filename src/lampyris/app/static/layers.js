@@ -370,7 +370,7 @@ export function gatesOf({ on_path, in_map }) {
   const others = in_map.filter(({ cell }) => !met.has(String(cell)));
   return [
     ...others.map(({ cell, dead_end }) => ({ at: cell, look: dead_end ? /** @type {const} */ ("end") : /** @type {const} */ ("gate") })),
-    ...on_path.map(({ cell }) => ({ at: cell, look: /** @type {const} */ ("way") })),
+    ...on_path.map(({ cell }) => ({ at: cell, look: /** @type {const} */ ("path") })),
   ];
 }
 

@@ -8,8 +8,8 @@ import { gateMarks, goalMark, kindMark, robotMark, startMark } from "./marks.js"
 const NAMES = /** @type {Record<string, string>} */ ({
   "random-walk": "random walker (W)", patrol: "patrol (P)", crossing: "crossing obstacle (X)", recorded: "recorded obstacle (R)",
 });
-/** As pictures name them. @type {Array<["way" | "gate" | "end", string]>} */
-const GATES = [["way", "gate on the path"], ["gate", "gate"], ["end", "gate, dead end"]];
+/** As pictures name them. @type {Array<["path" | "gate" | "end", string]>} */
+const GATES = [["path", "gate on the path"], ["gate", "gate"], ["end", "gate, dead end"]];
 const SIDE = 18;
 
 /** What stands on the map, in the order in which it is told. @param {Page} page @returns {Array<[string, (pen: CanvasRenderingContext2D) => void]>} */

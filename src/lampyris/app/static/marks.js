@@ -58,7 +58,7 @@ export function gateOutline(pen, x, y, r) {
 /**
  * Gates as in pictures: diamonds, full on the path, hollow elsewhere, crossed out in dead ends. All in one stroke:
  * scattered maps have tens of thousands.
- * @param {Pen} pen @param {Array<[number, number]>} at pixels @param {number} r @param {"way" | "gate" | "end"} look @param {string} colour
+ * @param {Pen} pen @param {Array<[number, number]>} at pixels @param {number} r @param {"path" | "gate" | "end"} look @param {string} colour
  */
 export function gateMarks(pen, at, r, look, colour) {
   pen.beginPath();
@@ -78,7 +78,7 @@ export function gateMarks(pen, at, r, look, colour) {
   pen.stroke();
   pen.strokeStyle = pen.fillStyle = colour;
   pen.lineWidth = wide;
-  if (look === "way") pen.fill();
+  if (look === "path") pen.fill();
   pen.stroke();
 }
 

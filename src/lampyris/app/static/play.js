@@ -222,7 +222,7 @@ export class Player {
       const f = k + 1 < run.ticks ? t - k : 0;
       this._place(run, k, f);
       moment.robot = this._robot;
-      this._crowd(run, k, f);
+      this._obstacles(run, k, f);
       moment.bodies = this._bodies;
       moment.trail = this._trail;
     }
@@ -262,7 +262,7 @@ export class Player {
   }
 
   /** Everybody else. @param {Run} run @param {number} k @param {number} f */
-  _crowd(run, k, f) {
+  _obstacles(run, k, f) {
     const { moment } = this.page.map;
     if (this._known !== run.bodies.length || moment.kinds.length !== run.bodies.length) {
       const cell = this.page.ground?.resolution || 1;

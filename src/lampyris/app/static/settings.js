@@ -52,7 +52,6 @@ function robotForm(rows) {
   }));
 }
 
-const MOST_BODIES = 10000;
 const MOST_SEED = Number.MAX_SAFE_INTEGER;
 
 /** @param {string} name @param {string} title @param {unknown} value @param {number} least @param {number} most @param {string} about @param {string} [none] @returns {Setting} */
@@ -63,7 +62,7 @@ function whole(name, title, value, least, most, about, none) {
 const RADIUS = limit("radius", "radius", "m", 0, 0, "Radius of each; 0 is one cell.");
 
 /** Kinds of obstacles that are given by their number, with what else is said of them. @type {Array<{kind: string, title: string, about: string, more: Setting[]}>} */
-const CROWDS = [
+const COUNTED = [
   {
     kind: "random-walk", title: "Random walkers", about: "step to a free neighbour or stay; they wait for the robot",
     more: [{
@@ -91,7 +90,7 @@ export function mount(page, into) {
   shown.push(plainPart(page, robot, robotForm(page.hello.robot), "robot"));
   shown.push(seedPart(page, /** @type {HTMLElement} */ (block(into, "seed", "Seed and end"))));
   const traffic = document.getElementById("traffic") ?? into;
-  shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "crowds", "Moving obstacles"))));
+  shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "counted", "Moving obstacles"))));
   const show = () => shown.forEach((one) => one());
   page.store.listen(show);
   show();
@@ -378,10 +377,8 @@ function seedPart(page, into) {
   seed.row.classList.add("with-dice");
   seed.row.insertBefore(dice, seed.row.children[2] ?? null);
   into.append(seed.row);
-  const rest = plainPart(page, into, [
-    whole("ticks", "ticks at most", null, 1, 1e6, "When a run ends that has not arrived.", "by the map"),
-    whole("patience", "patience", null, 1, 1e6, "Ticks that the robot waits before it gives up.", "as usual"),
-  ], "simulate");
+  const titles = { ticks: "ticks at most", patience: "patience" };
+  const rest = plainPart(page, into, page.hello.simulate.map((/** @type {Setting} */ row) => ({ ...row, title: titles[/** @type {"ticks"} */ (row.name)] ?? row.name })), "simulate");
   return () => {
     seed.put(page.store.scenario.seed);
     rest();
@@ -392,7 +389,7 @@ function seedPart(page, into) {
 
 /** @param {Page} page @param {HTMLElement} into */
 function trafficPart(page, into) {
-  const crowds = CROWDS.map((crowd) => crowdPart(page, into, crowd));
+  const counted = COUNTED.map((group) => countedPart(page, into, group));
   const list = el("ul", { class: "placed" });
   const none = el("p", { class: "hint" }, "Patrols are drawn on the map, with its tool for obstacles.");
   into.append(el("h3", null, "Placed one by one"), list, none);
@@ -400,35 +397,35 @@ function trafficPart(page, into) {
   const clear = button("Take all away", () => page.store.set({ obstacles: [] }), { class: "btn quiet" });
   into.append(el("div", { class: "row" }, total, clear));
   return () => {
-    crowds.forEach((show) => show());
+    counted.forEach((show) => show());
     const { obstacles } = page.store.scenario;
-    const placed = [...obstacles.entries()].filter(([, one]) => !CROWDS.some(({ kind }) => kind === one.kind));
+    const placed = [...obstacles.entries()].filter(([, one]) => !COUNTED.some(({ kind }) => kind === one.kind));
     fill(list, ...placed.map(([k, one]) => placedPart(page, k, one)));
     none.hidden = placed.length > 0;
-    const all = obstacles.reduce((sum, one) => sum + (CROWDS.some(({ kind }) => kind === one.kind) ? one.count : 1), 0);
+    const all = obstacles.reduce((sum, one) => sum + (COUNTED.some(({ kind }) => kind === one.kind) ? one.count : 1), 0);
     total.textContent = all ? `${all.toLocaleString("en")} in all.` : "Nothing moves but the robot.";
     clear.hidden = !all;
   };
 }
 
-/** A kind of obstacles by number: the first table of that kind in the scenario. @param {Page} page @param {HTMLElement} into @param {{kind: string, title: string, about: string, more: Setting[]}} crowd */
-function crowdPart(page, into, crowd) {
-  const find = () => page.store.scenario.obstacles.findIndex((one) => one.kind === crowd.kind);
+/** A kind of obstacles by number: the first table of that kind in the scenario. @param {Page} page @param {HTMLElement} into @param {{kind: string, title: string, about: string, more: Setting[]}} group */
+function countedPart(page, into, group) {
+  const find = () => page.store.scenario.obstacles.findIndex((one) => one.kind === group.kind);
   const give = (/** @type {string} */ key, /** @type {unknown} */ value, /** @type {boolean} */ settled) => {
     const obstacles = [...page.store.scenario.obstacles];
     const k = find();
-    const now = k < 0 ? { kind: crowd.kind, count: 0 } : obstacles[k];
-    if ((now[key] ?? (key === "count" ? 0 : crowd.more.find((one) => one.name === key)?.default)) !== value) {
+    const now = k < 0 ? { kind: group.kind, count: 0 } : obstacles[k];
+    if ((now[key] ?? (key === "count" ? 0 : group.more.find((one) => one.name === key)?.default)) !== value) {
       const next = { ...now, [key]: value };
       if (k < 0) obstacles.push(next);
       else if (next.count === 0) obstacles.splice(k, 1);
       else obstacles[k] = next;
-      page.store.set({ obstacles }, `${crowd.kind}.${key}`);
+      page.store.set({ obstacles }, `${group.kind}.${key}`);
     }
     if (settled) page.store.settle();
   };
-  const count = field(whole("count", crowd.title, 0, 0, MOST_BODIES, `They ${crowd.about}.`), (value, settled) => give("count", value, settled));
-  const more = crowd.more.map((one) => /** @type {[Setting, Field]} */ ([one, field(one, (value, settled) => give(one.name, value, settled))]));
+  const count = field(whole("count", group.title, 0, 0, page.hello.limits.obstacles, `They ${group.about}.`), (value, settled) => give("count", value, settled));
+  const more = group.more.map((one) => /** @type {[Setting, Field]} */ ([one, field(one, (value, settled) => give(one.name, value, settled))]));
   const rest = el("div", { class: "inner" }, ...more.map(([, one]) => one.row));
   into.append(count.row, rest);
   return () => {

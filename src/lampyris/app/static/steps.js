@@ -7,7 +7,7 @@ import { Stagehand, marksOf, stretchOf, turned, wayOf } from "./stagehand.js";
 
 /** @typedef {import("./stagehand.js").Jump} Jump */
 
-/** What is shown at once: a ring of an iteration, its choice, or its way. @typedef {{jump: number, ring: number, act: "ring" | "choice" | "way"}} Scene */
+/** What is shown at once: a ring of an iteration, its choice, or its way. @typedef {{jump: number, ring: number, act: "ring" | "choice" | "path"}} Scene */
 
 const MOST_ROWS = 150;
 const PAUSES = /** @type {Array<[string, number]>} */ ([["slow", 2600], ["calm", 1400], ["quick", 500]]);
@@ -146,10 +146,10 @@ class Steps {
     const jump = this.jumps[scene.jump];
     const walked = this.jumps.slice(0, scene.jump);
     const ways = walked.length ? [wayOf(walked)] : [];
-    if (scene.act === "way") ways.push(/** @type {any} */ (stretchOf(jump)));
+    if (scene.act === "path") ways.push(/** @type {any} */ (stretchOf(jump)));
     this.hand.look(jump.at, jump.rings);
     this.hand.show({
-      marks: marksOf(jump, scene.ring, scene.act !== "ring", page.ground), ways, robot: scene.act === "way" ? jump.chosen : jump.at,
+      marks: marksOf(jump, scene.ring, scene.act !== "ring", page.ground), ways, robot: scene.act === "path" ? jump.chosen : jump.at,
     });
     this.slider.value = String(this.at);
     this.slider.setAttribute("aria-valuetext", `iteration ${scene.jump}, ${scene.act} ${scene.ring}`);
@@ -166,7 +166,7 @@ function scenesOf(jump, k) {
   const last = jump.rings;
   /** @type {Scene[]} */
   const scenes = Array.from({ length: last }, (_, ring) => ({ jump: k, ring: ring + 1, act: "ring" }));
-  return [...scenes, { jump: k, ring: last, act: "choice" }, { jump: k, ring: last, act: "way" }];
+  return [...scenes, { jump: k, ring: last, act: "choice" }, { jump: k, ring: last, act: "path" }];
 }
 
 /** @param {Scene} scene @param {Jump} jump @param {number} enough */

@@ -8,7 +8,7 @@ import { drawLine } from "./ways.js";
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** A cell that is pointed out. @typedef {{at: Cell, text?: string, colour: string, fill?: number, ring?: boolean}} Mark */
 /** Waypoints of a patrol, and the lines it takes between them; a draft is still being drawn. @typedef {{cells: Cell[], draft: boolean, lines: Cell[][]}} Patrol */
-/** A gate: on the path, a dead end, or neither. @typedef {{at: Cell, look: "way" | "gate" | "end"}} Gate */
+/** A gate: on the path, a dead end, or neither. @typedef {{at: Cell, look: "path" | "gate" | "end"}} Gate */
 
 /** Lines between cells. @param {Pen} pen @param {View} view @param {{width: number, height: number}} ground @param {string} colour */
 export function drawLines(pen, view, ground, colour) {
@@ -36,7 +36,7 @@ export function drawLines(pen, view, ground, colour) {
 export function drawGates(pen, view, gates) {
   const r = Math.max(3.5, Math.min(view.scale * 0.38, 13));
   // Those on the path lie over the others.
-  for (const look of /** @type {const} */ (["end", "gate", "way"])) {
+  for (const look of /** @type {const} */ (["end", "gate", "path"])) {
     /** @type {Array<[number, number]>} */
     const there = [];
     for (const gate of gates) {

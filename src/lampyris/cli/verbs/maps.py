@@ -51,7 +51,10 @@ app = typer.Typer(
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 Resolution = Annotated[
-    float | None, typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say.")
+    float | None,
+    typer.Option(
+        "--resolution", metavar="M", help="Metres per cell, for maps that do not state it (default 1)."
+    ),
 ]
 Values = Annotated[
     str,
@@ -65,7 +68,7 @@ ToValues = Annotated[
     str | None,
     typer.Option(
         "--to-values",
-        help="What the new file's shall be: occupancy or costmap (default: occupancy, but costmap for a "
+        help="What the numbers of the new file mean: occupancy or costmap (default: occupancy, but costmap for a "
         ".csv of a map with terrain).",
     ),
 ]
@@ -74,20 +77,20 @@ Colour = Annotated[
     typer.Option(
         "--colour",
         metavar="legend|luminance",
-        help="A colour not of the legend: legend refuses it, luminance reads all as grey.",
+        help="Colours outside the legend: legend refuses them, luminance reads every colour as grey.",
     ),
 ]
 MaxCells = Annotated[
     int | None,
     typer.Option(
-        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse larger maps (default and most: 2^24)."
+        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps with more cells (default 2^24)."
     ),
 ]
 AllowOutside = Annotated[
-    bool, typer.Option("--allow-outside", help="A ROS map's picture may be in any folder.")
+    bool, typer.Option("--allow-outside", help="Allow a ROS map to name an image outside its own folder.")
 ]
 Strict = Annotated[
-    bool, typer.Option("--strict", help="Refuse what is doubtful in a ROS map, instead of noting it.")
+    bool, typer.Option("--strict", help="Refuse doubtful values in a ROS map instead of printing a note.")
 ]
 
 

@@ -71,7 +71,7 @@ def movingai(
     ] = None,
     max_cells: Annotated[
         int | None,
-        typer.Option("--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells."),
+        typer.Option("--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps with more cells."),
     ] = None,
     no_timing: Annotated[
         bool, typer.Option("--no-timing", help="Omit timings, so that repeated calls print identical JSON.")

@@ -44,7 +44,7 @@ def run(
     save: Save = None,
     force: Force = False,
 ) -> None:
-    """Plan, simulate or drive as a scenario file says."""
+    """Plan, simulate or drive the scenario in a file."""
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart)
     raise typer.Exit(run_file(scenario, allow_outside, max_cells, out))
 

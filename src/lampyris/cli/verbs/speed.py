@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SPACING
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SAMPLE_SPACING, SMOOTHING
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
@@ -66,10 +66,10 @@ def speed(
         str | None,
         typer.Option(
             "--smooth",
-            metavar="taut|arcs|none",
-            help=f"{PROFILE_SMOOTH} (default for a plan, as in `lampyris plan`): the cells or points as they "
-            f"are, each corner rounded within half a step, or a stop; {POINTS_SMOOTH} (default with --path): "
-            "corners rounded as widely as there is room; taut: drawn straight where there is room, rounded.",
+            metavar="|".join(SMOOTHING),
+            help="How the path becomes a curve. "
+            + "; ".join(f"{word}: {meaning}" for word, meaning in SMOOTHING.items())
+            + f". Default: {PROFILE_SMOOTH} for a plan, as in `lampyris plan`; {POINTS_SMOOTH} with --path.",
         ),
     ] = None,
     spacing: Annotated[
@@ -77,13 +77,15 @@ def speed(
         typer.Option(
             "--spacing",
             metavar="M",
-            help=f"Metres between nodes of a curve, at most (default {SAMPLE_SPACING:g} of a cell).",
+            help=f"Greatest distance between two nodes of a curve, metres (default {SAMPLE_SPACING:g} of a cell).",
         ),
     ] = None,
-    movers: Annotated[
+    obstacle_states: Annotated[
         Path | None,
         typer.Option(
-            "--movers", metavar="FILE", help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy]."
+            "--obstacle-states",
+            metavar="FILE",
+            help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy].",
         ),
     ] = None,
     track: Track = None,
@@ -95,7 +97,7 @@ def speed(
     ] = None,
     obstacle_radius: ObstacleRadius = 0.0,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what limits the speed where, by segments of one cause.")
+        bool, typer.Option("--explain", help="Print what limits the speed on each segment of the path.")
     ] = False,
     all_: Annotated[bool, typer.Option("--all", help="With --explain: a row for every node.")] = False,
     json_: Json = False,
@@ -129,7 +131,7 @@ def speed(
 
     request = Request(map_options, ends, robot, rules, planning, LawOptions(law, set_law, zones))
     tracks = TracksRequest(tuple(track or ()), tick, obstacle_radius)
-    speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, movers, tracks)
+    speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, obstacle_states, tracks)
     out = SpeedOutputs(json_, not no_timing, csv, picture, chart, colour_by, force, explain or all_, all_)
     raise typer.Exit(compare_on_path(speed_request, out))
 
@@ -195,8 +197,8 @@ def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
             from lampyris.report.pictures.path_picture import draw_sampled_path
 
             draw_sampled_path(
-                grid, profile, out.picture, by=out.colour_by, movers=comparison.movers, given=comparison.given,
-                radius=comparison.scene.robot.radius,
+                grid, profile, out.picture, by=out.colour_by, obstacle_states=comparison.obstacle_states,
+                given=comparison.given, radius=comparison.scene.robot.radius,
             )  # fmt: skip
         if out.chart is not None:
             from lampyris.report.charts.speed_compare import draw_comparison

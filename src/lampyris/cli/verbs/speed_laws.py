@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from lampyris import api, referee
-from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SMOOTHING
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
 from lampyris.io.paths import UNITS, read_path_points
 from lampyris.io.tracks.csv_tracks import read_track
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates, Track
@@ -28,7 +28,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.deviation import deviation, length_of
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, sample_with_corners
-from lampyris.motion.geometry.smoothing import DRAWINGS, rounded_alone
+from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import LawResult, compare
 from lampyris.motion.laws.physical import PhysicalLaw
@@ -84,7 +84,7 @@ class SpeedRequest:
     v0: float
     smooth: str | None
     spacing: float | None
-    movers: Path | None
+    obstacle_states: Path | None
     tracks: TracksRequest = TracksRequest()
 
     @property
@@ -96,13 +96,13 @@ class SpeedRequest:
         """Reject options that contradict each other; return the laws to compare, the examined one among them."""
         law = self.base.law
         if self.smooth is not None:
-            check_choice("SMOOTH", "--smooth", self.smooth, DRAWINGS)
+            check_choice("SMOOTH", "--smooth", self.smooth, tuple(SMOOTHING))
         if self.path is None and self.drawing == "none" and self.spacing is not None:
             raise UsageError(
                 "OPTIONS",
                 "the nodes are the planned cells",
                 where="--spacing",
-                allowed="with --smooth taut or --smooth arcs",
+                allowed="with --smooth straight or --smooth arcs",
             )
         if self.units is not None:
             check_choice("UNITS", "--units", self.units, UNITS)
@@ -137,7 +137,7 @@ class SpeedComparison:
     entries : a row for each law that lets the robot drive.
     refused : the others, and why.
     chosen : which of them is examined.
-    movers : moving obstacles.
+    obstacle_states : moving obstacles.
     timing : seconds.
     notes : of the plan that the path is from: which settings it weakened.
     """
@@ -150,7 +150,7 @@ class SpeedComparison:
     entries: tuple[LawResult, ...]
     refused: dict[str, str]
     chosen: int
-    movers: ObstacleStates | None
+    obstacle_states: ObstacleStates | None
     timing: dict[str, float]
     notes: tuple[str, ...] = ()
 
@@ -193,7 +193,9 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     began, loaded = loading.wall(), loading.seconds()
     # All files are read before anything is planned: a search may take long.
     scene, source, points, notes = _scene(request)
-    movers = None if request.movers is None else read_movers(request.movers, scene.grid)
+    obstacle_states = (
+        None if request.obstacle_states is None else read_obstacle_states(request.obstacle_states, scene.grid)
+    )
     tracks = request.tracks.read(scene)
     smooth: Any = request.drawing
     if points is None and smooth != "none":
@@ -207,27 +209,27 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     print_notes(notes)
     if path is None:
         return NoPath(scene.grid, source)
-    print_notes(_off_the_map(movers, scene.grid))
+    print_notes(_off_the_map(obstacle_states, scene.grid))
     samples = _sampled(path, scene, smooth, request.spacing)
     drawn = loading.wall()
-    entries, refused = _entries(names, request, path, samples, scene, movers, tracks)
+    entries, refused = _entries(names, request, path, samples, scene, obstacle_states, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == request.base.law)
     timing = {"path_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
     unchanged = _kept_as_planned(path, smooth)
     print_notes(unchanged)
     return SpeedComparison(
-        scene, source, _points(path), smooth, samples, entries, refused, chosen, movers, timing,
+        scene, source, _points(path), smooth, samples, entries, refused, chosen, obstacle_states, timing,
         (*(path.notes if isinstance(path, Plan) else ()), *unchanged),
     )  # fmt: skip
 
 
 def _kept_as_planned(route: Plan | Points, smooth: str) -> tuple[str, ...]:
     """A sentence where a path that was to be drawn straight is not."""
-    if not isinstance(route, Plan) or smooth != "taut":
+    if not isinstance(route, Plan) or smooth != "straight":
         return ()
     why = rounded_alone(route)
-    return (f"--smooth taut without effect: {why}",) if why else ()
+    return (f"--smooth straight without effect: {why}",) if why else ()
 
 
 def _scene(request: SpeedRequest) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
@@ -262,18 +264,18 @@ def _points(route: Plan | Points) -> Points:
     return polyline_of(route.path)
 
 
-def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
+def _off_the_map(obstacle_states: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
     """A remark on obstacles that are off the map by more than themselves and a second's travel."""
-    if movers is None:
+    if obstacle_states is None:
         return ()
-    reach = (movers.radius + movers.top_speed) / grid.resolution + 1.0
+    reach = (obstacle_states.radius + obstacle_states.top_speed) / grid.resolution + 1.0
     far = np.array((grid.width - 0.5, grid.height - 0.5))
-    off = np.maximum(np.maximum(-0.5 - movers.xy, movers.xy - far), 0.0)
+    off = np.maximum(np.maximum(-0.5 - obstacle_states.xy, obstacle_states.xy - far), 0.0)
     which = np.flatnonzero(np.sqrt((off * off).sum(axis=1)) > reach)
     if not len(which):
         return ()
     k = int(which[0])
-    x, y = (float(v) for v in grid.to_metres(movers.xy[k : k + 1])[0])
+    x, y = (float(v) for v in grid.to_metres(obstacle_states.xy[k : k + 1])[0])
     more = f" and {len(which) - 1} more" if len(which) > 1 else ""
     at = f"moving obstacle {k} at ({x:.6g}, {y:.6g}) m{more}"
     return (f"{at}: off the map; places are taken for metres of the map's frame",)
@@ -305,7 +307,7 @@ def _entries(
     route: Plan | Points,
     samples: SampledPath,
     scene: Scene,
-    movers: ObstacleStates | None,
+    obstacle_states: ObstacleStates | None,
     tracks: tuple[Track, ...],
 ) -> tuple[tuple[LawResult, ...], dict[str, str]]:
     """A row for each law, each profile past the referee; and why other laws do not let the robot drive.
@@ -319,7 +321,7 @@ def _entries(
     refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:
-        made = _profile(route, samples, scene, law, request.v0, movers)
+        made = _profile(route, samples, scene, law, request.v0, obstacle_states)
         mine = tracks and law is settings
         return _through(made, samples, scene, law, tracks, request.v0) if mine else made
 
@@ -336,15 +338,15 @@ def _profile(
     scene: Scene,
     law: laws.SpeedLaw,
     v0: float,
-    movers: ObstacleStates | None,
+    obstacle_states: ObstacleStates | None,
 ) -> Profile:
     """A law's profile in metres and seconds, with the places of its nodes; past the referee."""
     cells = isinstance(route, Plan) and isinstance(samples, SampledCellPath)
     if cells and laws.named(laws.name_of(law)).units == "m/s":
         # The very call that `lampyris plan` makes.
-        made = api.speed_profile(scene, route, law, v0=v0, movers=movers)  # type: ignore[arg-type]
+        made = api.speed_profile(scene, route, law, v0=v0, obstacle_states=obstacle_states)  # type: ignore[arg-type]
         return replace(made, xy=samples.xy)
-    return api.speed_profile(scene, samples, law, v0=v0, movers=movers)
+    return api.speed_profile(scene, samples, law, v0=v0, obstacle_states=obstacle_states)
 
 
 def _through(

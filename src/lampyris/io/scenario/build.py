@@ -12,7 +12,7 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
-from lampyris.io.scenario.map_source import Files, Mistakes
+from lampyris.io.scenario.map_source import Files, Mistakes, setting_path
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
@@ -24,6 +24,7 @@ from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
 from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
@@ -77,8 +78,8 @@ class _Build:
         planner, settings = _named(file.planner)
         law, law_settings = _named(file.law or default_law)
         settings = self._with_files(planner, settings)
-        self.tried(("planner",), self.names.planner, planner, settings)
-        self.tried(("law",), self.names.law, law, law_settings)
+        self._known("planner", file.planner, self.names.planner, settings)
+        self._known("law", file.law or default_law, self.names.law, law_settings)
         robot = self.tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
         traffic = self._traffic(map_[0] if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
@@ -91,6 +92,8 @@ class _Build:
             )
             scene = self.tried(("robot", "radius"), make, map_[0].grid)
         drive = self._drive()
+        if scene is not None and drive is not None and not self.faults:
+            self._check_traffic(DriveSettings.of(drive), scene)
         if map_ is None or scene is None or self.faults:
             self.faults.give()
         how: Any = file.simulate
@@ -117,6 +120,33 @@ class _Build:
                 at: KeyPath = ("planner", "settings", key)
                 found[key] = self.tried(at, self.files.path, found[key], at)
         return found
+
+    def _known(
+        self,
+        key: str,
+        given: Any,
+        make: Callable[[str, Mapping[str, Any]], object],
+        settings: Mapping[str, Any],
+    ) -> None:
+        """See that there is such a planner or law with such settings; a mistake is kept at its name or setting."""
+        try:
+            make(_named(given)[0], settings)
+        except LampyrisError as fault:
+            path = setting_path(fault, settings)
+            if path:
+                self.faults.keep((key, "settings", *path), fault)
+            else:
+                self.faults.keep(
+                    (key,) if isinstance(given, str) or fault.setting != key else (key, "name"), fault
+                )
+
+    def _check_traffic(self, settings: DriveSettings, scene: Scene) -> None:
+        """See that the traffic is no faster than a drive can follow."""
+        try:
+            settings.check_traffic(scene)
+        except SettingError as fault:
+            table = "drive" if fault.setting == "obstacle_speed" else "robot"
+            self.faults.keep((table, fault.setting), fault)
 
     def _drive(self) -> dict[str, Any] | None:
         """Settings of a drive in continuous time; None: it is none."""

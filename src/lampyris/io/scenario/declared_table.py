@@ -27,10 +27,19 @@ def table_of(name: str, kind: type, summary: str, code: str = "") -> type[Table]
     texts = descriptions_of(kind)
     keys: dict[str, Any] = {}
     for key, setting in settings_of(kind).items():
-        description = f"{texts[key]} Null: {setting.none}." if setting.none else texts[key]
-        keys[key] = (_annotation(setting, code or key.upper()), Field(defaults[key], description=description))
+        keys[key] = (_annotation(setting, code or key.upper()), _field(setting, defaults[key], texts[key]))
     made: type[Table] = create_model(name, __base__=Table, __doc__=summary, **keys)
     return made
+
+
+def key_of(kind: type, name: str) -> tuple[Any, Any]:
+    """One declared setting as a key of a table, with its own name as code: annotation and field."""
+    setting, text = settings_of(kind)[name], descriptions_of(kind)[name]
+    return _annotation(setting, name.upper()), _field(setting, defaults_of(kind)[name], text)
+
+
+def _field(setting: Setting, default: Any, text: str) -> Any:
+    return Field(default, description=f"{text} Null: {setting.none}." if setting.none else text)
 
 
 def _annotation(setting: Setting, code: str) -> Any:

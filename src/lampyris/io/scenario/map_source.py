@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -159,6 +159,24 @@ class NoFiles(Files):
     def map_of(self, spec: Any, key_path: KeyPath) -> tuple[MapDocument, MapSource | None]:
         """The given map; see :meth:`Files.map_of` where none is given."""
         return super().map_of(spec, key_path) if self._given is None else (self._given, self._source)
+
+
+def setting_path(fault: LampyrisError, settings: Mapping[str, Any]) -> KeyPath:
+    """The keys of the setting that a mistake is about, within a table of settings; empty: it is about none of them.
+
+    The mistake names a setting with or without its owner (``physical.moving.margin``); the table may hold it under a
+    dotted name or in tables within it.
+    """
+    names = fault.setting.split(".")
+    for k, name in enumerate(names):
+        dotted = ".".join(names[k:])
+        if dotted in settings:
+            return (dotted,)
+        inner = settings.get(name)
+        if isinstance(inner, Mapping):
+            rest = ".".join(names[k + 1 :])
+            return (name, rest) if rest in inner else (name,)
+    return ()
 
 
 def placed(fault: LampyrisError, parsed: Document, key_path: KeyPath) -> LampyrisError:

@@ -17,7 +17,6 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
 
-MAX_SEED = 2**63 - 1
 PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
 """Moves and speed law by the name of the preset."""
 

@@ -29,7 +29,7 @@ from lampyris.io.scenario.schema_types import (
 )
 from lampyris.model.edit import MAX_EDITS
 from lampyris.model.robot import Robot
-from lampyris.model.traffic import MAX_OBSTACLES
+from lampyris.model.traffic import COUNT_RANGE, MAX_OBSTACLES
 
 VERSION = 1
 MAX_SIDE = 2**24
@@ -50,7 +50,8 @@ class FileMap(Table):
 
     file: FileName = Field(description="Its path, relative to the scenario file's folder.")
     resolution: Resolution | None = Field(
-        None, description="Metres a cell, for files that do not say (default 1); others must agree."
+        None,
+        description="Metres per cell, for files that do not state it (default 1); otherwise it must be the same.",
     )
     values: Annotated[Literal["occupancy", "costmap"], Rule("VALUES", " or ".join(VALUES))] = Field(
         defaults.VALUES, description="What grey samples and numbers are; costmap: ROS 2 costmap values."
@@ -204,7 +205,7 @@ _RADIUS = "Radius of each, metres; 0 is one cell."
 Count: TypeAlias = Annotated[
     int,
     Field(ge=0, le=MAX_OBSTACLES),
-    Rule("TRAFFIC_COUNT", f"a whole number, 0 to {MAX_OBSTACLES:,}", limit=True),
+    Rule("TRAFFIC_COUNT", COUNT_RANGE, limit=True),
 ]
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
-from lampyris.io.scenario.scenario import MAX_SEED
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.io.text.strict_yaml import shown
 
 MAX_TEXT = 200
@@ -74,6 +74,4 @@ FileName: TypeAlias = Annotated[
 Resolution: TypeAlias = Annotated[
     float, Field(ge=1e-6, le=1000), Rule("MAP_RESOLUTION", "1e-6 to 1000 metres a cell")
 ]
-Seed: TypeAlias = Annotated[
-    int, Field(ge=0, le=MAX_SEED), Rule("SEED", "a whole number, 0 to 2^63 - 1", always=True)
-]
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=MAX_SEED), Rule("SEED", SEED_RANGE, always=True)]

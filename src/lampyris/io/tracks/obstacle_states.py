@@ -15,7 +15,7 @@ from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.typing import Points
 
 
-def read_movers(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
+def read_obstacle_states(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
     """Read discs in continuous time: a table with a row for each.
 
     Columns ``x_m``, ``y_m`` (metres of the map frame), ``radius`` (metres), ``top_speed`` (m/s), and perhaps
@@ -29,15 +29,15 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
 
     Raises
     ------
-    FileError : FILE_MISSING, FILE_KIND; MOVERS_FILE: a column that is missing, a number out of its range,
+    FileError : FILE_MISSING, FILE_KIND; OBSTACLE_STATES_FILE: a column that is missing, a number out of its range,
         with line and value.
     LimitError : FILE_TOO_LARGE, LIMIT: more than 10,000.
     """
     names = ("x_m", "y_m", "radius", "top_speed")
-    table = read_table(path, "MOVERS_FILE", names)
+    table = read_table(path, "OBSTACLE_STATES_FILE", names)
     if not table.columns:
         allowed = f"a first line with the columns {', '.join(names)}"
-        raise FileError("MOVERS_FILE", "no header", where=table.where, allowed=allowed)
+        raise FileError("OBSTACLE_STATES_FILE", "no header", where=table.where, allowed=allowed)
     if len(table.rows) > MAX_OBSTACLES:
         what = f"{len(table.rows):,} obstacles"
         raise LimitError("LIMIT", what, where=table.where, allowed=f"at most {MAX_OBSTACLES:,}")
@@ -53,7 +53,7 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
         if fast > speed * (1 + 1e-9):
             what = f"a velocity of {fast:g} m/s"
             allowed = f"at most the top speed, {speed:g}"
-            raise FileError("MOVERS_FILE", what, where=f"{table.where}:{line}", allowed=allowed)
+            raise FileError("OBSTACLE_STATES_FILE", what, where=f"{table.where}:{line}", allowed=allowed)
     xy, size = (np.array(rows, dtype=np.float64).reshape(-1, 2) for rows in (places, sizes))
     v = _on_the_grid(np.array(velocities).reshape(-1, 2), grid) if velocity else None
     return ObstacleStates(grid.to_points(xy[:, 0], xy[:, 1]), size[:, 0], size[:, 1], v)

@@ -105,17 +105,17 @@ def behind(opaque, dark, spacious, width, height, vx, vy, dx, dy, pinhole, steps
 
     Parameters
     ----------
-    opaque, dark, spacious : bool (height * width,): cells that hide; those of them that may hold a mover
-        themselves; cells in which a mover's centre may be.
+    opaque, dark, spacious : bool (height * width,): cells that hide; those of them that may hold an obstacle
+        themselves; cells in which an obstacle's centre may be.
     vx, vy : the corner, shared by the cells vx - 1, vx and vy - 1, vy. The cell before it is known to be
         free.
     dx, dy : from the eye to the corner; neither is 0.
-    pinhole : whether a mover comes through between two squares that touch at a corner.
+    pinhole : whether an obstacle comes through between two squares that touch at a corner.
     steps : cells to look at.
 
     Returns
     -------
-    -1: nothing comes from there. -2: a mover may. Otherwise the dark cell at which the edge ends.
+    -1: nothing comes from there. -2: an obstacle may. Otherwise the dark cell at which the edge ends.
     """
     sx = 1 if dx > 0 else -1
     sy = 1 if dy > 0 else -1

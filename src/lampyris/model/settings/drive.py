@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
-from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SMOOTH, Smooth
+from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SAMPLE_SMOOTH, Smooth
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 
@@ -41,10 +41,11 @@ class DriveSettings:
     lag : time constant of the motors, unless tracking is perfect.
     noise : greatest error of a reported position; known to the law.
     patience : time the robot stands still because of obstacles before it replans.
-    give_up : time standing still without a break after which the drive ends as ``blocked``.
+    give_up : uninterrupted time standing still after which the drive ends as ``blocked``.
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
-    smooth : how planned paths become curves: ``arcs``, pulled straight and corners rounded as widely as there is
-        room; ``none``, the planned cells as they are, each corner rounded within half a step, or a stop.
+    smooth : how planned paths become curves; ``straight``: pulled straight where there is room, corners rounded as
+        widely as there is room; ``arcs``: along the path's own lines, corners rounded as widely as there is room;
+        ``none``: along the path's own lines, each corner rounded within half a step, or a stop.
     data_timeout : time without trusted data after which a standing robot gives up.
     max_age : age after which data are no longer trusted.
     spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
@@ -67,7 +68,7 @@ class DriveSettings:
     patience: float = number(5.0, 0.0, 1e6, unit="s")
     give_up: float = number(60.0, 1e-6, 1e6, unit="s")
     on_hit: OnHit = word("end", get_args(OnHit))
-    smooth: Smooth = word(SMOOTH, get_args(Smooth))
+    smooth: Smooth = word(SAMPLE_SMOOTH, get_args(Smooth))
     data_timeout: float = number(2.0, 0.0, 1e6, unit="s")
     max_age: float = number(MAX_AGE, 1e-6, 1e6, unit="s")
     spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")

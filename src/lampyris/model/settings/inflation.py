@@ -14,7 +14,7 @@ class Inflation:
     Parameters
     ----------
     inflation_radius : cells within this distance of a wall cost more, the nearer the more. 0: none do.
-    cost_scaling_factor : how fast that cost falls with the distance; a greater factor keeps the robot less far from
+    cost_scaling_factor : how fast that cost falls with the distance; a greater factor lets the robot drive closer to
         walls.
 
     Raises

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.defaults import SMOOTH, Smooth
 from lampyris._core.scalars import is_word
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.fillets import fit_corner_arcs, share
@@ -36,7 +36,7 @@ def curve_of(
     grid: Grid,
     robot: Robot,
     *,
-    smooth: Smooth = SMOOTH,
+    smooth: Literal["arcs", "none"] = "arcs",
     shortcut: bool = True,
     tangent: Floats | None = None,
 ) -> Curve:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lampyris._core.defaults import Smooth
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
@@ -17,13 +17,6 @@ from lampyris.motion.geometry.arc_sampling import circled
 from lampyris.motion.geometry.curve import curve_of
 from lampyris.motion.geometry.string_pulling import distinct, lines_of
 from lampyris.typing import Points
-
-Drawing: TypeAlias = Literal["taut", "arcs", "none"]
-"""``taut``: straightened where there is room, corners rounded. ``arcs``: the path's own lines, corners
-rounded as widely as there is room. ``none``: its own lines, each corner rounded within half a step or a
-stop. The defaults are in :mod:`lampyris._core.defaults`."""
-
-DRAWINGS = ("taut", "arcs", "none")
 
 _SAME = 1e-9
 """Squared cells: what is forgiven to a clearance."""
@@ -73,7 +66,7 @@ def wanted_of(plan: Plan, resolution: float) -> Wanted:
 
 
 def drawn(
-    points: ArrayLike, grid: Grid, robot: Robot, drawing: Drawing, wanted: Wanted | None = None
+    points: ArrayLike, grid: Grid, robot: Robot, smooth: Smooth, wanted: Wanted | None = None
 ) -> tuple[Curve, Points]:
     """A path as a curve, and the polyline that the curve was made of; nothing else promises its clearance.
 
@@ -81,6 +74,7 @@ def drawn(
     :func:`lampyris.motion.geometry.arc_sampling.circled`. They are no nearer to a wall than the robot may be, or than the
     path comes anywhere; or else they are not used.
 
+    ``smooth`` : see :data:`lampyris._core.defaults.SMOOTHING`.
     ``wanted`` : what a plan asks of it; None: points given by the user.
 
     Raises
@@ -88,9 +82,9 @@ def drawn(
     SettingError : see :func:`lampyris.motion.geometry.curve.curve_of`.
     """
     given = np.asarray(points, dtype=np.float64)
-    if drawing == "taut":
+    if smooth == "straight":
         return smooth_curve(given, grid, robot, wanted=wanted), given
-    if drawing == "none":
+    if smooth == "none":
         return curve_of(given, grid, robot, smooth="none", shortcut=False), given
     if wanted is not None and (wanted.shaped or wanted.room > 0.0):
         return smooth_curve(given, grid, robot, wanted=replace(wanted, shaped=True)), given

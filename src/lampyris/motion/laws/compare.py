@@ -60,7 +60,7 @@ def compare(
     scene: Scene,
     chosen: Sequence[laws.SpeedLaw],
     *,
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
     make: Make | None = None,
     refused: dict[str, str] | None = None,
@@ -72,7 +72,7 @@ def compare(
     samples : where all of them drive.
     scene : map, zones and robot.
     chosen : names, or settings of laws.
-    movers : moving obstacles as sensed now, for laws that consider them.
+    obstacle_states : moving obstacles as sensed now, for laws that consider them.
     v0 : m/s at the start.
     make : what makes the profile of a law on the sampled path; None: :func:`lampyris.motion.laws.registry.profile`.
     refused : laws that do not let the robot drive are put in here, with why; None: they raise.
@@ -84,7 +84,7 @@ def compare(
     """
 
     def plain(law: laws.SpeedLaw) -> Profile:
-        return laws.profile(samples, scene, law=law, movers=movers, v0=v0)
+        return laws.profile(samples, scene, law=law, obstacle_states=obstacle_states, v0=v0)
 
     made_by = plain if make is None else make
     # The optimum leaves moving obstacles aside: the others are measured against what no obstacle holds.

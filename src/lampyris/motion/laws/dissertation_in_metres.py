@@ -116,7 +116,7 @@ def profile_on_samples(
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
 ) -> Profile:
     """A profile in metres and seconds: the law's velocities, its greatest one taken as the robot's v_max.
@@ -132,7 +132,9 @@ def profile_on_samples(
     """
     n = len(samples)
     scale = scene.robot.v_max / law.v_max
-    covered_cells = np.concatenate((as_cells(obstacles), covered(movers, samples, scene.grid.blocked.shape)))
+    covered_cells = np.concatenate(
+        (as_cells(obstacles), covered(obstacle_states, samples, scene.grid.blocked.shape))
+    )
     v0 = start_speed(v0)
     if n == 1:
         zero = np.zeros(1)
@@ -188,7 +190,9 @@ def _timed(
     return Profile("dissertation", samples.s, v, a, t, cause, "m/s", cause_index, (), samples.xy)
 
 
-def covered(movers: ObstacleStates | None, samples: SampledPath, shape: tuple[int, int]) -> NDArray[np.int64]:
+def covered(
+    obstacle_states: ObstacleStates | None, samples: SampledPath, shape: tuple[int, int]
+) -> NDArray[np.int64]:
     """The cells whose squares the discs of moving obstacles touch now; int64 (m, 2), each once.
 
     Only those of the map that the rings around the sampled path may hold: a disc may be of any size. Of each row a
@@ -199,7 +203,7 @@ def covered(movers: ObstacleStates | None, samples: SampledPath, shape: tuple[in
     shape : height and width of the map.
     """
     nothing = np.zeros((0, 2), dtype=np.int64)
-    if movers is None or len(movers) == 0:
+    if obstacle_states is None or len(obstacle_states) == 0:
         return nothing
     # An arc of less than half a turn leaves the line of its ends by less than half its length.
     around = _AROUND + 0.5 * float(np.diff(samples.s).max(initial=0.0)) / samples.resolution
@@ -212,9 +216,9 @@ def covered(movers: ObstacleStates | None, samples: SampledPath, shape: tuple[in
     runs = np.zeros((y1 - y0, x1 - x0 + 1), dtype=np.int32)
     rows = np.arange(y0, y1)
     some = max(1, _PAIRS // len(rows))
-    for k in range(0, len(movers), some):
-        x, y = movers.xy[k : k + some, 0, None], movers.xy[k : k + some, 1, None]
-        reach = movers.radius[k : k + some, None] / samples.resolution
+    for k in range(0, len(obstacle_states), some):
+        x, y = obstacle_states.xy[k : k + some, 0, None], obstacle_states.xy[k : k + some, 1, None]
+        reach = obstacle_states.radius[k : k + some, None] / samples.resolution
         row, first, last = _runs(x, y, reach, rows, x0, x1 - 1)
         np.add.at(runs, (row, first - x0), 1)
         np.add.at(runs, (row, last + 1 - x0), -1)

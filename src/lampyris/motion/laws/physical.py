@@ -203,7 +203,7 @@ def _obstacles(g: CapContext) -> list[Cap]:
 
 
 def _moving(g: CapContext) -> list[Cap]:
-    if g.around.movers is None:
+    if g.around.obstacle_states is None:
         return []
     return list(moving_cap(g.samples, g.scene, g.law.moving, g.around))
 
@@ -255,10 +255,10 @@ def ground_of(
     scene: Scene,
     law: PhysicalLaw,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
 ) -> CapContext:
     """What the rules look at, from a path of cells or a sampled path."""
-    around = Around(as_cells(obstacles), movers)
+    around = Around(as_cells(obstacles), obstacle_states)
     if isinstance(route, SampledPath):
         cells = route.cells if isinstance(route, SampledCellPath) else None
         return CapContext(route, scene, law, around, cells)
@@ -272,7 +272,7 @@ def physical_profile(
     law: PhysicalLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -293,7 +293,7 @@ def physical_profile(
     SettingError : ``PROFILE_INFEASIBLE`` (unless ``on_infeasible`` is ``brake``), ``PROFILE_BLOCKED``,
         ``START_SPEED``, ``PATH_OUTSIDE``.
     """
-    g = ground_of(route, scene, law, obstacles, movers)
+    g = ground_of(route, scene, law, obstacles, obstacle_states)
     found = [cap for row in TABLE for cap in row(g)]
     robot, samples = scene.robot, g.samples
     made = feasible_profile(

@@ -40,7 +40,7 @@ class Build(Protocol):
         law: Any,
         *,
         obstacles: Iterable[Cell] | NDArray[Any],
-        movers: ObstacleStates | None,
+        obstacle_states: ObstacleStates | None,
         v0: float,
         previous: Cell | None,
         on_infeasible: OnInfeasible,
@@ -68,14 +68,16 @@ def _dissertation(
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
     """The dissertation's law: in velocity units on a path, in m/s on a sampled path."""
     if isinstance(route, SampledPath):
-        return profile_on_samples(route, scene, law, obstacles=obstacles, movers=movers, v0=v0)
+        return profile_on_samples(
+            route, scene, law, obstacles=obstacles, obstacle_states=obstacle_states, v0=v0
+        )
     return path_profile(route, scene, law, obstacles=obstacles, v0=v0, previous=previous)
 
 
@@ -115,7 +117,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                 "blind",
                 "blind",
                 "ours, and able to stop for what may come out of a place that cannot be seen",
-                "stopping within what is visible (Lumelsky), with a hidden mover; docs/speed/blind_area.md",
+                "stopping within what is visible (Lumelsky), with a hidden obstacle; docs/speed/blind_area.md",
             ),
             _ours(
                 "three-speed",
@@ -170,7 +172,7 @@ def profile(
     *,
     law: SpeedLaw = "physical",
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -183,7 +185,7 @@ def profile(
     scene : its map, zones and robot are used.
     law : a name, or settings of a law (see :func:`with_settings`).
     obstacles : cells that moving obstacles cover now; any iterable of pairs, or an integer array (m, 2).
-    movers : moving obstacles in continuous time, as sensed now.
+    obstacle_states : moving obstacles in continuous time, as sensed now.
     v0 : the robot's speed at the first node, in the profile's units.
     previous : the cell the robot came from, if it came from one.
     on_infeasible : ``raise`` for a plan. ``brake`` for a robot on its way, when an obstacle has turned up
@@ -206,7 +208,7 @@ def profile(
         scene,
         chosen,
         obstacles=obstacles,
-        movers=movers,
+        obstacle_states=obstacle_states,
         v0=v0,
         previous=previous,
         on_infeasible=on_infeasible,
@@ -218,7 +220,7 @@ def profile_on_cells(
     scene: Scene,
     *,
     law: SpeedLaw = "physical",
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
 ) -> Profile:
     """A speed for every cell of a planned path; its corners are rounded, or stops.
@@ -229,7 +231,7 @@ def profile_on_cells(
 
     Parameters
     ----------
-    path, scene, law, movers, v0 : as for :func:`profile`.
+    path, scene, law, obstacle_states, v0 : as for :func:`profile`.
 
     Raises
     ------
@@ -238,7 +240,7 @@ def profile_on_cells(
     route: Path | SampledPath = path
     if _found(law)[0].units == "m/s":
         route = sample_with_corners(path, scene.grid.resolution, scene.robot)
-    return profile(route, scene, law=law, movers=movers, v0=v0)
+    return profile(route, scene, law=law, obstacle_states=obstacle_states, v0=v0)
 
 
 def named(law: str) -> Law:

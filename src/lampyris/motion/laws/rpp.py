@@ -193,7 +193,7 @@ def rpp_commands(
     scene: Scene,
     settings: Rpp,
     obstacles: NDArray[np.int64],
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
 ) -> list[Cap]:
     """What the controller would command at each node of a sampled path, as caps; see :func:`regulate`.
 
@@ -205,10 +205,10 @@ def rpp_commands(
     cells = cells_distance(samples.xy, obstacles, samples.resolution, reach) if len(obstacles) else None
     if cells is not None:
         distance = np.minimum(distance, cells)
-    for k in range(0 if movers is None else len(movers)):
-        assert movers is not None
-        gap = samples.xy - movers.xy[k]
-        far = np.sqrt((gap * gap).sum(axis=1)) * samples.resolution - movers.radius[k]
+    for k in range(0 if obstacle_states is None else len(obstacle_states)):
+        assert obstacle_states is not None
+        gap = samples.xy - obstacle_states.xy[k]
+        far = np.sqrt((gap * gap).sum(axis=1)) * samples.resolution - obstacle_states.radius[k]
         distance = np.minimum(distance, np.maximum(far, 0.0))
     kappa = steered(samples, settings.lookahead) if settings.lookahead > 0.0 else samples.curvature
     desired = min(settings.desired, scene.robot.v_max)
@@ -223,7 +223,7 @@ def rpp_profile(
     law: Rpp,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -242,7 +242,7 @@ def rpp_profile(
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
     samples = route if isinstance(route, SampledPath) else sample_path(route, scene.grid.resolution)
-    commands = rpp_commands(samples, scene, law, as_cells(obstacles), movers)
+    commands = rpp_commands(samples, scene, law, as_cells(obstacles), obstacle_states)
     low = lowest(commands)
     followed = _tracked(samples, low.v, low.words, scene, start_speed(v0))
     robot = scene.robot

@@ -2,7 +2,7 @@
 
 After Tsubasa et al. (dissertation, related work, [71]), who choose the path as well, by the time that it
 takes; here the path is given. Their formulas could not be found: the law is the literature's bound on speed
-by the range of vision, with a reaction time and a mover that comes the other way; what counts as a blind area
+by the range of vision, with a reaction time and an obstacle that comes the other way; what counts as a blind area
 is ours. Equations, guarantee and limits: docs/speed/blind_area.md.
 """
 
@@ -40,10 +40,10 @@ class BlindArea:
     Parameters
     ----------
     hidden_speed : top speed of what may be hidden, m/s.
-    hidden_radius : its radius, metres; what it cannot get out of hides nothing. No smaller mover is meant.
+    hidden_radius : its radius, metres; what it cannot get out of hides nothing. No smaller obstacle is meant.
     reaction : seconds from its being seen until the robot brakes; the robot may still be accelerating then.
     reach : how far the robot sees, metres; None: as far as it matters.
-    unknown : what an unknown cell is: ``dark`` (nothing is seen through it, and it may hold a mover) or
+    unknown : what an unknown cell is: ``dark`` (nothing is seen through it, and it may hold an obstacle) or
         ``map`` (free or a wall, as the map is read).
     creep : share of v_max that no blind area takes away, 0 < creep <= 1.
 
@@ -66,7 +66,7 @@ class BlindArea:
 def stop_within(
     distance: Floats, *, d_max: float, reaction: float, hidden_speed: float, a_max: float
 ) -> Floats:
-    """Slow enough that a mover which turns up at some distance cannot meet the robot before it stands; m/s.
+    """Slow enough that an obstacle which turns up at some distance cannot meet the robot before it stands; m/s.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _land(samples: SampledPath, grid: Grid, settings: BlindArea, limit: float) -
 def _opaque(
     grid: Grid, unknown: str, window: tuple[slice, slice] = (slice(None), slice(None))
 ) -> tuple[BoolGrid, BoolGrid]:
-    """Cells that nothing is seen through, and those of them that may hold a mover."""
+    """Cells that nothing is seen through, and those of them that may hold an obstacle."""
     walls = np.ascontiguousarray(grid.blocked[window])
     if grid.unknown is None or unknown == "map":
         return walls, np.zeros_like(walls)
@@ -192,7 +192,7 @@ def _opaque(
 def _corners(opaque: BoolGrid, dark: BoolGrid, pinhole: bool) -> BoolGrid:
     """Corners of cells that may hide something, (height + 1, width + 1).
 
-    One opaque cell of four: a convex corner. Two across: a gap of no width, for movers of no width. Any dark
+    One opaque cell of four: a convex corner. Two across: a gap of no width, for obstacles of no width. Any dark
     cell with one that is not opaque.
     """
     height, width = opaque.shape

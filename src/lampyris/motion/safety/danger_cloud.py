@@ -197,11 +197,11 @@ def cloud_cap(samples: SampledPath, scene: Scene, settings: CloudModel, around: 
     obstacles go on as they were seen to. One whose velocity is not known comes straight at the node at its
     top speed. Nodes later than the horizon are not judged: infinity. ``cause_index`` is the obstacle.
     """
-    movers, robot = around.movers, scene.robot
-    if movers is None or len(movers) == 0:
+    obstacle_states, robot = around.obstacle_states, scene.robot
+    if obstacle_states is None or len(obstacle_states) == 0:
         return []
     n = int(np.searchsorted(samples.s, settings.horizon * robot.v_max, side="right"))
-    found = dangers(samples, n, scene, settings, movers)
+    found = dangers(samples, n, scene, settings, obstacle_states)
     worst = found.argmax(axis=1)
     danger = found[np.arange(n), worst]
     v, cause_index = np.full(len(samples), np.inf), np.full(len(samples), -1, dtype=np.int64)
@@ -213,25 +213,25 @@ def cloud_cap(samples: SampledPath, scene: Scene, settings: CloudModel, around: 
 
 
 def dangers(
-    samples: SampledPath, n: int, scene: Scene, settings: CloudModel, movers: ObstacleStates
+    samples: SampledPath, n: int, scene: Scene, settings: CloudModel, obstacle_states: ObstacleStates
 ) -> FloatGrid:
     """Danger of each obstacle at each of the first n nodes, 0 to 1, (n, m).
 
     Degree of the time times degree of the gap: only what is both soon and near is dangerous.
     """
-    robot, m = scene.robot, len(movers)
-    there = (samples.s[:n] / robot.v_max + movers.age)[:, None, None]
-    p = (movers.xy[None, :, :] - samples.xy[:n, None, :]) * samples.resolution
-    if movers.velocity is not None:
-        w = np.broadcast_to(movers.velocity, (n, m, 2))
+    robot, m = scene.robot, len(obstacle_states)
+    there = (samples.s[:n] / robot.v_max + obstacle_states.age)[:, None, None]
+    p = (obstacle_states.xy[None, :, :] - samples.xy[:n, None, :]) * samples.resolution
+    if obstacle_states.velocity is not None:
+        w = np.broadcast_to(obstacle_states.velocity, (n, m, 2))
         p = p + w * there
     else:
         size = np.sqrt((p * p).sum(axis=2, keepdims=True))
-        share = movers.top_speed[None, :, None] / np.where(size > 0.0, size, 1.0)
+        share = obstacle_states.top_speed[None, :, None] / np.where(size > 0.0, size, 1.0)
         w = -p * share
         p = p * np.maximum(0.0, 1.0 - share * there)
     r = robot.v_max * samples.heading[:n, None, :] - w
-    both = np.tile(robot.radius + movers.radius, n)
+    both = np.tile(robot.radius + obstacle_states.radius, n)
     time, gap = approach(p.reshape(-1, 2), r.reshape(-1, 2), both, settings.horizon)
     danger = np.zeros(n * m)
     near = np.isfinite(time)

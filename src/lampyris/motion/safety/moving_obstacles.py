@@ -50,9 +50,9 @@ class MovingObstacles:
         check_settings(self, under_code("LAW_SETTING", "physical.moving."))
 
 
-def fresh(movers: ObstacleStates, max_age: float) -> bool:
-    """Whether what is known of the movers may be used; an age that is no number, or below 0, is refused."""
-    return 0.0 <= movers.age <= max_age
+def fresh(obstacle_states: ObstacleStates, max_age: float) -> bool:
+    """Whether what is known of the obstacles may be used; an age that is no number, or below 0, is refused."""
+    return 0.0 <= obstacle_states.age <= max_age
 
 
 def moving(
@@ -90,23 +90,25 @@ def moving_cap(samples: SampledPath, scene: Scene, settings: MovingObstacles, ar
 
     Obstacles seen more than ``max_age`` ago, or at a time to come: 0 everywhere, cause ``no data``.
     """
-    movers, robot = around.movers, scene.robot
-    if movers is None:
+    obstacle_states, robot = around.obstacle_states, scene.robot
+    if obstacle_states is None:
         return []
-    if not fresh(movers, settings.max_age):
+    if not fresh(obstacle_states, settings.max_age):
         return [Cap("no data", np.zeros(len(samples)))]
-    far = _binding_distance(movers, robot, settings)
+    far = _binding_distance(obstacle_states, robot, settings)
     edges = _edges(samples)
-    pairs = _near(edges, movers.xy * samples.resolution, far + robot.radius + movers.radius)
+    pairs = _near(edges, obstacle_states.xy * samples.resolution, far + robot.radius + obstacle_states.radius)
     if len(pairs.block) == 0:
         return []
-    m = pairs.mover[:, None]
-    distance = _to_edges(edges, pairs, movers.xy * samples.resolution) - (robot.radius + movers.radius[m])
+    m = pairs.obstacle[:, None]
+    distance = _to_edges(edges, pairs, obstacle_states.xy * samples.resolution) - (
+        robot.radius + obstacle_states.radius[m]
+    )
     v = moving(
         distance,
-        top_speed=movers.top_speed[m],
+        top_speed=obstacle_states.top_speed[m],
         reaction=settings.reaction,
-        age=movers.age,
+        age=obstacle_states.age,
         d_max=robot.d_max,
         margin=settings.margin,
     )
@@ -114,11 +116,11 @@ def moving_cap(samples: SampledPath, scene: Scene, settings: MovingObstacles, ar
     return _least(edges, pairs, v, len(samples))
 
 
-def _binding_distance(movers: ObstacleStates, robot: Robot, settings: MovingObstacles) -> Floats:
+def _binding_distance(obstacle_states: ObstacleStates, robot: Robot, settings: MovingObstacles) -> Floats:
     """Distance from edge to edge beyond which v_max is slow enough; metres, (m,)."""
     seconds = settings.reaction + robot.v_max / robot.d_max
     stopping = robot.v_max * (settings.reaction + 0.5 * robot.v_max / robot.d_max)
-    out: Floats = stopping + settings.margin + movers.top_speed * (movers.age + seconds)
+    out: Floats = stopping + settings.margin + obstacle_states.top_speed * (obstacle_states.age + seconds)
     return out
 
 
@@ -137,10 +139,10 @@ class _Edges(NamedTuple):
 
 
 class _Pairs(NamedTuple):
-    """Blocks and movers that are near each other, by block, then by mover."""
+    """Blocks and obstacles that are near each other, by block, then by obstacle."""
 
     block: NDArray[np.int64]
-    mover: NDArray[np.int64]
+    obstacle: NDArray[np.int64]
 
 
 def _edges(samples: SampledPath) -> _Edges:
@@ -163,7 +165,7 @@ def _edges(samples: SampledPath) -> _Edges:
 
 
 def _near(edges: _Edges, xy: Points, reach: Floats) -> _Pairs:
-    """Pairs of a block and a mover whose centre is within reach of the block's box."""
+    """Pairs of a block and an obstacle whose centre is within reach of the block's box."""
     far = 0.0
     for k, (begin, d) in enumerate(((edges.x, edges.dx), (edges.y, edges.dy))):
         end = begin + d
@@ -176,7 +178,7 @@ def _near(edges: _Edges, xy: Points, reach: Floats) -> _Pairs:
 
 
 def _to_edges(edges: _Edges, pairs: _Pairs, xy: Points) -> Floats:
-    """A lower bound of the distance from each pair's mover to each edge of its block; metres."""
+    """A lower bound of the distance from each pair's obstacle to each edge of its block; metres."""
     b, m = pairs
     qx = xy[m, :1] - edges.x[b]
     qy = xy[m, 1:] - edges.y[b]
@@ -189,12 +191,12 @@ def _to_edges(edges: _Edges, pairs: _Pairs, xy: Points) -> Floats:
 
 
 def _least(edges: _Edges, pairs: _Pairs, v: Floats, nodes: int) -> list[Cap]:
-    """The least over the movers at each edge, then over the edges at each node."""
+    """The least over the obstacles at each edge, then over the edges at each node."""
     first = np.flatnonzero(np.diff(pairs.block, prepend=-1))
     least = np.minimum.reduceat(v, first, axis=0)
     count = np.diff(first, append=len(v))
     holds = v == np.repeat(least, count, axis=0)
-    who = np.minimum.reduceat(np.where(holds, pairs.mover[:, None], np.iinfo(np.int64).max), first, axis=0)
+    who = np.minimum.reduceat(np.where(holds, pairs.obstacle[:, None], np.iinfo(np.int64).max), first, axis=0)
     bound = np.full(edges.x.shape, np.inf)
     cause_index = np.full(edges.x.shape, -1, dtype=np.int64)
     bound[pairs.block[first]], cause_index[pairs.block[first]] = least, who

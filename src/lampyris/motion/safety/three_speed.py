@@ -259,17 +259,17 @@ def three_speed_cap(
     At each decision the robot is at the node that the speeds chosen so far lead to, the obstacles where each
     intent takes them by then; the belief is today's. No cap without obstacles: fast everywhere.
     """
-    movers, top = around.movers, scene.robot.v_max
+    obstacle_states, top = around.obstacle_states, scene.robot.v_max
     n = len(samples)
-    if movers is None or len(movers) == 0:
+    if obstacle_states is None or len(obstacle_states) == 0:
         return []
     if belief is None:
-        belief = np.tile(np.array(settings.prior), (len(movers), 1))
+        belief = np.tile(np.array(settings.prior), (len(obstacle_states), 1))
     v = np.full(n, np.inf)
     k, t = 0, 0.0
     while k < n and t <= settings.ahead:
-        who = _nearest_ones(samples, k, t, scene, settings, movers)
-        contact = contacts(samples, k, t, scene, settings, movers, who)
+        who = _nearest_ones(samples, k, t, scene, settings, obstacle_states)
+        contact = contacts(samples, k, t, scene, settings, obstacle_states, who)
         speed, _ = choose(belief[who], contact, settings)
         chosen = top * settings.paces[speed] / settings.paces[2]
         end = samples.s[k] + chosen * settings.step
@@ -280,19 +280,26 @@ def three_speed_cap(
     return [Cap("three speeds", v)]
 
 
-def _seen(samples: SampledPath, movers: ObstacleStates) -> tuple[Points, Points]:
+def _seen(samples: SampledPath, obstacle_states: ObstacleStates) -> tuple[Points, Points]:
     """Positions now (metres) and velocities (0 where not known)."""
-    velocity = np.zeros((len(movers), 2)) if movers.velocity is None else movers.velocity
-    return movers.xy * samples.resolution + velocity * movers.age, velocity
+    velocity = (
+        np.zeros((len(obstacle_states), 2)) if obstacle_states.velocity is None else obstacle_states.velocity
+    )
+    return obstacle_states.xy * samples.resolution + velocity * obstacle_states.age, velocity
 
 
 def _nearest_ones(
-    samples: SampledPath, k: int, t: float, scene: Scene, settings: ThreeSpeed, movers: ObstacleStates
+    samples: SampledPath,
+    k: int,
+    t: float,
+    scene: Scene,
+    settings: ThreeSpeed,
+    obstacle_states: ObstacleStates,
 ) -> NDArray[np.int64]:
     """The obstacles that matter most at node k: least room after what both can go in the steps ahead."""
-    place, velocity = _seen(samples, movers)
+    place, velocity = _seen(samples, obstacle_states)
     gap = np.sqrt(np.square(place + velocity * t - samples.xy[k] * samples.resolution).sum(axis=1))
-    spare = gap - movers.radius - movers.top_speed * (settings.depth * settings.step)
+    spare = gap - obstacle_states.radius - obstacle_states.top_speed * (settings.depth * settings.step)
     return np.sort(np.argsort(spare, kind="stable")[: settings.near])
 
 
@@ -302,21 +309,21 @@ def contacts(
     t: float,
     scene: Scene,
     settings: ThreeSpeed,
-    movers: ObstacleStates,
+    obstacle_states: ObstacleStates,
     who: NDArray[np.int64],
 ) -> FloatGrid:
     """The contacts that :func:`choose` asks for, of a robot at node k in t seconds."""
     fast, depth, parts = settings.paces[2], settings.depth, _PARTS
     unit = scene.robot.v_max * settings.step / fast
     metres = samples.xy * samples.resolution
-    begin, velocity = _seen(samples, movers)
+    begin, velocity = _seen(samples, obstacle_states)
     when: Floats = t + settings.step / parts * np.arange(depth * parts + 1, dtype=np.float64)
-    theirs = intended(begin[who], velocity[who], movers.top_speed[who], metres[k:], when)
+    theirs = intended(begin[who], velocity[who], obstacle_states.top_speed[who], metres[k:], when)
     # The robot at every progress that a part of a step may end at; all speeds end on this lattice.
     reach = samples.s[k] + unit / parts * np.arange((depth * fast) * parts + fast * parts + 1)
     own = np.stack([elementary.interp(reach, samples.s, metres[:, c]) for c in (0, 1)], axis=-1)
     places = depth * fast + 1
-    enough = scene.robot.radius + settings.margin + movers.radius[who]
+    enough = scene.robot.radius + settings.margin + obstacle_states.radius[who]
     out = np.zeros((depth, places, 3, len(who), 3))
     index = np.arange(places)[:, None] * parts
     for step in range(depth):
@@ -352,26 +359,28 @@ class ThreeSpeedControl:
     belief: FloatGrid = field(default_factory=lambda: np.zeros((0, 3)))
     _last: ObstacleStates | None = None
 
-    def update(self, movers: ObstacleStates | None, dt: float, samples: SampledPath, s: float = 0.0) -> None:
+    def update(
+        self, obstacle_states: ObstacleStates | None, dt: float, samples: SampledPath, s: float = 0.0
+    ) -> None:
         """Take in what was seen ``dt`` seconds after the last time, by a robot at distance s of its sampled path.
 
         Obstacles are distinguished by their index: if their number changes, all are new.
         """
-        count = 0 if movers is None else len(movers)
+        count = 0 if obstacle_states is None else len(obstacle_states)
         last = self._last
-        if movers is None or last is None or count != len(last):
+        if obstacle_states is None or last is None or count != len(last):
             self.belief = np.tile(np.array(self.settings.prior), (count, 1))
         elif count and dt > 0.0:
             metres = samples.xy * samples.resolution
             k = min(int(np.searchsorted(samples.s, s)), len(samples) - 1)
             place, velocity = _seen(samples, last)
             expected = intended(place, velocity, last.top_speed, metres[k:], np.array([dt]))[:, :, 0]
-            moved = movers.xy * samples.resolution - place
+            moved = obstacle_states.xy * samples.resolution - place
             likely = observed(moved, expected - place[:, None, :], self.settings.likelihood)
             self.belief = updated(self.belief, likely, self.settings)
-        self._last = movers
+        self._last = obstacle_states
 
     def cap(self, samples: SampledPath, scene: Scene, around: Around) -> list[Cap]:
         """:func:`three_speed_cap` with what is believed now."""
-        known = around.movers is not None and len(self.belief) == len(around.movers)
+        known = around.obstacle_states is not None and len(self.belief) == len(around.obstacle_states)
         return three_speed_cap(samples, scene, self.settings, around, self.belief if known else None)

@@ -29,7 +29,7 @@ def draw_sampled_path(
     out: style.OutFile,
     *,
     by: str = "speed",
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
     given: Points | None = None,
     radius: float = 0.0,
 ) -> None:
@@ -41,7 +41,7 @@ def draw_sampled_path(
     ----------
     profile : with the places of its nodes (``xy``).
     by : ``speed``: dark is slow; ``cause``: each in its colour, with its share of the time in the legend.
-    movers : moving obstacles; drawn with their sizes and, if it is known, where they go within a second.
+    obstacle_states : moving obstacles; drawn with their sizes and, if it is known, where they go within a second.
     given : the path as it was given, cells (n, 2); drawn as a thin line.
     radius : of the robot, metres; what it sweeps is drawn pale.
 
@@ -63,7 +63,7 @@ def draw_sampled_path(
     figure, axes, frame = canvas.blank(grid, bars, labels=words)
     items = _draw_given(axes, given)
     items = _draw_line(axes, profile, labels, frame, radius / grid.resolution) + items
-    items += _draw_movers(axes, movers, grid)
+    items += _draw_obstacles(axes, obstacle_states, grid)
     items = canvas.draw_ends(axes, profile.xy[0].tolist(), profile.xy[-1].tolist(), frame) + items
     items += canvas.patches(grid, None)
     title = f"{profile.law} law on {grid.name or 'a map'}"
@@ -127,20 +127,20 @@ def _draw_given(axes: Axes, given: Points | None) -> list[Any]:
     return [Line2D([], [], label="path given", **look)]
 
 
-def _draw_movers(axes: Axes, movers: ObstacleStates | None, grid: Grid) -> list[Any]:
+def _draw_obstacles(axes: Axes, obstacle_states: ObstacleStates | None, grid: Grid) -> list[Any]:
     """Discs with their sizes, numbered as the causes call them, and arrows."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Circle
 
-    if movers is None or not len(movers):
+    if obstacle_states is None or not len(obstacle_states):
         return []
     colour = style.CAUSES["moving obstacle"]
-    for k, (x, y) in enumerate(movers.xy.tolist()):
-        size = max(float(movers.radius[k]) / grid.resolution, 0.25)
+    for k, (x, y) in enumerate(obstacle_states.xy.tolist()):
+        size = max(float(obstacle_states.radius[k]) / grid.resolution, 0.25)
         axes.add_patch(Circle((x, y), size, facecolor=colour, edgecolor=style.INK, linewidth=0.8, zorder=2.9))
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7, "color": style.INK}
         axes.text(x, y, str(k), zorder=5.5, clip_on=True, **look)
-        if movers.velocity is not None and (v := movers.velocity[k]).any():
+        if obstacle_states.velocity is not None and (v := obstacle_states.velocity[k]).any():
             rim = np.array((x, y)) + v / np.sqrt((v * v).sum()) * size
             arrow: dict[str, Any] = {"arrowstyle": "->", "color": style.INK, "linewidth": 1.0}
             axes.annotate("", rim + v / grid.resolution, rim, arrowprops=arrow, zorder=5.2)

@@ -73,7 +73,9 @@ class State:
     noise: float = 0.0
     tries: int = 0
 
-    def movers(self, obstacle_info: str, within: tuple[float, float] | None = None) -> ObstacleStates:
+    def obstacle_states(
+        self, obstacle_info: str, within: tuple[float, float] | None = None
+    ) -> ObstacleStates:
         """What is known of the obstacles, as the caps take it.
 
         Parameters

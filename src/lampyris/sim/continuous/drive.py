@@ -65,7 +65,7 @@ def drive(
     law: SpeedLaw = "physical",
     seed: int = 0,
     sources: Sequence[MotionSource] = (),
-    feed: Sensor | None = None,
+    sensor: Sensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     **settings: object,
@@ -80,7 +80,7 @@ def drive(
     seed : seed of all random draws, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
         of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
     sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
-    feed : what lies between the obstacles and the robot; None: nothing does.
+    sensor : what reports obstacles to the robot; None: a perfect sensor.
     budget : of every single call of the planner; None: no limit.
     progress : called after each period with the seconds that are over.
     settings : those of :class:`lampyris.model.settings.drive.DriveSettings`.
@@ -93,7 +93,7 @@ def drive(
     UsageError : no such law.
     """
     simulation = DriveSimulation(
-        scene, planner, law=law, seed=seed, sources=sources, feed=feed, budget=budget, **settings
+        scene, planner, law=law, seed=seed, sources=sources, sensor=sensor, budget=budget, **settings
     )
     while simulation.outcome is None:
         simulation.step()
@@ -114,7 +114,7 @@ class DriveSimulation(Exclusive):
     def __init__(
         self,
         scene: Scene, planner: Planner, *, law: SpeedLaw = "physical", seed: int = 0,
-        sources: Sequence[MotionSource] = (), feed: Sensor | None = None, budget: Budget | None = None,
+        sources: Sequence[MotionSource] = (), sensor: Sensor | None = None, budget: Budget | None = None,
         **settings: object,
     ) -> None:  # fmt: skip
         began, loaded = time.perf_counter(), loading.seconds()
@@ -126,7 +126,9 @@ class DriveSimulation(Exclusive):
         self.scene = scene
         self._demand_room()
         self.seed = _seed(seed)
-        self.feed: Sensor = feed.fresh() if isinstance(feed, FaultySensor) else feed or PerfectSensor()
+        self.sensor: Sensor = (
+            sensor.fresh() if isinstance(sensor, FaultySensor) else sensor or PerfectSensor()
+        )
         poses = planner.traits.plans_headings
         self._demand_law(law, poses)
         # An obstacle may be within the circle around a footprint and not on the robot.
@@ -297,7 +299,7 @@ class DriveSimulation(Exclusive):
     def _listen(self) -> None:
         """Take in the robot's data, and react to faults in them."""
         t, xy = self.state.t, self.xy
-        messages = self.feed.tell(t, self.others.truth(t), xy)
+        messages = self.sensor.tell(t, self.others.truth(t), xy)
         fault = self.watch.hear(t, messages, xy, self.state.v > 0.0)
         if self.replanner.update(self.watch.blocked):
             self.state.map_changed = True

@@ -21,12 +21,10 @@ from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
-from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
-from lampyris.motion.geometry.curve import curve_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
-from lampyris.motion.geometry.smoothing import Wanted, smooth_curve, wanted_of
+from lampyris.motion.geometry.smoothing import drawn, wanted_of
 from lampyris.motion.laws.bounds import optimum_at_nodes
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.sim.sensor import ObstacleMessage
@@ -252,17 +250,10 @@ def curve_from(
         for cx, cy in taken:
             shut[cy, cx] = True
         try:
-            return _drawn(points, replace(grid, blocked=shut), scene.robot, smooth, wanted)
+            return drawn(points, replace(grid, blocked=shut), scene.robot, smooth, wanted)[0]
         except SettingError:
             pass
-    return _drawn(points, grid, scene.robot, smooth, wanted)
-
-
-def _drawn(points: Points, grid: Grid, robot: Robot, smooth: Smooth, wanted: Wanted) -> Curve:
-    """Pulled straight, its corners rounded; or for ``none`` the lines as they are, corners within half a step."""
-    if smooth == "none":
-        return curve_of(points, grid, robot, smooth="none", shortcut=False)
-    return smooth_curve(points, grid, robot, wanted=wanted)
+    return drawn(points, grid, scene.robot, smooth, wanted)[0]
 
 
 def _off(points: Points, cells: list[Cell], radius: float) -> list[Cell]:

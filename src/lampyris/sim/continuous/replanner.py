@@ -124,7 +124,7 @@ class Replanner:
             curve = curve_from(plan, self.scene, xy, message, self.smooth, self.blocked, more)
         except SettingError:
             return None
-        if self.smooth != "none" and (why := rounded_alone(plan)):
+        if self.smooth == "straight" and (why := rounded_alone(plan)):
             self.notes.add((f"the path is not pulled straight: {why}",))
         return curve
 

@@ -254,9 +254,9 @@ class SafeController:
         law = self.law
         found = []
         if law.cloud is not None and len(state.message.xy):
-            near = state.movers(self.obstacle_info, (2.0 * law.cloud.horizon, law.cloud.near))
+            near = state.obstacle_states(self.obstacle_info, (2.0 * law.cloud.horizon, law.cloud.near))
             here = state.ahead(0.0)
-            caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
+            caps = cloud_cap(here, self.scene, law.cloud, Around(obstacle_states=near))
             found += [(c.cause, float(c.v[0])) for c in caps]
         if self._speeds is not None:
             found.append(("three speeds", self._choice(state, self._speeds)))
@@ -269,9 +269,9 @@ class SafeController:
             return v
         settings = speeds.settings
         here = state.ahead(self.scene.robot.v_max * settings.ahead)
-        movers = state.movers(self.obstacle_info)
-        speeds.update(movers, state.t - self._last, here)
-        caps = speeds.cap(here, self.scene, Around(movers=movers))
+        obstacle_states = state.obstacle_states(self.obstacle_info)
+        speeds.update(obstacle_states, state.t - self._last, here)
+        caps = speeds.cap(here, self.scene, Around(obstacle_states=obstacle_states))
         v = float(caps[0].v[0]) if caps else math.inf
         self._last, self._chosen = state.t, (state.t + settings.step, v)
         return v

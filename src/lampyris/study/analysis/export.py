@@ -32,7 +32,7 @@ _NAMES: dict[str, frozenset[str]] = {
          "clearance_least_m", "waits", "path_switches_per_100", *TIMING)
     ),
     "string": frozenset(
-        ("key", "map", "query", "crowd", "planner", "law", "ending", "error", "outcome", "notes")
+        ("key", "map", "query", "traffic", "planner", "law", "ending", "error", "outcome", "notes")
     ),
 }  # fmt: skip
 """What pyarrow calls the type of a column, narrowest first, and the names that have it."""

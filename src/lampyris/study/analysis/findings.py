@@ -145,10 +145,6 @@ class Summary:
         return plain | {"level": compare.LEVEL, "resamples": compare.RESAMPLES}
 
 
-_KEYS = {"traffic": "crowd", "traffic_cases": "crowds"}
-"""Fields whose key in JSON is another word."""
-
-
 def _plain(value: Any) -> Any:
     """Nouns and named tuples as mappings, numbers to ten digits, None for what is not a number."""
     if isinstance(value, bool | int | str) or value is None:
@@ -160,5 +156,5 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "_asdict"):
         return _plain(value._asdict())
     if hasattr(value, "__dataclass_fields__"):
-        return {_KEYS.get(k, k): _plain(getattr(value, k)) for k in value.__dataclass_fields__}
+        return {k: _plain(getattr(value, k)) for k in value.__dataclass_fields__}
     return [_plain(v) for v in value]

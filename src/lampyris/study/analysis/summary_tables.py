@@ -36,7 +36,7 @@ def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
     place = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
     out = [_ending_tab(summary, f"endings-{k + 1}", f"Outcomes of the runs {place}", some)]
     sets = (
-        ("way", "Paths", ON_PATH),
+        ("paths", "Paths", ON_PATH),
         ("time", "Time, speed and shape", TIME),
         ("work", "Work of the planner", WORK),
     )

@@ -10,7 +10,7 @@ from lampyris.report.data.measures import METRICS
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
 
-LABELS = ("map", "query", "crowd", "seed", "planner", "law", "published")
+LABELS = ("map", "query", "traffic", "seed", "planner", "law", "published")
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What depends on the machine: the last columns, and left out wherever bytes are compared."""
 

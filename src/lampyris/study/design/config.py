@@ -15,7 +15,7 @@ from math import prod
 from typing import Any, TypeAlias, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
-from lampyris.io.scenario.map_source import Mistakes
+from lampyris.io.scenario.map_source import Mistakes, setting_path
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.motion.laws import registry as laws
@@ -84,6 +84,7 @@ class _Entry:
     settings: Mapping[str, Any] = field(default_factory=dict)
     swept: Mapping[str, list[Any]] = field(default_factory=dict)
     label: str | None = None
+    table: bool = False
 
     @property
     def many(self) -> int:
@@ -150,7 +151,15 @@ def traffic_cases_of(given: list[Any], tried: Tried) -> Made[StudyTraffic]:
 def _entry(one: Any, key_path: KeyPath) -> _Entry:
     if isinstance(one, str):
         return _Entry(key_path, one)
-    return _Entry(key_path, one.name, one.settings, one.grid or {}, one.label)
+    return _Entry(key_path, one.name, one.settings, one.grid or {}, one.label, table=True)
+
+
+def _setting_at(entry: _Entry, key_path: KeyPath, fault: LampyrisError) -> KeyPath:
+    """Where in the file the setting stands that a mistake is about; else ``key_path``."""
+    for table, settings in (("grid", entry.swept), ("settings", entry.settings)):
+        if path := setting_path(fault, settings):
+            return (*entry.key_path, table, *path)
+    return (*entry.key_path, "name") if entry.table and fault.setting in ("planner", "law") else key_path
 
 
 def _unfolded(
@@ -167,9 +176,10 @@ def _unfolded(
             continue
         key_path = (*entry.key_path, "grid") if entry.swept else entry.key_path
         for settings, label in entry.each():
-            config = tried(key_path, make, entry.name, settings, label)
-            if config is not None:
-                made.append((config, key_path))
+            try:
+                made.append((make(entry.name, settings, label), key_path))
+            except LampyrisError as fault:
+                tried.refuse(_setting_at(entry, key_path, fault), fault)
     if not made and not tried.faults:
         tried.refuse((key,), FileError(key.upper(), f"no {key} are left", allowed="one or more"))
     same = "the same settings a second time"

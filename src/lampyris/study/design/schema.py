@@ -5,13 +5,14 @@ Tables of scenario files mean the same here. pydantic is imported by this module
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import PydanticCustomError
 
 from lampyris._core import defaults
 from lampyris._core.defaults import MOBILITY, TRACKS
+from lampyris.io.scenario.declared_table import key_of
 from lampyris.io.scenario.run_settings import DriveTable, InflationTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema import (
@@ -29,7 +30,7 @@ from lampyris.io.scenario.schema import (
 )
 from lampyris.io.scenario.schema_types import Rule, Seed, Table, Word
 from lampyris.io.text.strict_yaml import shown
-from lampyris.model.settings.simulation import MAX_TICKS
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.sim.traffic.mobility import MOBILITIES
 
 VERSION = 1
@@ -48,6 +49,16 @@ _FileName: TypeAlias = Annotated[
     Rule("PATH_FORM", "a path with / between its parts, relative to the study's folder"),
 ]
 _RELATIVE = "Its path, relative to the study file's folder or to --data."
+
+
+if TYPE_CHECKING:
+    Ticks: TypeAlias = int | None
+    Patience: TypeAlias = int | None
+    _TICKS: Any = None
+    _PATIENCE: Any = None
+else:
+    Ticks, _TICKS = key_of(SimulationSettings, "ticks")
+    Patience, _PATIENCE = key_of(SimulationSettings, "patience")
 
 
 def _by_type(**tags: str) -> Discriminator:
@@ -353,14 +364,8 @@ class StudyFile(Table):
         BudgetTable.model_validate({"expansions": EXPANSIONS}),
         description="When a run is stopped; null: never.",
     )
-    ticks: Annotated[
-        Annotated[int, Field(ge=1, le=MAX_TICKS)] | None,
-        Rule("TICKS", f"a whole number, 1 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="The last tick of a simulation; null: ample for the size of the map.")
-    patience: Annotated[
-        Annotated[int, Field(ge=0, le=MAX_TICKS)] | None,
-        Rule("PATIENCE", f"a whole number, 0 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="Consecutive ticks the robot waits before it gives up; null: 50.")
+    ticks: Ticks = _TICKS
+    patience: Patience = _PATIENCE
     drive: DriveTable | None = Field(None, description="How to drive, for `kind: drive`; null: its defaults.")
     memory: bool = Field(False, description="Whether memory is measured, in a second run of each job.")
 

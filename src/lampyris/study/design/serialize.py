@@ -16,7 +16,7 @@ from lampyris.model.grid import Grid
 from lampyris.study.design.study import RESULTS, Config, Kind, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.typing import Cell
 
-FORMAT = 1
+FORMAT = 2
 CALLED = "called"
 """Where the words stand that decide nothing: names, labels, what the study is about."""
 _NONE = type(None)
@@ -49,7 +49,7 @@ def study_plain(study: Study) -> dict[str, Any]:
         ],
         "planners": [_config_record(w) for w in study.planners],
         "laws": [_config_record(w) for w in study.laws],
-        "crowds": [c.plain for c in study.traffic_cases],
+        "traffic_cases": [c.plain for c in study.traffic_cases],
         "seeds": list(study.seeds),
         CALLED: {
             "name": study.name,
@@ -79,9 +79,9 @@ def study_of(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         if plain["format"] != FORMAT or version != [__version__, RESULTS]:
             raise FileError(
                 "STUDY_VERSION",
-                f"made by lampyris {version[0]}, results {version[1]}",
+                f"made by lampyris {version[0]}, results {version[1]}, format {plain['format']}",
                 where="study",
-                allowed=f"lampyris {__version__}, results {RESULTS}",
+                allowed=f"lampyris {__version__}, results {RESULTS}, format {FORMAT}",
                 todo="read it with that release, or run the study again",
             )
         return _study(plain, grounds)
@@ -127,7 +127,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         tuple(_config_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
         for key in ("planners", "laws")
     )
-    for key in ("worlds", "planners", "laws", "crowds", "seeds"):
+    for key in ("worlds", "planners", "laws", "traffic_cases", "seeds"):
         if not plain[key]:  # a study of no runs: nothing of ours writes it, and nothing can be said of it
             raise ValueError(f"no {key}")
     same = {key: _typed(plain[key], *kinds) for key, kinds in _SAME.items()}
@@ -141,7 +141,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         laws=laws,
         traffic_cases=tuple(
             StudyTraffic(**{key: _typed(one[key], *kinds) for key, kinds in _TRAFFIC.items()})
-            for one in plain["crowds"]
+            for one in plain["traffic_cases"]
         ),
         seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
         **same,
@@ -156,7 +156,7 @@ def _each_once(study: Study) -> None:
         "world": [(w.ground.hash, w.start, w.goal) for w in study.worlds],
         "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
         "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
-        "crowd": [canonical(c.plain) for c in study.traffic_cases],
+        "traffic_case": [canonical(c.plain) for c in study.traffic_cases],
         "seed": list(study.seeds),
     }
     for name, keys in whats.items():

@@ -247,7 +247,7 @@ def _job(
         "goal": list(world.goal),
         "moves": study.moves,
         "robot": dict(study.robot),
-        "crowd": traffic.plain,
+        "traffic": traffic.plain,
         "seed": seed,
         "planner": {"name": planner.name, "settings": dict(planner.settings), "origin": planner.origin},
         "law": {"name": law.name, "settings": dict(law.settings)},
@@ -259,7 +259,7 @@ def _job(
     labels = {
         "map": world.ground.name,
         "query": world.query,
-        "crowd": traffic.label,
+        "traffic": traffic.label,
         "seed": number,
         "planner": planner.called,
         "law": law.called,

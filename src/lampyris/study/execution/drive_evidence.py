@@ -20,7 +20,7 @@ _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
     "leg": ("<i4", 1), "cause_index": ("<i4", 1), "cause": ("<i2", 1), "pieces": ("<f8", 2), "ends": ("<f8", 2),
     "piece_counts": ("<i4", 1), "stops": ("<i4", 1), "stop_counts": ("<i4", 1), "corners": ("<f8", 2),
     "corner_counts": ("<i4", 1), "discs": ("<f8", 2), "kinds": ("<i2", 1), "moments": ("<f8", 2),
-    "moment_bodies": ("<i4", 1), "moment_words": ("<i2", 1),
+    "moment_obstacles": ("<i4", 1), "moment_words": ("<i2", 1),
 }  # fmt: skip
 
 
@@ -47,14 +47,14 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
         "discs": np.array(discs, dtype=np.float64).reshape(-1, 3),
         "kinds": kind,
         "moments": np.array([(m.t, *m.xy) for m in drive.moments], dtype=np.float64).reshape(-1, 3),
-        "moment_bodies": np.array([m.obstacle for m in drive.moments], dtype=np.int32),
+        "moment_obstacles": np.array([m.obstacle for m in drive.moments], dtype=np.int32),
         "moment_words": moment_words,
     }
     return {
         "kind": "drive",
         "outcome": drive.outcome.value,
         "words": words,
-        "told": event_words,
+        "event_words": event_words,
         "kinds": kinds,
         "period": float(drive.period),
         "optimum": None if drive.optimum is None else float(drive.optimum),
@@ -86,8 +86,8 @@ def drive_of(
         kinds = e.words_at(plain, got["kinds"], "kinds")
         corners = _split(got["corners"], got["corner_counts"])
         discs = got["discs"].tolist()
-        event_words = e.words_at(plain, got["moment_words"], "told")
-        moments = zip(got["moments"].tolist(), event_words, got["moment_bodies"].tolist(), strict=True)
+        event_words = e.words_at(plain, got["moment_words"], "event_words")
+        moments = zip(got["moments"].tolist(), event_words, got["moment_obstacles"].tolist(), strict=True)
         replans, expansions = (e.whole(n, "counts") for n in plain["counts"])
         return Drive(
             scene=scene, planner=planner, law=law, seed=seed, outcome=Outcome(plain["outcome"]),

@@ -272,14 +272,14 @@ def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
         "kind": "simulate",
         "outcome": trace.outcome.value,
         "words": table,
-        "told": event_words,
+        "event_words": event_words,
         "path": None if trace.path is None else _claimed(trace.path),
         "counts": [
             int(n)
             for n in (trace.replans, trace.waits, trace.iterations, trace.expansions, trace.path_switches)
         ],
         "last_tick": trace.last_tick,
-        "bodies": len(trace.obstacle_specs),
+        "obstacle_count": len(trace.obstacle_specs),
         "notes": list(trace.notes),
         "arrays": pack_arrays(arrays, _TRACE),
     }
@@ -312,7 +312,7 @@ def trace_of(
     def read(plain: Mapping[str, Any]) -> Trace:
         got = unpack_arrays(plain["arrays"], _TRACE)
         robot = np.cumsum(got["robot"], axis=0).astype(np.int32)
-        count = whole(plain["bodies"], "bodies")
+        count = whole(plain["obstacle_count"], "obstacle_count")
         everybody = tuple(obstacles(count))
         if len(robot) == 0:
             raise wrong("a robot without a place", "one cell a tick, from tick 0 on")
@@ -322,7 +322,7 @@ def trace_of(
         else:
             appears = tuple(int(t) for t in got["appears"].tolist())
             tracks = _split_tracks(got, appears, len(robot))
-        event_words = words_at(plain, got["events"][:, 1], "told")
+        event_words = words_at(plain, got["events"][:, 1], "event_words")
         events = tuple(
             Event(tick, word, (x, y))
             for (tick, _, x, y), word in zip(got["events"].tolist(), event_words, strict=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lampyris._core.scalars import is_whole
+from lampyris._core.scalars import SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, shown
 from lampyris.study.design.row import Row
 
@@ -43,7 +43,7 @@ class Execution:
                 "WORKERS", f"{shown(self.workers)} workers", where="workers", allowed=f"1 to {MAX_WORKERS}"
             )
         if self.shuffle is not None and not is_whole(self.shuffle, 0):
-            raise SettingError("SEED", shown(self.shuffle), where="shuffle", allowed="0 to 2^63 - 1")
+            raise SettingError("SEED", shown(self.shuffle), where="shuffle", allowed=SEED_RANGE)
         if self.dask is not None and not (isinstance(self.dask, str) and self.dask.startswith(SCHEMES)):
             raise UsageError(
                 "CLUSTER_ADDRESS",

@@ -45,7 +45,7 @@ class Replay:
 
     Raises
     ------
-    SettingError : ``CROWD_RATE``: walkers that appear later; a recorded obstacle is there from tick 0.
+    SettingError : ``TRAFFIC_RATE``: walkers that appear later; a recorded obstacle is there from tick 0.
     SceneError, LimitError : obstacles that do not fit: see :func:`lampyris.sim.traffic.traffic.open_traffic`.
     """
 
@@ -53,7 +53,7 @@ class Replay:
         for spec in scene.traffic:
             if isinstance(spec, RandomWalk) and spec.rate is not None:
                 raise SettingError(
-                    "CROWD_RATE",
+                    "TRAFFIC_RATE",
                     f"a rate of {spec.rate:g} with replayed tracks",
                     allowed="tracks: live, or no rate: a replayed obstacle is there from tick 0",
                 )

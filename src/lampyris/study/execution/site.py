@@ -225,7 +225,7 @@ def world_of(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     InputError : ``JOB``.
     LampyrisError : as :func:`place_of`; traffic that cannot be placed.
     """
-    said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot", "crowd", "seed")
+    said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot", "traffic", "seed")
     return _worlds.get(said, lambda: _world(plain, grid), max(grid.blocked.size, WORLD))
 
 
@@ -260,7 +260,7 @@ def _place(plain: Mapping[str, Any], grid: Grid) -> Place:
 
 def _world(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     place = place_of(plain, grid)
-    scene, who, seed = place.scene, plain["crowd"], plain["seed"]
+    scene, who, seed = place.scene, plain["traffic"], plain["seed"]
     free = free_space(scene)
     made: tuple[ObstacleSpec, ...] = ()
     try:

@@ -336,7 +336,7 @@ def _simulated(task: _Task, scene: Scene, drawn: int | None = None) -> Trace:
 def _fast_runs(task: _Task, scene: Scene, planner: AdGso) -> fast_simulation.FastRuns:
     """The room of fast runs; runs of all seeds share it."""
     plain = task.plain
-    names = ("map", "resolution", "start", "goal", "moves", "robot", "crowd", "planner", "law", "patience")
+    names = ("map", "resolution", "start", "goal", "moves", "robot", "traffic", "planner", "law", "patience")
     key = canonical([plain[name] for name in names])
     size = 20 * scene.grid.blocked.size  # of about so many bytes a cell
     return _runs.get(key, lambda: fast_simulation.FastRuns(scene, planner, task.law, task.patience), size)

@@ -21,7 +21,7 @@ from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
 from lampyris.io.tracks import dob
 from lampyris.io.tracks.csv_tracks import read_track
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.robot import DRIVES, Robot
@@ -169,7 +169,9 @@ TARGETS: Mapping[str, Target] = {
     "way": Target(corpora.WAY, "w.csv", _way, valid.way),
     "way-json": Target(corpora.WAY_JSON, "w.json", _way, valid.way),
     "way-yaml": Target(corpora.WAY_YAML, "w.yaml", _way, valid.way),
-    "movers": Target(corpora.MOVERS, "m.csv", lambda p, k: read_movers(p, valid.PLAIN), valid.movers),
+    "movers": Target(
+        corpora.MOVERS, "m.csv", lambda p, k: read_obstacle_states(p, valid.PLAIN), valid.movers
+    ),
     "zones": Target(corpora.ZONES, "z.csv", _zones, valid.zones),
     "zones-npy": Target(corpora.ZONES_NPY, "z.npy", _zones, valid.zones),
     "dob": Target(corpora.DOB, "t.dob", _obstacles, valid.obstacles),

@@ -29,7 +29,7 @@ from lampyris.io.maps.zones import read_zones
 from lampyris.io.paths import read_path_points
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.tracks.csv_tracks import read_track
-from lampyris.io.tracks.obstacle_states import read_movers
+from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
@@ -166,7 +166,7 @@ def _path(path: Path, rng: np.random.Generator) -> Go:
 
     def go() -> None:
         scene = _scene(grid, rng)
-        _time(points, scene, rng, smooth=pick(rng, (None, "taut", "arcs", "none")))
+        _time(points, scene, rng, smooth=pick(rng, (None, "straight", "arcs", "none")))
 
     return go
 
@@ -181,8 +181,8 @@ def _beside(path: Path, rng: np.random.Generator) -> Go:
         zoned = replace(scene, zones=zones)
         return lambda: _any_verb(zoned, rng)
     if path.name.startswith("movers"):
-        movers = read_movers(path, grid)
-        return lambda: _time(None, scene, rng, movers=movers)
+        movers = read_obstacle_states(path, grid)
+        return lambda: _time(None, scene, rng, obstacle_states=movers)
     body = Recorded(read_track(path), float(rng.choice([0.0, 0.3, 2.0])))
     return lambda: _any_verb(scene, rng, (body,))
 
@@ -303,7 +303,7 @@ def _time(
     rng: np.random.Generator,
     *,
     smooth: Any = None,
-    movers: ObstacleStates | None = None,
+    obstacle_states: ObstacleStates | None = None,
 ) -> None:
     """What ``speed`` does: a curve along a path, and some laws on it."""
     if points is None:
@@ -318,7 +318,7 @@ def _time(
     chosen = [name for name in laws.LAWS if rng.random() < 0.4] or ["physical"]
 
     def make(law: laws.SpeedLaw) -> Any:
-        return api.speed_profile(scene, course, law, movers=movers)
+        return api.speed_profile(scene, course, law, obstacle_states=obstacle_states)
 
     refused: dict[str, str] = {}
     for entry in compare(course, scene, chosen, make=make, refused=refused):

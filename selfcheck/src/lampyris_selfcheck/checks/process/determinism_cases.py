@@ -173,7 +173,7 @@ def _profile(rng: np.random.Generator, turn: int) -> Work:
     zones = 0.2 + rng.random(grid.blocked.shape) if rng.integers(3) == 0 else None
     robot = Robot(radius=0.3 * grid.resolution, jerk_max=2.0 if rng.integers(4) == 0 else None)
     scene = _scene(rng, grid, zones=zones, robot=robot)
-    smooth = ("none", "taut", "arcs")[int(rng.integers(3))]
+    smooth = ("none", "straight", "arcs")[int(rng.integers(3))]
     movers = _movers(rng, grid) if law in MINDFUL or rng.integers(2) else None
 
     def work() -> Any:
@@ -181,7 +181,7 @@ def _profile(rng: np.random.Generator, turn: int) -> Work:
         if found.path is None:
             return found
         way = found.path if smooth == "none" else api.smooth(scene, found, method=smooth)  # type: ignore[arg-type]
-        return way, api.speed_profile(scene, way, law, movers=movers)
+        return way, api.speed_profile(scene, way, law, obstacle_states=movers)
 
     return f"{law} {smooth}", work
 

@@ -252,7 +252,7 @@ OTHERS: Mapping[str, Callable[[Study], Study]] = {
     "planners.0.settings.weight": _with(planners=_PLANNERS),
     "planners": _with(planners=_PLANNERS[1:]),
     "laws.0.settings.speed": _with(laws=(Config("constant", {"speed": 2.0}),)),
-    "crowds.0.count": _with(traffic_cases=(StudyTraffic("random-walk", 4),)),
+    "traffic_cases.0.count": _with(traffic_cases=(StudyTraffic("random-walk", 4),)),
     "version.0": lambda of: of,
     "version.1": lambda of: of,
 }

@@ -69,14 +69,14 @@ def _fault(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     scene = _scene(rng)
     at = float(rng.uniform(0.0, 9.0))
     lasts = float(rng.uniform(0.2, 4.0)) if rng.random() < 0.3 else math.inf
-    feed = FaultySensor(kind, at, lasts, obstacle=int(rng.integers(3)), goal=scene.goal)
-    made = _driven(rng, scene, number, feed)
+    sensor = FaultySensor(kind, at, lasts, obstacle=int(rng.integers(3)), goal=scene.goal)
+    made = _driven(rng, scene, number, sensor)
     if made is None:
         tally.count("refused: obstacles do not fit")
         return
     tally.count(made.outcome.value)
     tally.count("for good" if math.isinf(lasts) else "for a while")
-    fault = _judged(made, feed, tally)
+    fault = _judged(made, sensor, tally)
     if fault:
         tally.fail(number, fault, at=at, lasts=None if math.isinf(lasts) else lasts, law=made.law)
 
@@ -97,7 +97,7 @@ def _scene(rng: np.random.Generator) -> Scene:
     return Scene(Grid(blocked), (0, 0), (15, 15), robot=robot, traffic=tuple(spec))
 
 
-def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Sensor) -> Drive | None:
+def _driven(rng: np.random.Generator, scene: Scene, seed: int, sensor: Sensor) -> Drive | None:
     law = scenes.PROMISE[int(rng.integers(len(scenes.PROMISE)))] if rng.random() < 0.5 else "physical"
     cutters = [Adversary(0.5, count=2, wait=4.0)] if rng.random() < 0.3 else []
     settings: dict[str, Any] = {
@@ -109,15 +109,15 @@ def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Sensor) -> 
     }
     who = scenes.planner(("astar", "ad-gso")[int(rng.integers(2))])
     try:
-        return drive(scene, who, law=law, seed=seed, sources=cutters, feed=feed, **settings)
+        return drive(scene, who, law=law, seed=seed, sources=cutters, sensor=sensor, **settings)
     except SceneError as refused:
         if refused.code not in scenes.REFUSED:
             raise
         return None
 
 
-def _judged(made: Drive, feed: FaultySensor, tally: Tally) -> str:
-    """What is wrong with a drive in which the feed failed; empty: nothing."""
+def _judged(made: Drive, sensor: FaultySensor, tally: Tally) -> str:
+    """What is wrong with a drive in which the sensor failed; empty: nothing."""
     broken = check_drive(made)
     if broken is not None:
         return str(broken)
@@ -125,17 +125,17 @@ def _judged(made: Drive, feed: FaultySensor, tally: Tally) -> str:
         return f"it drove into somebody: {made.detail}"
     if not made.arrived and ((made.v[-1] != 0.0 and made.outcome is Outcome.STOPPED) or not made.sentence):
         return f"{made.outcome.value} without standing, or without a word"
-    noticed = next((m for m in made.moments if m.word == "fault" and m.t >= feed.at - _DUST), None)
+    noticed = next((m for m in made.moments if m.word == "fault" and m.t >= sensor.at - _DUST), None)
     if noticed is None:
-        return _unnoticed(made, feed, tally)
+        return _unnoticed(made, sensor, tally)
     # One who is told anew of an obstacle in its own disc had not moved before: there was nothing to notice.
-    since = _since(made, feed)
-    until = min(noticed.t, feed.at + feed.lasts)
-    late = since is not None and noticed.t > since + _late(made, feed.kind) + _DUST
-    if since is not None and late and _moves(made, since, until, feed.kind):
+    since = _since(made, sensor)
+    until = min(noticed.t, sensor.at + sensor.lasts)
+    late = since is not None and noticed.t > since + _late(made, sensor.kind) + _DUST
+    if since is not None and late and _moves(made, since, until, sensor.kind):
         return f"noticed at {noticed.t!r} s what began at {since!r} s"
     tally.count("noticed")
-    return _stands(made, feed, noticed, tally)
+    return _stands(made, sensor, noticed, tally)
 
 
 def _late(made: Drive, kind: str) -> float:
@@ -143,20 +143,20 @@ def _late(made: Drive, kind: str) -> float:
     return (2 if kind == "back-in-time" else 1) * made.period
 
 
-def _since(made: Drive, feed: FaultySensor) -> float | None:
+def _since(made: Drive, sensor: FaultySensor) -> float | None:
     """When what it is told begins to be wrong so that it can be told; None: nobody can tell.
 
     An obstacle that was never reported jumps nowhere and is not missing; its first place is no number, or in
     the robot, from when it comes.
     """
-    if feed.kind not in (*_ABOUT_A_BODY, "in-robot"):
-        return feed.at
+    if sensor.kind not in (*_ABOUT_A_BODY, "in-robot"):
+        return sensor.at
     began = [track.t[0] for track in made.tracks]
-    if feed.obstacle >= len(began):
+    if sensor.obstacle >= len(began):
         return None
-    if feed.kind in ("jumps", "missing"):
-        return feed.at if began[feed.obstacle] < feed.at - made.period else None
-    return max(feed.at, float(began[feed.obstacle]))
+    if sensor.kind in ("jumps", "missing"):
+        return sensor.at if began[sensor.obstacle] < sensor.at - made.period else None
+    return max(sensor.at, float(began[sensor.obstacle]))
 
 
 def _moves(made: Drive, since: float, until: float, kind: str) -> bool:
@@ -172,29 +172,29 @@ def _moves(made: Drive, since: float, until: float, kind: str) -> bool:
     return bool((int(np.diff(stands).max()) - 2) * step > _late(made, kind) + 2.0 * step)
 
 
-def _unnoticed(made: Drive, feed: FaultySensor, tally: Tally) -> str:
+def _unnoticed(made: Drive, sensor: FaultySensor, tally: Tally) -> str:
     """Nothing was noticed: the drive was over, or there was nothing to notice."""
-    ended = made.duration < min(feed.at + _late(made, feed.kind), feed.at + feed.lasts) + _DUST
-    if ended or feed.lasts < 2.0 * made.period:
+    ended = made.duration < min(sensor.at + _late(made, sensor.kind), sensor.at + sensor.lasts) + _DUST
+    if ended or sensor.lasts < 2.0 * made.period:
         tally.count("over before")
         return ""
-    if feed.kind in (*_ABOUT_A_BODY, "in-robot") and not _could_be_seen(made, feed):
+    if sensor.kind in (*_ABOUT_A_BODY, "in-robot") and not _could_be_seen(made, sensor):
         tally.count("nothing to notice")
         return ""
-    return f"a fault from {feed.at!r} s on is never noticed; the drive lasts {made.duration!r} s"
+    return f"a fault from {sensor.at!r} s on is never noticed; the drive lasts {made.duration!r} s"
 
 
-def _could_be_seen(made: Drive, feed: FaultySensor) -> bool:
+def _could_be_seen(made: Drive, sensor: FaultySensor) -> bool:
     """Whether the obstacle of the fault was there when it began, or the robot moved while it was in it."""
     began = [track.t[0] for track in made.tracks]
-    if feed.kind == "in-robot":
-        until = min(feed.at + feed.lasts, made.duration)
-        times = np.linspace(min(feed.at + made.period, until), until, 50)
+    if sensor.kind == "in-robot":
+        until = min(sensor.at + sensor.lasts, made.duration)
+        times = np.linspace(min(sensor.at + made.period, until), until, 50)
         return bool((made.at(times)[1] > 0.0).any())
-    return feed.obstacle < len(began) and began[feed.obstacle] < feed.at - made.period
+    return sensor.obstacle < len(began) and began[sensor.obstacle] < sensor.at - made.period
 
 
-def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> str:
+def _stands(made: Drive, sensor: FaultySensor, noticed: Moment, tally: Tally) -> str:
     """From v / d_max after it was noticed on the robot stands, until the data can be trusted again."""
     robot = made.scene.robot
     v = float(made.at(np.array([noticed.t]))[1][0])
@@ -208,27 +208,27 @@ def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> s
         if (speed[times < until - _DUST] > 0.0).any():
             return f"still drives {float(speed.max())!r} m/s, {v!r} m/s at {noticed.t!r} s"
         tally.measure("seconds from notice to rest", v / robot.d_max)
-    forever = math.isinf(feed.lasts) and _for_good(made, feed)
+    forever = math.isinf(sensor.lasts) and _for_good(made, sensor)
     if forever and made.outcome not in (Outcome.STOPPED, Outcome.HIT):
         return f"ends as {made.outcome.value}; the fault lasts for good"
     data_timeout = DriveSettings().data_timeout
-    if forever and feed.kind != "goal-gone":
+    if forever and sensor.kind != "goal-gone":
         late = made.duration - (noticed.t + max(v / robot.d_max, data_timeout) + 2 * made.period)
         if late > _DUST:
             return f"gives up {late!r} s later than it must"
     return ""
 
 
-def _for_good(made: Drive, feed: FaultySensor) -> bool:
+def _for_good(made: Drive, sensor: FaultySensor) -> bool:
     """Whether a fault that does not end is one for good.
 
     After a jump the place is trusted once it could have been reached, and a standing robot may be run into.
     Obstacles that come later fill the place of a missing one in the list.
     """
-    if feed.kind in ("jumps", "in-robot"):
+    if sensor.kind in ("jumps", "in-robot"):
         return False
-    since = _since(made, feed)
-    if feed.kind == "missing":
+    since = _since(made, sensor)
+    if sensor.kind == "missing":
         return since is not None and all(track.t[0] < since - made.period for track in made.tracks)
     return since is not None
 
@@ -301,7 +301,7 @@ SPOILS: Mapping[str, Spoil] = MappingProxyType(
 
 @dataclass
 class _Spoilt:
-    """A perfect feed, some of whose messages are spoilt from a time on."""
+    """A perfect sensor, some of whose messages are spoilt from a time on."""
 
     how: Spoil
     at: float
@@ -324,14 +324,14 @@ def _garbage(ask: Ask, number: int, tally: Tally) -> None:
     names = tuple(SPOILS)
     name = names[number % len(names)]
     scene = _scene(rng)
-    feed = _Spoilt(SPOILS[name], float(rng.uniform(0, 6)), float(rng.choice([0.1, 0.5, 1.0])), rng)
-    made = _driven(rng, scene, number, feed)
+    sensor = _Spoilt(SPOILS[name], float(rng.uniform(0, 6)), float(rng.choice([0.1, 0.5, 1.0])), rng)
+    made = _driven(rng, scene, number, sensor)
     if made is None:
         tally.count("refused: obstacles do not fit")
         return
     tally.count(made.outcome.value)
     tally.count(name)
-    tally.count("messages spoilt", feed.spoilt)
+    tally.count("messages spoilt", sensor.spoilt)
     broken = check_drive(made)
     if broken is not None:
         tally.fail(number, f"{name}: {broken}", law=made.law)

@@ -192,6 +192,6 @@ def _harsh_settings(rng: np.random.Generator, resolution: float) -> dict[str, An
         "patience": float(rng.choice([0, 0.5, 1, 5])),
         "give_up": 20.0,
         "on_hit": str(rng.choice(["end", "go-on"])),
-        "smooth": str(rng.choice(["arcs", "none"])),
+        "smooth": str(rng.choice(["straight", "none"])),
         "time_limit": 60.0,
     }

@@ -174,7 +174,7 @@ def record(
         "goal": list(world.goal),
         "moves": study.moves,
         "kind": study.kind,
-        "crowd": study.traffic_cases[0].label,
+        "traffic": study.traffic_cases[0].label,
         "seeds": len(study.seeds),
         "seed": study.root,
         "rows": [

@@ -122,7 +122,7 @@ def run(
         typer.Option(
             "--again",
             metavar="ENDINGS",
-            help="Repeat the runs that ended so: failed, timeout or refused, separated by commas.",
+            help="Repeat the runs with these endings: failed, timeout, refused, separated by commas.",
         ),
     ] = None,
     report: Annotated[

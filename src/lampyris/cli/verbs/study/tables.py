@@ -73,7 +73,7 @@ def record(study: Study, path: Path) -> dict[str, Any]:
         "runs": len(study),
         "maps": len(study.grounds),
         "queries": len(study.worlds),
-        "crowds": [traffic.label for traffic in study.traffic_cases],
+        "traffic_cases": [traffic.label for traffic in study.traffic_cases],
         "seeds": len(study.seeds),
         "planners": [who.called for who in study.planners],
         "laws": [who.called for who in study.laws],

@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.errors import SettingError
 from lampyris.typing import FloatGrid
 
@@ -32,8 +33,8 @@ class Draw:
     """
 
     def __init__(self, seed: int) -> None:
-        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-            raise SettingError.of("SEED", "seed", repr(seed), allowed="a whole number, 0 to 2^63 - 1")
+        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= MAX_SEED:
+            raise SettingError.of("SEED", "seed", repr(seed), allowed=SEED_RANGE)
         self._bits = np.random.PCG64(np.random.SeedSequence(seed))
 
     def below(self, n: int) -> int:
