@@ -331,7 +331,9 @@ CASES = {"radius 0.8": 4}
 
 
 @pytest.mark.parametrize(
-    ("symptom", "planner"), some(DEFECTS.items(), 16), ids=[p.answer.__name__ + "-" + s for s, p in DEFECTS.items()]
+    ("symptom", "planner"),
+    some(DEFECTS.items(), 16),
+    ids=[p.answer.__name__ + "-" + s for s, p in DEFECTS.items()],
 )
 def test_each_defect_is_caught_and_named(symptom: str, planner: Wrong) -> None:
     with pytest.raises(AssertionError) as caught:

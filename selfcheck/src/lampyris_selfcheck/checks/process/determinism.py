@@ -39,8 +39,8 @@ from lampyris_selfcheck.scratch import folder
 
 GOLDEN = Path(__file__).with_name("golden.json")
 CASES = 500
-"""Cases of the corpus; the commit size takes the first 30."""
-COMMIT = 30
+"""Cases of the corpus; the commit size takes the first 60."""
+COMMIT = 60
 EVERY = ("as it is", "hash seed", "order", "plain kernels")
 """Surroundings that a commit tries."""
 

@@ -54,7 +54,7 @@ KINDS = {
     ),
     "laws": Kind(
         "every law on paths and curves among walls, zones and bodies: its promises, the bend, room to stop",
-        200,
+        700,
         20_000,
         100_000,
         50,

@@ -52,7 +52,7 @@ KINDS = {
     ),
     "walk": Kind(
         "the loop: every planner, step set, kind of traffic and size of bodies",
-        75,
+        190,
         24_000,
         100_000,
         100,
@@ -62,7 +62,7 @@ KINDS = {
     "drive": Kind(
         "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
         "by laws that promise it; obstacles keep clear of each other",
-        4,
+        6,
         1_500,
         6_000,
         10,
