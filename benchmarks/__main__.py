@@ -29,6 +29,7 @@ NAMES = (
     "query",
     "timed",
     "poses",
+    "pose_rivals",
     "speed",
     "study",
     "start",
