@@ -12,6 +12,7 @@ import pytest
 
 from bad_inputs.case import inside, run
 
+pytestmark = pytest.mark.source
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "output.md").read_text(encoding="utf-8")
 SHARED = "Tables of several commands"
 STUDY = """version: 1

@@ -250,12 +250,12 @@ def test_the_cost_of_an_any_angle_planner_says_whose_it_is() -> None:
         return "done", metrics(20.0 + w + e, length_any_angle=18.5 + w if e else None)
 
     some = {tab.name: tab for tab in tabs(summarise(runs(one, make)))}
-    way = some["way-1"]
-    column = way.header.index("any-angle length (cells)")
-    assert [row[column].split()[0] for row in way.rows] == ["-", "21.00"]
-    assert all("of its walk from cell to cell" in some[name].note for name in ("way-1", "maps-1"))
+    paths = some["paths-1"]
+    column = paths.header.index("any-angle length (cells)")
+    assert [row[column].split()[0] for row in paths.rows] == ["-", "21.00"]
+    assert all("of its walk from cell to cell" in some[name].note for name in ("paths-1", "maps-1"))
     alone = {tab.name: tab for tab in tabs(summarise(runs(one, by_chance(1, 0.0))))}
-    assert "any-angle length (cells)" not in alone["way-1"].header
+    assert "any-angle length (cells)" not in alone["paths-1"].header
     assert not any("walk" in tab.note for tab in alone.values())
 
 

@@ -377,8 +377,8 @@ function seedPart(page, into) {
   seed.row.classList.add("with-dice");
   seed.row.insertBefore(dice, seed.row.children[2] ?? null);
   into.append(seed.row);
-  const titles = { ticks: "ticks at most", patience: "patience" };
-  const rest = plainPart(page, into, page.hello.simulate.map((/** @type {Setting} */ row) => ({ ...row, title: titles[/** @type {"ticks"} */ (row.name)] ?? row.name })), "simulate");
+  const rows = page.hello.simulate.map((/** @type {Setting} */ row) => ({ ...row, title: row.name === "ticks" ? "ticks at most" : row.name }));
+  const rest = plainPart(page, into, rows, "simulate");
   return () => {
     seed.put(page.store.scenario.seed);
     rest();
