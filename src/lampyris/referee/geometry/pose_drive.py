@@ -63,7 +63,7 @@ def _pose_curve(curve: PoseCurve, name: str, robot: Robot) -> Violation | None:
     rules: tuple[tuple[str, NDArray[np.bool_], str], ...] = (
         ("curve", ~still & (np.abs(size - 1.0) > SAME), "its heading is no unit vector"),
         ("bend", np.abs(curve.curvature) * robot.turn_radius > 1.0 + SAME * 100, "it is sharper than turn_radius"),
-        ("pose", ~still & (np.abs(curve.turn + curve.curvature) * curve.lengths > SAME), "its yaw turns otherwise"),
+        ("pose", ~still & goes_straight & (np.abs(curve.turn + curve.curvature) * curve.lengths > SAME), "its yaw turns otherwise"),
         ("pose", ~still & goes_straight & (drift > 1e-4), "it moves to the side of its heading"),
         ("pose", still & (curve.curvature != 0.0), "a turn in place has a curvature"),
         ("pose", still & (robot.drive == "ackermann"), "an ackermann robot turns in place"),

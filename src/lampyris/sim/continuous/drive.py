@@ -282,9 +282,7 @@ class DriveSimulation(Exclusive):
         end = self.state.periods * self.settings.decision_period
         self._listen()
         if self.state.outcome is None:
-            self.state.decision = self._decide(end - self.state.t)
-            segments = self.train.drive(self.state.t, end, self.state.s, self.state.v, self.state.decision)
-            trajectory = Trajectory(self.state.leg.route, segments)
+            trajectory = self._move(end)
             self._cut_at_goal(trajectory)
             for obstacle in self.others.move(self.state.t, end, trajectory):
                 at, x, y = self.others.roster.corners[obstacle][0]
@@ -293,6 +291,12 @@ class DriveSimulation(Exclusive):
             self._go(trajectory)
         self.state.total_s += time.perf_counter() - began
         self.state.loading_s += loading.seconds() - loaded
+
+    def _move(self, end: float) -> Trajectory:
+        """Decide, and drive until ``end``."""
+        self.state.decision = self._decide(end - self.state.t)
+        segments = self.train.drive(self.state.t, end, self.state.s, self.state.v, self.state.decision)
+        return Trajectory(self.state.leg.route, segments)
 
     def _listen(self) -> None:
         """Take in the robot's data, and react to faults in them."""
@@ -313,7 +317,8 @@ class DriveSimulation(Exclusive):
         ):
             self._end(Outcome.STOPPED, f"{self.state.fault}, from {self.state.fault_since:.4g} s on.")
 
-    def _decide(self, period: float) -> Decision:
+    def _must_brake(self) -> Decision | None:
+        """Full braking, where there is a reason for it that no controller is asked about."""
         brake = -self.scene.robot.d_max
         if self.state.fault_since >= 0.0:
             return Decision(brake, "no data")
@@ -323,6 +328,12 @@ class DriveSimulation(Exclusive):
             return Decision(brake, "moving obstacle", min(self.others.touching))
         if self.state.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
+        return None
+
+    def _decide(self, period: float) -> Decision:
+        brake = self._must_brake()
+        if brake is not None:
+            return brake
         made = self.wheel.controller.decide(self._state(period))
         # A message may list more obstacles than there are: nobody whom the drive could name.
         named = made.cause not in WAITS or made.cause_index < len(self.others.roster.obstacles)
