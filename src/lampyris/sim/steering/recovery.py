@@ -39,7 +39,7 @@ class Recovery:
         self.left -= moved
         if self.left <= 0.01:
             return None
-        arc = self.arc if view.arc is None else view.arc
+        arc = self.arc = self.arc._replace(direction=self.arc.direction + self.arc.bend * moved)
         robot = view.shape.robot
         v = min(_SPEED * robot.v_max, stopping_speed(self.left, view.v, view.period, robot.d_max))
         return Steer(arc, min(v, view.shape.most_speed(arc)), "turn")
