@@ -5,24 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from lampyris.model.drive import Drive
 from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
-from lampyris.model.settings.steering import PurePursuit, RegulatedPurePursuit, Steering
+from lampyris.model.settings.steering import Dwa, Mppi, PurePursuit, RegulatedPurePursuit, Steering
 from lampyris.motion.laws.registry import SpeedLaw
 from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.sensor import Sensor
 from lampyris.sim.steering.control import SteeringController
 from lampyris.sim.steering.pure_pursuit import Pursuit, RegulatedPursuit
+from lampyris.sim.steering.sampling import DynamicWindow, PathIntegral
 from lampyris.sim.steering.simulation import SteeredSimulation
-from lampyris.sim.traffic.motion_sources import MotionSource
+from lampyris.sim.traffic.motion_sources import MotionSource, stream
 
-CONTROLLERS: dict[type[Steering], Callable[[Any], SteeringController]] = {
-    PurePursuit: Pursuit,
-    RegulatedPurePursuit: RegulatedPursuit,
+CONTROLLERS: dict[type[Steering], Callable[[Any, np.random.Generator], SteeringController]] = {
+    PurePursuit: lambda one, rng: Pursuit(one),
+    RegulatedPurePursuit: lambda one, rng: RegulatedPursuit(one),
+    Dwa: lambda one, rng: DynamicWindow(one),
+    Mppi: PathIntegral,
 }
-"""What makes a controller of its settings."""
+"""What makes a controller of its settings and a generator of random numbers."""
+
+_STREAM = 1_000_003
+"""Number of the controller's random stream, beside those of planner, traffic and noise."""
 
 
 def simulation_of(
@@ -41,7 +49,7 @@ def simulation_of(
     given: dict[str, Any] = {"law": law, "seed": seed, "sources": sources, "feed": feed, "budget": budget}
     if steering is None:
         return DriveSimulation(scene, planner, **given, **settings)
-    controller = CONTROLLERS[type(steering)](steering)
+    controller = CONTROLLERS[type(steering)](steering, stream(seed, _STREAM))
     return SteeredSimulation(scene, planner, controller, steering, **given, **settings)
 
 

@@ -107,7 +107,7 @@ class Pursuit:
         """Towards the point ahead, as fast as the ceiling of speeds allows."""
         arc, _ = free_pursuit(view, lookahead_of(view, self.settings))
         v, cause = _ceiling(view)
-        return _arriving(view, Steer(arc, v, cause))
+        return arriving(view, Steer(arc, v, cause))
 
 
 def lookahead_of(view: View, settings: PurePursuit) -> float:
@@ -133,7 +133,7 @@ def _ceiling(view: View) -> tuple[float, str]:
     return math.sqrt(square), "limit"
 
 
-def _arriving(view: View, steer: Steer) -> Steer:
+def arriving(view: View, steer: Steer) -> Steer:
     """No faster than to stop at the end of the section, and as the arc allows."""
     shape = view.shape
     stop = stopping_speed(max(view.progress.left, 0.0), view.v, view.period, shape.robot.d_max)
@@ -184,7 +184,7 @@ class RegulatedPursuit:
         hit = self._collides(view, arc, max(view.v, min(v, robot.a_max * view.period)), lookahead)
         if hit is not None:
             return Steer(arc, 0.0, "clearance" if hit < 0 else "moving obstacle", hit)
-        return _arriving(view, Steer(arc, v, cause, who if cause == "moving obstacle" else -1))
+        return arriving(view, Steer(arc, v, cause, who if cause == "moving obstacle" else -1))
 
     def _nearest(self, view: View) -> tuple[float, int]:
         """Metres from the outline to the nearest wall or obstacle as they are, at least; and whose (-1: a wall)."""

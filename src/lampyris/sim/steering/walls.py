@@ -19,6 +19,7 @@ class Walls:
     Attributes
     ----------
     clear : metres from the centre of each cell to the nearest wall, (height, width); infinity: none.
+    flat : the same, row by row.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -33,7 +34,7 @@ class Walls:
     def _prepare(self) -> None:
         self.clear: Floats = clearance(replace(self.shape.grid, blocked=self._blocked))
         self._cells = np.ascontiguousarray(self._blocked).view(np.uint8).ravel()
-        self._clear = np.ascontiguousarray(self.clear).ravel()
+        self.flat = np.ascontiguousarray(self.clear).ravel()
 
     def block(self, cells: list[Cell]) -> None:
         """Take in cells that are blocked, too."""
@@ -51,7 +52,7 @@ class Walls:
         bend = 0.0 if arc.in_place else -arc.bend
         return float(
             free_arc(
-                self._cells, self._clear, width, height, res, *self._outline, self._arm, self.shape.margin,
+                self._cells, self.flat, width, height, res, *self._outline, self._arm, self.shape.margin,
                 pose.x / res, -pose.y / res, hx, -hy, cosine, sine, bend, arc.turn, limit, *self._room,
             )
         )  # fmt: skip

@@ -1,0 +1,241 @@
+"""Simulated motions of a robot under many commands at once, and what each of them costs: the loop of DWA and MPPI.
+
+All motions advance together, step by step; the inner loops go over motions, without branches, so that they are vectorised.
+Positions are in metres, y up. What is compared with walls, obstacles and the path is the robot at every second step.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lampyris.kernels._jit import kernel
+from lampyris.kernels._helpers import u64
+
+_SLOW = 1e-3
+"""Metres a second below which curvature says nothing."""
+
+
+@kernel(out=("speed", "side", "spin", "x", "y", "cosine", "sine", "before", "at", "cost", "found"), each=20_000, of="noise_v")
+def rollouts(
+    noise_v, noise_w, noise_u, row, shift, nominal_v, nominal_w, nominal_u, spread_v, spread_w,
+    steps, dt, start, gear, sideways, v_max, a_max, d_max, w_max, bend_max, a_lat, rate_weight,
+    path_x, path_y, path_c, path_s, path_left, path_weight, yaw_weight, progress_weight,
+    clear, width, height, resolution, disc_x, disc_y, disc_r, margin,
+    box, ox, oy, ou, ow, radius, obstacle_weight, collision_cost,
+    speed, side, spin, x, y, cosine, sine, before, at, cost, found,
+):  # fmt: skip
+    """Simulate ``n`` motions of ``steps`` steps and add up their costs.
+
+    Parameters
+    ----------
+    noise_v, noise_w, noise_u : float64 (rows * n,): deviation of the speed, the yaw rate and the sideways speed of each
+        motion, row by row; step i takes row ``shift + i row``, times ``spread_v`` or ``spread_w``.
+    nominal_v, nominal_w, nominal_u : float64 (steps,): the commands from which they deviate.
+    start : float64 (6,): x, y, cosine and sine of the yaw, speed and sideways speed at the beginning.
+    gear : 1 ahead, -1 in reverse; speeds are at least 0.
+    sideways : 1 for an omnidirectional robot, whose speeds may be below 0.
+    bend_max : greatest curvature, 1/m.
+    path_x, path_y, path_c, path_s, path_left : the path from the robot on: points, direction of the yaw, metres left.
+    clear, width, height : metres from the centre of each cell to the nearest wall, row by row.
+    disc_x, disc_y, disc_r : discs that cover the robot, metres; y to the left.
+    box : float64 (4,): the rectangle around the robot: least and greatest x, least and greatest y.
+    ox, oy, ou, ow, radius : obstacles: metres, m/s, metres.
+    speed, side, spin : out, float64 (steps * n,): the commands within the robot's limits.
+    x, y, cosine, sine, before, at : out, float64 (n,): state of each motion; at the end its last pose.
+    cost : out, float64 (n,).
+    found : out, float64 (1,): pairs of an obstacle and a step that were near enough to be looked at.
+    """
+    n = u64(len(cost))
+    m = len(ox)
+    points = len(path_x)
+    last = points - 1
+    reach = math.sqrt(max(box[0] * box[0], box[1] * box[1]) + max(box[2] * box[2], box[3] * box[3]))
+    for k in range(n):
+        x[k] = start[0]
+        y[k] = start[1]
+        cosine[k] = start[2]
+        sine[k] = start[3]
+        before[k] = start[4]
+        at[k] = 0.0
+        cost[k] = 0.0
+    up = a_max * dt
+    down = d_max * dt
+    share = 2.0 / steps
+    found[0] = 0.0
+    # Where no motion can come near a wall at all, walls need not be looked at.
+    column = min(max(int(math.floor(start[0] / resolution + 0.5)), 0), width - 1)
+    line = min(max(int(math.floor(0.5 - start[1] / resolution)), 0), height - 1)
+    open_ground = clear[line * width + column] - resolution > v_max * steps * dt + reach + margin
+    for i in range(steps):
+        first = u64((shift + i * row)) * n
+        base = u64(i) * n
+        mean_v = nominal_v[i]
+        mean_w = nominal_w[i]
+        bias_v = rate_weight * mean_v / (spread_v * spread_v)
+        bias_w = rate_weight * mean_w / (spread_w * spread_w)
+        if sideways == 0:
+            for k in range(n):
+                dv = spread_v * noise_v[first + k]
+                dw = spread_w * noise_w[first + k]
+                cost[k] += bias_v * dv + bias_w * dw
+                old = before[k]
+                v = min(max(mean_v + dv, old - down), old + up)
+                v = min(max(v, 0.0), v_max)
+                most = min(min(w_max, bend_max * v), a_lat / max(v, _SLOW))
+                w = min(max(mean_w + dw, -most), most)
+                turned = w * dt
+                square = turned * turned
+                q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
+                p = 1.0 - square * (0.5 - square * 0.041666666666666664)
+                c = cosine[k]
+                s = sine[k]
+                far = 0.5 * gear * v * dt
+                cosine[k] = c * p - s * q
+                sine[k] = s * p + c * q
+                x[k] += far * (c + cosine[k])
+                y[k] += far * (s + sine[k])
+                before[k] = v
+                speed[base + k] = v
+                spin[base + k] = w
+        else:
+            mean_u = nominal_u[i]
+            bias_u = rate_weight * mean_u / (spread_v * spread_v)
+            for k in range(n):
+                dv = spread_v * noise_v[first + k]
+                dw = spread_w * noise_w[first + k]
+                du = spread_v * noise_u[first + k]
+                cost[k] += bias_v * dv + bias_w * dw + bias_u * du
+                v = mean_v + dv
+                u = mean_u + du
+                size = math.sqrt(v * v + u * u)
+                scale = v_max / max(size, v_max)
+                v *= scale
+                u *= scale
+                w = min(max(mean_w + dw, -w_max), w_max)
+                turned = w * dt
+                square = turned * turned
+                q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
+                p = 1.0 - square * (0.5 - square * 0.041666666666666664)
+                c = cosine[k]
+                s = sine[k]
+                cosine[k] = c * p - s * q
+                sine[k] = s * p + c * q
+                x[k] += dt * (v * c - u * s)
+                y[k] += dt * (v * s + u * c)
+                speed[base + k] = v
+                side[base + k] = u
+                spin[base + k] = w
+        if i % 2 == 0 and i + 1 < steps:
+            continue
+        low_x = x[0]
+        high_x = x[0]
+        low_y = y[0]
+        high_y = y[0]
+        for k in range(n):
+            low_x = min(low_x, x[k])
+            high_x = max(high_x, x[k])
+            low_y = min(low_y, y[k])
+            high_y = max(high_y, y[k])
+        now = (i + 1) * dt
+        for j in range(m):
+            cx = ox[j] + ou[j] * now
+            cy = oy[j] + ow[j] * now
+            wide = radius[j] + margin
+            far = wide + reach
+            if cx < low_x - far or cx > high_x + far or cy < low_y - far or cy > high_y + far:
+                continue
+            found[0] += 1.0
+            touch = radius[j] * radius[j]
+            scale = 1.0 / (wide * wide)
+            low_a = box[0]
+            high_a = box[1]
+            low_b = box[2]
+            high_b = box[3]
+            weight = share * obstacle_weight
+            hit = share * collision_cost
+            for k in range(n):
+                dx = cx - x[k]
+                dy = cy - y[k]
+                a = cosine[k] * dx + sine[k] * dy
+                b = cosine[k] * dy - sine[k] * dx
+                a = max(max(low_a - a, a - high_a), 0.0)
+                b = max(max(low_b - b, b - high_b), 0.0)
+                square = a * a + b * b
+                part = max(1.0 - square * scale, 0.0)
+                cost[k] += weight * part * part + (hit if square < touch else 0.0)
+        if not open_ground:
+            for k in range(n):
+                worst = margin
+                for j in range(len(disc_r)):
+                    px = x[k] + cosine[k] * disc_x[j] - sine[k] * disc_y[j]
+                    py = y[k] + sine[k] * disc_x[j] + cosine[k] * disc_y[j]
+                    column = int(px / resolution + 0.5)
+                    line = int(0.5 - py / resolution)
+                    if px < -0.5 * resolution or py > 0.5 * resolution or column >= width or line >= height:
+                        worst = -1.0
+                    else:
+                        worst = min(worst, clear[line * width + column] - disc_r[j])
+                if worst < margin:
+                    part = 1.0 - max(worst, 0.0) / margin
+                    cost[k] += share * obstacle_weight * part * part
+                    if worst < 0.0:
+                        cost[k] += share * collision_cost
+        for k in range(n):
+            near = int(at[k])
+            px = x[k]
+            py = y[k]
+            dx = path_x[near] - px
+            dy = path_y[near] - py
+            square = dx * dx + dy * dy
+            while near < last:
+                dx = path_x[near + 1] - px
+                dy = path_y[near + 1] - py
+                other = dx * dx + dy * dy
+                if other > square:
+                    break
+                square = other
+                near += 1
+            at[k] = near
+            aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
+            cost[k] += share * (path_weight * math.sqrt(square) + yaw_weight * (1.0 - aligned))
+    for k in range(n):
+        cost[k] += progress_weight * path_left[int(at[k])]
+
+
+@kernel(out=("nominal_v", "nominal_w", "nominal_u"), each=500, of="speed")
+def weighted(weight, speed, spin, side, sideways, steps, nominal_v, nominal_w, nominal_u):
+    """The mean of the commands of all motions by their weights, which sum to 1, step by step; into the nominal commands.
+
+    The sums have four parts each, in a fixed order.
+    """
+    n = len(weight)
+    whole = n - n % 4
+    for i in range(steps):
+        base = i * n
+        a0 = 0.0
+        a1 = 0.0
+        a2 = 0.0
+        a3 = 0.0
+        b0 = 0.0
+        b1 = 0.0
+        b2 = 0.0
+        b3 = 0.0
+        for k in range(0, whole, 4):
+            a0 += weight[k] * speed[base + k]
+            a1 += weight[k + 1] * speed[base + k + 1]
+            a2 += weight[k + 2] * speed[base + k + 2]
+            a3 += weight[k + 3] * speed[base + k + 3]
+            b0 += weight[k] * spin[base + k]
+            b1 += weight[k + 1] * spin[base + k + 1]
+            b2 += weight[k + 2] * spin[base + k + 2]
+            b3 += weight[k + 3] * spin[base + k + 3]
+        for k in range(whole, n):
+            a0 += weight[k] * speed[base + k]
+            b0 += weight[k] * spin[base + k]
+        nominal_v[i] = (a0 + a1) + (a2 + a3)
+        nominal_w[i] = (b0 + b1) + (b2 + b3)
+        if sideways != 0:
+            c0 = 0.0
+            for k in range(n):
+                c0 += weight[k] * side[base + k]
+            nominal_u[i] = c0

@@ -1,0 +1,262 @@
+"""DWA and MPPI: commands chosen by simulating many of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lampyris._core import elementary
+from lampyris.kernels.steering.rollouts import rollouts, weighted
+from lampyris.model.settings.steering import Dwa, Mppi
+from lampyris.planning.lattice.shortcut import covering_discs
+from lampyris.sim.steering.arc import Arc, Shape, angle_of, cos_sin, wrapped
+from lampyris.sim.steering.control import Steer, View
+from lampyris.sim.steering.pure_pursuit import arriving, held
+from lampyris.typing import Floats
+
+_SPARE = 64
+"""Rows of noise beside those of one horizon; the window moves through them, row by row, and begins again."""
+
+_STILL = 0.02
+"""Share of the top speed below which a robot that can turn in place does that, if it turns at all."""
+
+
+@dataclass
+class Motions:
+    """Room for simulated motions of one robot, and what is compared with them.
+
+    Parameters
+    ----------
+    shape : the robot.
+    count, steps : how many motions, and of how many steps.
+    step : seconds.
+    """
+
+    shape: Shape
+    count: int
+    steps: int
+    step: float
+    arrays: dict[str, Floats] = field(init=False)
+
+    def __post_init__(self) -> None:
+        whole = self.count * self.steps
+        sizes = {"speed": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
+        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "at", "cost"), self.count)
+        self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
+        self.arrays["found"] = np.zeros(1)
+        footprint = self.shape.robot.footprint
+        if footprint is None:
+            discs = np.array([(0.0, 0.0, self.shape.robot.radius)])
+        else:
+            discs = covering_discs(footprint) * np.array((1.0, -1.0, 1.0))
+        self._discs = [np.ascontiguousarray(c) for c in discs.T]
+        low, high = self.shape.outline.min(axis=0), self.shape.outline.max(axis=0)
+        room = self.shape.margin
+        self._box = np.array((low[0] - room, high[0] + room, low[1] - room, high[1] + room))
+
+    def simulate(
+        self, view: View, one: Dwa | Mppi, noise: tuple[Floats, Floats, Floats], row: int, shift: int,
+        nominal: tuple[Floats, Floats, Floats], spread: tuple[float, float], rate_weight: float,
+    ) -> Floats:  # fmt: skip
+        """The cost of each motion, (count,)."""
+        shape, robot = self.shape, self.shape.robot
+        c, s = cos_sin(view.pose.yaw)
+        along, across = self._velocity(view)
+        start = np.array((view.pose.x, view.pose.y, c, s, along, across))
+        gear = -1.0 if view.progress.section.gear < 0 else 1.0
+        message, res = view.message, shape.grid.resolution
+        motion = np.zeros_like(message.xy) if view.velocity is None else view.velocity
+        height, width = view.walls.clear.shape
+        bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
+        arrays: list[Any] = list(self.arrays.values())
+        rollouts(
+            *noise, row, shift, *nominal, *spread, self.steps, self.step, start, gear, int(shape.sideways),
+            robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
+            *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
+            view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
+            message.xy[:, 0] * res, -message.xy[:, 1] * res, motion[:, 0].copy(), -motion[:, 1],
+            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *arrays,
+        )  # fmt: skip
+        return self.arrays["cost"]
+
+    def _velocity(self, view: View) -> tuple[float, float]:
+        """The robot's speed, and of an omnidirectional one its speeds ahead and to the left."""
+        if view.arc is None or view.arc.in_place:
+            return 0.0, 0.0
+        if not self.shape.sideways:
+            return view.v, 0.0
+        c, s = cos_sin(view.arc.direction - view.pose.yaw)
+        return view.v * c, view.v * s
+
+    def _path(self, view: View) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """The rest of the section within reach of the motions: points, direction of the yaw, metres left."""
+        progress, one = view.progress, view.progress.section
+        far = self.shape.robot.v_max * self.steps * self.step + 2.0
+        k = max(progress.at, 0)
+        end = int(np.searchsorted(one.s, progress.s + far, side="right")) + 1
+        # No closer than a motion drives between two looks: all of them walk along these points.
+        apart = self.shape.robot.v_max * self.step
+        stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
+        chosen = np.unique(np.append(np.arange(k, min(end, len(one.s)), stride), min(end, len(one.s)) - 1))
+        yaw = one.yaw[chosen]
+        left = float(one.s[-1]) - one.s[chosen]
+        return one.x[chosen], one.y[chosen], elementary.cos(yaw), elementary.sin(yaw), left
+
+
+def command(view: View, v: float, w: float, u: float) -> Steer:
+    """The arc and the speed of a command: speed, yaw rate and sideways speed at the end of the period."""
+    shape, pose = view.shape, view.pose
+    gear = -1.0 if view.progress.section.gear < 0 else 1.0
+    if shape.sideways:
+        return _sideways(view, v, w, u)
+    rest = view.v == 0.0 or (view.arc is not None and view.arc.in_place)
+    if rest and v < _STILL * shape.robot.v_max and shape.turns_in_place and abs(w) > 0.05 * shape.yaw_rate:
+        if view.v == 0.0 or (view.arc is not None and view.arc.turn * w > 0.0):
+            return Steer(shape.spin(w), min(abs(w) * shape.arm, shape.spin_speed()), "turn")
+        return Steer(view.arc or shape.spin(w), 0.0, "turn")
+    if view.arc is not None and view.arc.in_place:
+        return Steer(view.arc, 0.0, "turn")
+    mean = max(0.5 * (view.v + v), 1e-3)
+    turn = w / mean
+    direction = pose.yaw if gear > 0 else pose.yaw + math.pi
+    return arriving(view, Steer(held(view, Arc(direction, turn, turn)), v, "limit"))
+
+
+def _sideways(view: View, v: float, w: float, u: float) -> Steer:
+    """The same of an omnidirectional robot, whose direction of travel turns within its lateral acceleration."""
+    shape, pose = view.shape, view.pose
+    size = math.sqrt(v * v + u * u)
+    if size < _STILL * shape.robot.v_max:
+        stands = view.v == 0.0 or (view.arc is not None and view.arc.in_place)
+        if stands and abs(w) > 0.05 * shape.yaw_rate:
+            if view.v > 0.0 and view.arc is not None and view.arc.turn * w < 0.0:
+                return Steer(view.arc, 0.0, "turn")
+            return Steer(shape.spin(w), min(abs(w) * shape.arm, shape.spin_speed()), "turn")
+        return Steer(view.arc or Arc(pose.yaw, 0.0, 0.0), 0.0, "turn")
+    if view.arc is not None and view.arc.in_place:
+        return Steer(view.arc, 0.0, "turn")
+    wanted = pose.yaw + angle_of(u, v)
+    direction = wanted if view.arc is None else view.arc.direction
+    off = wrapped(wanted - direction)
+    if abs(off) > 0.5 * math.pi:
+        size = 0.0
+    mean = max(0.5 * (view.v + size), 1e-2)
+    far = mean * view.period
+    return arriving(view, Steer(held(view, Arc(direction, off / far, w / mean)), size, "limit"))
+
+
+@dataclass
+class DynamicWindow:
+    """The dynamic window approach (Fox, Burgard, Thrun 1997): the best constant command of a grid.
+
+    Parameters
+    ----------
+    settings : its settings.
+    """
+
+    settings: Dwa
+    _motions: Motions | None = None
+
+    def begin(self, view: View) -> None:
+        """Nothing is remembered but room."""
+
+    def steer(self, view: View) -> Steer:
+        """Simulate each command of the grid, and take the cheapest; of equal ones the first."""
+        one, shape = self.settings, view.shape
+        v, w, u = self._grid(view)
+        if self._motions is None or self._motions.count != len(v):
+            self._motions = Motions(shape, len(v), one.steps, one.step)
+        none = np.zeros(one.steps)
+        cost = self._motions.simulate(
+            view, one, (v, w, u), 0, 0, (none, none, none), (1.0, 1.0), 0.0
+        )
+        k = int(cost.argmin())
+        return command(view, float(v[k]), float(w[k]), float(u[k]) if shape.sideways else 0.0)
+
+    def _grid(self, view: View) -> tuple[Floats, Floats, Floats]:
+        """Speeds that can be reached by the end of the period, with all yaw rates; of an omnidirectional robot, directions."""
+        one, robot, shape = self.settings, view.shape.robot, view.shape
+        now = 0.0 if view.arc is not None and view.arc.in_place else view.v
+        low = max(now - robot.d_max * view.period, 0.0)
+        high = min(now + robot.a_max * view.period, robot.v_max)
+        speeds = low + (high - low) * np.arange(one.speeds) / (one.speeds - 1)
+        rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
+        if not shape.sideways:
+            v, w = (a.ravel() for a in np.meshgrid(speeds, rates, indexing="ij"))
+            return v.copy(), w.copy(), np.zeros(1)
+        # Around where it drives as far as the direction can turn, or all around if it stands.
+        spread = math.pi if now == 0.0 else min(robot.a_lat_max * view.period / now, math.pi)
+        travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw
+        part = np.arange(one.directions) / max(one.directions - 1, 1)
+        angles = travel + spread * (2.0 * part - 1.0)
+        if one.directions == 1:
+            angles = np.array([travel])
+        v, a, w = (x.ravel() for x in np.meshgrid(speeds, angles, rates, indexing="ij"))
+        return v * elementary.cos(a), w.copy(), v * elementary.sin(a)
+
+
+@dataclass
+class PathIntegral:
+    """Model predictive path integral control (Williams et al. 2017).
+
+    The noise is drawn once; with every period its window moves on by one row, as the commands do.
+
+    Parameters
+    ----------
+    settings : its settings.
+    rng : of the noise.
+    """
+
+    settings: Mppi
+    rng: np.random.Generator
+    _motions: Motions | None = None
+    _noise: list[Floats] = field(default_factory=list)
+    _nominal: list[Floats] = field(default_factory=list)
+    _shift: int = 0
+
+    def begin(self, view: View) -> None:
+        """Nothing is commanded yet; on the first path the noise is drawn."""
+        one = self.settings
+        if self._motions is None:
+            self._motions = Motions(view.shape, one.samples, one.steps, one.step)
+            rows = one.steps + _SPARE
+            count = 3 if view.shape.sideways else 2
+            self._noise = [self.rng.standard_normal(rows * one.samples) for _ in range(count)]
+            if count == 2:
+                self._noise.append(np.zeros(1))
+        self._nominal = [np.zeros(one.steps) for _ in range(3)]
+
+    def steer(self, view: View) -> Steer:
+        """Simulate all sequences, weigh them, and take the first command of the mean."""
+        one, shape, motions = self.settings, view.shape, self._motions
+        assert motions is not None
+        spread = (one.speed_noise * shape.robot.v_max, one.yaw_noise * shape.yaw_rate)
+        v, w, u = self._nominal
+        noise = (self._noise[0], self._noise[1], self._noise[2])
+        cost = motions.simulate(view, one, noise, 1, self._shift, (v, w, u), spread, one.rate_weight)
+        self._shift = (self._shift + 1) % _SPARE
+        weight = elementary.exp((cost.min() - cost) / one.temperature)
+        weight /= weight.sum()
+        arrays = motions.arrays
+        weighted(weight, arrays["speed"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u)
+        if one.smooth:
+            v, w, u = (_smoothed(a) for a in (v, w, u))
+        at = np.array([view.period])
+        times = one.step * (np.arange(one.steps) + 1.0)
+        first = [float(elementary.interp(at, times, a)[0]) for a in (v, w, u)]
+        later = np.minimum(times + view.period, times[-1])
+        self._nominal = [np.ascontiguousarray(elementary.interp(later, times, a)) for a in (v, w, u)]
+        return command(view, first[0], first[1], first[2])
+
+
+def _smoothed(values: Floats) -> Floats:
+    """A least-squares parabola through five neighbours (Savitzky, Golay 1964); the ends stay."""
+    if len(values) < 5:
+        return values
+    out = values.copy()
+    near, far = values[1:-3] + values[3:-1], values[:-4] + values[4:]
+    out[2:-2] = (17.0 * values[2:-2] + 12.0 * near - 3.0 * far) / 35.0
+    return out
