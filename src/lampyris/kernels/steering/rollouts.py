@@ -15,33 +15,39 @@ _SLOW = 1e-3
 """Metres a second below which curvature says nothing."""
 
 
-@kernel(out=("speed", "side", "spin", "x", "y", "cosine", "sine", "before", "at", "cost", "found"), each=20_000, of="noise_v")
+@kernel(
+    out=("push", "side", "spin", "x", "y", "cosine", "sine", "before", "beside", "at", "cost", "found"),
+    each=20_000,
+    of="spin",
+)
 def rollouts(
-    noise_v, noise_w, noise_u, row, shift, nominal_v, nominal_w, nominal_u, spread_v, spread_w,
+    noise_v, noise_w, noise_u, rows, hold, shift, nominal_v, nominal_w, nominal_u, spread_v, spread_w,
     steps, dt, start, gear, sideways, v_max, a_max, d_max, w_max, bend_max, a_lat, rate_weight,
     path_x, path_y, path_c, path_s, path_left, path_weight, yaw_weight, progress_weight,
     clear, width, height, resolution, disc_x, disc_y, disc_r, margin,
     box, ox, oy, ou, ow, radius, obstacle_weight, collision_cost,
-    speed, side, spin, x, y, cosine, sine, before, at, cost, found,
+    push, side, spin, x, y, cosine, sine, before, beside, at, cost, found,
 ):  # fmt: skip
     """Simulate ``n`` motions of ``steps`` steps and add up their costs.
 
     Parameters
     ----------
-    noise_v, noise_w, noise_u : float64 (rows * n,): deviation of the speed, the yaw rate and the sideways speed of each
-        motion, row by row; step i takes row ``shift + i row``, times ``spread_v`` or ``spread_w``.
+    noise_v, noise_w, noise_u : float64 (rows * n,): deviation of the acceleration, the yaw rate and the sideways acceleration
+        of each motion, row by row, times ``spread_v`` or ``spread_w``; step i takes row ``(shift + i) / hold``, or the last.
     nominal_v, nominal_w, nominal_u : float64 (steps,): the commands from which they deviate.
     start : float64 (6,): x, y, cosine and sine of the yaw, speed and sideways speed at the beginning.
     gear : 1 ahead, -1 in reverse; speeds are at least 0.
     sideways : 1 for an omnidirectional robot, whose speeds may be below 0.
+    v_max, a_max, d_max, w_max : greatest speed, acceleration, braking and yaw rate.
     bend_max : greatest curvature, 1/m.
     path_x, path_y, path_c, path_s, path_left : the path from the robot on: points, direction of the yaw, metres left.
     clear, width, height : metres from the centre of each cell to the nearest wall, row by row.
     disc_x, disc_y, disc_r : discs that cover the robot, metres; y to the left.
     box : float64 (4,): the rectangle around the robot: least and greatest x, least and greatest y.
     ox, oy, ou, ow, radius : obstacles: metres, m/s, metres.
-    speed, side, spin : out, float64 (steps * n,): the commands within the robot's limits.
-    x, y, cosine, sine, before, at : out, float64 (n,): state of each motion; at the end its last pose.
+    push, side, spin : out, float64 (steps * n,): the commands within the robot's limits: accelerations ahead and to the left,
+        yaw rates.
+    x, y, cosine, sine, before, beside, at : out, float64 (n,): state of each motion; at the end its last pose.
     cost : out, float64 (n,).
     found : out, float64 (1,): pairs of an obstacle and a step that were near enough to be looked at.
     """
@@ -56,10 +62,9 @@ def rollouts(
         cosine[k] = start[2]
         sine[k] = start[3]
         before[k] = start[4]
+        beside[k] = start[5]
         at[k] = 0.0
         cost[k] = 0.0
-    up = a_max * dt
-    down = d_max * dt
     share = 2.0 / steps
     found[0] = 0.0
     # Where no motion can come near a wall at all, walls need not be looked at.
@@ -67,7 +72,7 @@ def rollouts(
     line = min(max(int(math.floor(0.5 - start[1] / resolution)), 0), height - 1)
     open_ground = clear[line * width + column] - resolution > v_max * steps * dt + reach + margin
     for i in range(steps):
-        first = u64((shift + i * row)) * n
+        first = u64(min((shift + i) // hold, rows - 1)) * n
         base = u64(i) * n
         mean_v = nominal_v[i]
         mean_w = nominal_w[i]
@@ -79,8 +84,7 @@ def rollouts(
                 dw = spread_w * noise_w[first + k]
                 cost[k] += bias_v * dv + bias_w * dw
                 old = before[k]
-                v = min(max(mean_v + dv, old - down), old + up)
-                v = min(max(v, 0.0), v_max)
+                v = min(max(old + dt * min(max(mean_v + dv, -d_max), a_max), 0.0), v_max)
                 most = min(min(w_max, bend_max * v), a_lat / max(v, _SLOW))
                 w = min(max(mean_w + dw, -most), most)
                 turned = w * dt
@@ -95,7 +99,7 @@ def rollouts(
                 x[k] += far * (c + cosine[k])
                 y[k] += far * (s + sine[k])
                 before[k] = v
-                speed[base + k] = v
+                push[base + k] = (v - old) / dt
                 spin[base + k] = w
         else:
             mean_u = nominal_u[i]
@@ -105,8 +109,13 @@ def rollouts(
                 dw = spread_w * noise_w[first + k]
                 du = spread_v * noise_u[first + k]
                 cost[k] += bias_v * dv + bias_w * dw + bias_u * du
-                v = mean_v + dv
-                u = mean_u + du
+                a = mean_v + dv
+                b = mean_u + du
+                most = a_max / max(math.sqrt(a * a + b * b), a_max)
+                a *= most
+                b *= most
+                v = before[k] + a * dt
+                u = beside[k] + b * dt
                 size = math.sqrt(v * v + u * u)
                 scale = v_max / max(size, v_max)
                 v *= scale
@@ -122,8 +131,10 @@ def rollouts(
                 sine[k] = s * p + c * q
                 x[k] += dt * (v * c - u * s)
                 y[k] += dt * (v * s + u * c)
-                speed[base + k] = v
-                side[base + k] = u
+                before[k] = v
+                beside[k] = u
+                push[base + k] = a
+                side[base + k] = b
                 spin[base + k] = w
         if i % 2 == 0 and i + 1 < steps:
             continue
@@ -202,8 +213,8 @@ def rollouts(
         cost[k] += progress_weight * path_left[int(at[k])]
 
 
-@kernel(out=("nominal_v", "nominal_w", "nominal_u"), each=500, of="speed")
-def weighted(weight, speed, spin, side, sideways, steps, nominal_v, nominal_w, nominal_u):
+@kernel(out=("nominal_v", "nominal_w", "nominal_u"), each=500, of="push")
+def weighted(weight, push, spin, side, sideways, steps, nominal_v, nominal_w, nominal_u):
     """The mean of the commands of all motions by their weights, which sum to 1, step by step; into the nominal commands.
 
     The sums have four parts each, in a fixed order.
@@ -221,16 +232,16 @@ def weighted(weight, speed, spin, side, sideways, steps, nominal_v, nominal_w, n
         b2 = 0.0
         b3 = 0.0
         for k in range(0, whole, 4):
-            a0 += weight[k] * speed[base + k]
-            a1 += weight[k + 1] * speed[base + k + 1]
-            a2 += weight[k + 2] * speed[base + k + 2]
-            a3 += weight[k + 3] * speed[base + k + 3]
+            a0 += weight[k] * push[base + k]
+            a1 += weight[k + 1] * push[base + k + 1]
+            a2 += weight[k + 2] * push[base + k + 2]
+            a3 += weight[k + 3] * push[base + k + 3]
             b0 += weight[k] * spin[base + k]
             b1 += weight[k + 1] * spin[base + k + 1]
             b2 += weight[k + 2] * spin[base + k + 2]
             b3 += weight[k + 3] * spin[base + k + 3]
         for k in range(whole, n):
-            a0 += weight[k] * speed[base + k]
+            a0 += weight[k] * push[base + k]
             b0 += weight[k] * spin[base + k]
         nominal_v[i] = (a0 + a1) + (a2 + a3)
         nominal_w[i] = (b0 + b1) + (b2 + b3)

@@ -152,7 +152,8 @@ class Mppi(_Sampling):
     steps : how many steps of `step` seconds each of them has.
     step : length of a step.
     temperature : difference in cost at which a motion counts a factor of e less.
-    speed_noise : standard deviation of the speed, as a share of the robot's top speed.
+    hold : steps for which each random deviation lasts; longer ones lead farther away.
+    speed_noise : standard deviation of the acceleration, as a share of the robot's greatest.
     yaw_noise : standard deviation of the yaw rate, as a share of the greatest.
     rate_weight : cost of a deviation from the last commands, which keeps them smooth (gamma of the paper).
     smooth : whether the sequence is smoothed over neighbouring steps before it is driven.
@@ -166,7 +167,8 @@ class Mppi(_Sampling):
     steps: int = whole(56, 2, 400)
     step: float = number(0.05, 1e-3, 10.0, unit="s")
     temperature: float = number(0.3, 1e-6, 1e6)
-    speed_noise: float = number(0.2, 1e-6, 10.0)
+    hold: int = whole(4, 1, 100)
+    speed_noise: float = number(1.0, 1e-6, 10.0)
     yaw_noise: float = number(0.3, 1e-6, 10.0)
     rate_weight: float = number(0.015, 0.0, 1e6)
     smooth: bool = flag(True)

@@ -14,11 +14,14 @@ from lampyris.model.settings.steering import Dwa, Mppi
 from lampyris.planning.lattice.shortcut import covering_discs
 from lampyris.sim.steering.arc import Arc, Shape, angle_of, cos_sin, wrapped
 from lampyris.sim.steering.control import Steer, View
-from lampyris.sim.steering.pure_pursuit import arriving, held
+from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, held
 from lampyris.typing import Floats
 
-_SPARE = 64
-"""Rows of noise beside those of one horizon; the window moves through them, row by row, and begins again."""
+_SPARE = 128
+"""Steps of noise beside those of one horizon; the window moves through them and begins again."""
+
+_CLOSE = 0.1
+"""Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
 _STILL = 0.02
 """Share of the top speed below which a robot that can turn in place does that, if it turns at all."""
@@ -43,8 +46,8 @@ class Motions:
 
     def __post_init__(self) -> None:
         whole = self.count * self.steps
-        sizes = {"speed": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
-        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "at", "cost"), self.count)
+        sizes = {"push": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
+        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "beside", "at", "cost"), self.count)
         self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
         self.arrays["found"] = np.zeros(1)
         footprint = self.shape.robot.footprint
@@ -58,13 +61,13 @@ class Motions:
         self._box = np.array((low[0] - room, high[0] + room, low[1] - room, high[1] + room))
 
     def simulate(
-        self, view: View, one: Dwa | Mppi, noise: tuple[Floats, Floats, Floats], row: int, shift: int,
+        self, view: View, one: Dwa | Mppi, noise: tuple[Floats, Floats, Floats], hold: int, shift: int,
         nominal: tuple[Floats, Floats, Floats], spread: tuple[float, float], rate_weight: float,
     ) -> Floats:  # fmt: skip
         """The cost of each motion, (count,)."""
         shape, robot = self.shape, self.shape.robot
         c, s = cos_sin(view.pose.yaw)
-        along, across = self._velocity(view)
+        along, across = self.velocity(view)
         start = np.array((view.pose.x, view.pose.y, c, s, along, across))
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
         message, res = view.message, shape.grid.resolution
@@ -73,7 +76,7 @@ class Motions:
         bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
         arrays: list[Any] = list(self.arrays.values())
         rollouts(
-            *noise, row, shift, *nominal, *spread, self.steps, self.step, start, gear, int(shape.sideways),
+            *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear, int(shape.sideways),
             robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
@@ -82,7 +85,7 @@ class Motions:
         )  # fmt: skip
         return self.arrays["cost"]
 
-    def _velocity(self, view: View) -> tuple[float, float]:
+    def velocity(self, view: View) -> tuple[float, float]:
         """The robot's speed, and of an omnidirectional one its speeds ahead and to the left."""
         if view.arc is None or view.arc.in_place:
             return 0.0, 0.0
@@ -104,6 +107,12 @@ class Motions:
         yaw = one.yaw[chosen]
         left = float(one.s[-1]) - one.s[chosen]
         return one.x[chosen], one.y[chosen], elementary.cos(yaw), elementary.sin(yaw), left
+
+
+def close(view: View) -> Steer:
+    """The arc of pure pursuit to the end of a section, slowly enough to stop there."""
+    arc, _ = free_pursuit(view, max(3.0 * _CLOSE, 2.0 * abs(view.progress.beside)))
+    return arriving(view, Steer(arc, 0.3 * view.shape.robot.v_max, "limit"))
 
 
 def command(view: View, v: float, w: float, u: float) -> Steer:
@@ -166,12 +175,20 @@ class DynamicWindow:
     def steer(self, view: View) -> Steer:
         """Simulate each command of the grid, and take the cheapest; of equal ones the first."""
         one, shape = self.settings, view.shape
+        if view.progress.left < _CLOSE:
+            return close(view)
         v, w, u = self._grid(view)
         if self._motions is None or self._motions.count != len(v):
             self._motions = Motions(shape, len(v), one.steps, one.step)
+        # For a period the speed changes to what is asked for; from then on it stays.
+        hold = max(round(view.period / one.step), 1)
+        along, across = self._motions.velocity(view)
+        seconds, later = hold * one.step, np.zeros(len(v))
+        push = np.concatenate(((v - along) / seconds, later))
+        side = np.concatenate(((u - across) / seconds, later)) if shape.sideways else np.zeros(1)
         none = np.zeros(one.steps)
         cost = self._motions.simulate(
-            view, one, (v, w, u), 0, 0, (none, none, none), (1.0, 1.0), 0.0
+            view, one, (push, np.tile(w, 2), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
         )
         k = int(cost.argmin())
         return command(view, float(v[k]), float(w[k]), float(u[k]) if shape.sideways else 0.0)
@@ -222,7 +239,7 @@ class PathIntegral:
         one = self.settings
         if self._motions is None:
             self._motions = Motions(view.shape, one.samples, one.steps, one.step)
-            rows = one.steps + _SPARE
+            rows = (one.steps + _SPARE) // one.hold + 1
             count = 3 if view.shape.sideways else 2
             self._noise = [self.rng.standard_normal(rows * one.samples) for _ in range(count)]
             if count == 2:
@@ -233,15 +250,17 @@ class PathIntegral:
         """Simulate all sequences, weigh them, and take the first command of the mean."""
         one, shape, motions = self.settings, view.shape, self._motions
         assert motions is not None
-        spread = (one.speed_noise * shape.robot.v_max, one.yaw_noise * shape.yaw_rate)
+        if view.progress.left < _CLOSE:
+            return close(view)
+        spread = (one.speed_noise * shape.robot.a_max, one.yaw_noise * shape.yaw_rate)
         v, w, u = self._nominal
         noise = (self._noise[0], self._noise[1], self._noise[2])
-        cost = motions.simulate(view, one, noise, 1, self._shift, (v, w, u), spread, one.rate_weight)
-        self._shift = (self._shift + 1) % _SPARE
+        cost = motions.simulate(view, one, noise, one.hold, self._shift, (v, w, u), spread, one.rate_weight)
+        self._shift = (self._shift + max(round(view.period / one.step), 1)) % _SPARE
         weight = elementary.exp((cost.min() - cost) / one.temperature)
         weight /= weight.sum()
         arrays = motions.arrays
-        weighted(weight, arrays["speed"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u)
+        weighted(weight, arrays["push"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u)
         if one.smooth:
             v, w, u = (_smoothed(a) for a in (v, w, u))
         at = np.array([view.period])
@@ -249,7 +268,9 @@ class PathIntegral:
         first = [float(elementary.interp(at, times, a)[0]) for a in (v, w, u)]
         later = np.minimum(times + view.period, times[-1])
         self._nominal = [np.ascontiguousarray(elementary.interp(later, times, a)) for a in (v, w, u)]
-        return command(view, first[0], first[1], first[2])
+        along, across = motions.velocity(view)
+        ahead = along + first[0] * view.period
+        return command(view, ahead if shape.sideways else max(ahead, 0.0), first[1], across + first[2] * view.period)
 
 
 def _smoothed(values: Floats) -> Floats:
