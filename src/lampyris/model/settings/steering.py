@@ -110,9 +110,9 @@ class _Sampling(Steering):
     collision_cost : cost of touching a wall or an obstacle.
     """
 
-    path_weight: float = number(8.0, 0.0, 1e6)
+    path_weight: float = number(20.0, 0.0, 1e6)
     progress_weight: float = number(5.0, 0.0, 1e6)
-    yaw_weight: float = number(1.0, 0.0, 1e6)
+    yaw_weight: float = number(3.0, 0.0, 1e6)
     obstacle_weight: float = number(3.0, 0.0, 1e6)
     margin: float = number(0.3, 0.0, 1e6, unit="m")
     collision_cost: float = number(1000.0, 0.0, 1e6)

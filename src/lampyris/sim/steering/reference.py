@@ -18,8 +18,11 @@ _STEP = 0.25
 _LEAST_SAMPLES = 8
 """Parts of a short section."""
 
-_SEARCH = 1.5
-"""Metres of the path ahead in which the nearest point is looked for, and robot lengths as well."""
+_SEARCH = 0.6
+"""Metres of the path ahead in which the nearest point is looked for, and half of the robot's reach as well.
+
+Farther ahead the path may come back to where the robot is.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +99,7 @@ class Progress:
 
     def __init__(self, curve: PoseCurve, reach: float) -> None:
         self.sections = sections_of(curve)
-        self._search = _SEARCH + 2.0 * reach
+        self._search = _SEARCH + 0.5 * reach
         self.k = self.at = 0
         self.s = self.beside = self.left = 0.0
         self._aside = 0.0

@@ -23,8 +23,8 @@ _SPARE = 128
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
-_STILL = 0.02
-"""Share of the top speed below which a robot that can turn in place does that, if it turns at all."""
+_STILL = 0.01
+"""Share of the top speed below which a command is to stand."""
 
 
 @dataclass
@@ -121,11 +121,6 @@ def command(view: View, v: float, w: float, u: float) -> Steer:
     gear = -1.0 if view.progress.section.gear < 0 else 1.0
     if shape.sideways:
         return _sideways(view, v, w, u)
-    rest = view.v == 0.0 or (view.arc is not None and view.arc.in_place)
-    if rest and v < _STILL * shape.robot.v_max and shape.turns_in_place and abs(w) > 0.05 * shape.yaw_rate:
-        if view.v == 0.0 or (view.arc is not None and view.arc.turn * w > 0.0):
-            return Steer(shape.spin(w), min(abs(w) * shape.arm, shape.spin_speed()), "turn")
-        return Steer(view.arc or shape.spin(w), 0.0, "turn")
     if view.arc is not None and view.arc.in_place:
         return Steer(view.arc, 0.0, "turn")
     mean = max(0.5 * (view.v + v), 1e-3)
@@ -139,11 +134,6 @@ def _sideways(view: View, v: float, w: float, u: float) -> Steer:
     shape, pose = view.shape, view.pose
     size = math.sqrt(v * v + u * u)
     if size < _STILL * shape.robot.v_max:
-        stands = view.v == 0.0 or (view.arc is not None and view.arc.in_place)
-        if stands and abs(w) > 0.05 * shape.yaw_rate:
-            if view.v > 0.0 and view.arc is not None and view.arc.turn * w < 0.0:
-                return Steer(view.arc, 0.0, "turn")
-            return Steer(shape.spin(w), min(abs(w) * shape.arm, shape.spin_speed()), "turn")
         return Steer(view.arc or Arc(pose.yaw, 0.0, 0.0), 0.0, "turn")
     if view.arc is not None and view.arc.in_place:
         return Steer(view.arc, 0.0, "turn")

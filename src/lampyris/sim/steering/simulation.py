@@ -25,7 +25,7 @@ from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.sensor import Sensor
-from lampyris.sim.steering.arc import LEAST_PIECE, Arc, Pieces, Pose, Shape, wrapped
+from lampyris.sim.steering.arc import LEAST_PIECE, Arc, Pieces, Pose, Shape, angle_of, wrapped
 from lampyris.sim.steering.braking_filter import Push, filtered, wished
 from lampyris.sim.steering.control import Steer, SteeringController, View, stopping_speed
 from lampyris.sim.steering.recovery import Recovery
@@ -43,6 +43,12 @@ _SPUN = 0.01
 
 _RECOVERY_TIME = 4.0
 """Seconds that a recovery takes, at most."""
+
+_PATIENCE = 1.5
+"""Patiences without coming along the path after which the robot plans again, whatever keeps it."""
+
+_TURNED = 0.5
+"""Radians that count as coming along."""
 
 _MISSES = 5
 """Times that a robot that has missed the goal plans again before it gives up."""
@@ -90,7 +96,8 @@ class SteeredSimulation(DriveSimulation):
         self._misses = self._recoveries = 0
         self._recovery: Recovery | None = None
         self._recovered = self._recovery_s = 0.0
-        self._stuck = False
+        self._stuck = self._replan_when_standing = False
+        self._seen, self._stalled = (0, 0.0, 0.0), 0.0
         self._fresh = True
         self._stopped = True
         super()._begin()
@@ -204,7 +211,10 @@ class SteeredSimulation(DriveSimulation):
             why = brake or Decision(0.0, "wait")
             return Push(arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, why.cause, why.cause_index)
         view = self._view(period)
-        steer = self._recover(view)
+        if self._replan_when_standing and view.v > 0.0 and view.arc is not None:
+            steer: Steer | None = Steer(view.arc, 0.0, "wait")
+        else:
+            steer = self._recover(view)
         if steer is None:
             view = self._view(period)  # recovery may have found a new path
             steer = self._steer(view)
@@ -261,7 +271,7 @@ class SteeredSimulation(DriveSimulation):
         one = progress.section
         if one.gear == 0:
             return self._spin(view, float(one.yaw[-1])) if self.shape.turns_in_place else None
-        if self.shape.turns_in_place and not self.shape.sideways and (view.v == 0.0 or (view.arc and view.arc.in_place)):
+        if self.shape.turns_in_place and (view.v == 0.0 or (view.arc and view.arc.in_place)):
             off = self._aside(view)
             turning = view.arc is not None and view.arc.in_place
             if abs(off) > (_SPUN if turning else self.steering.rotate_angle):
@@ -277,12 +287,12 @@ class SteeredSimulation(DriveSimulation):
         """Radians from the robot's yaw to the one with which it would drive towards the path ahead."""
         progress, pose = view.progress, view.pose
         one = progress.section
+        if self.shape.sideways:
+            return wrapped(float(one.yaw[progress.at]) - pose.yaw)
         if abs(progress.beside) < 0.5 * self.scene.grid.resolution:
             yaw = float(one.yaw[progress.at])
             return wrapped(yaw - pose.yaw)
-        x, y, yaw = progress.ahead(max(0.6, 2.0 * abs(progress.beside)))
-        from lampyris.sim.steering.arc import angle_of
-
+        x, y, _ = progress.ahead(max(0.6, 2.0 * abs(progress.beside)))
         bearing = angle_of(y - pose.y, x - pose.x)
         return wrapped(bearing + (math.pi if one.gear < 0 else 0.0) - pose.yaw)
 
@@ -364,9 +374,30 @@ class SteeredSimulation(DriveSimulation):
             self._replan("The end of the path was missed.")
         return False
 
+    def _stalls(self, seconds: float) -> bool:
+        """Whether the robot has not come along its path for long, whatever the reason."""
+        if self.progress is None or self._recovery is not None:
+            return False
+        yaw = self.pose.yaw if self.pose else 0.0
+        place = (self.progress.k, self.progress.s, yaw)
+        k, s, before = self._seen
+        if place[0] != k or abs(place[1] - s) > 0.5 * self.scene.grid.resolution or abs(yaw - before) > _TURNED:
+            self._seen, self._stalled = place, 0.0
+            return False
+        self._stalled += seconds
+        return self._stalled > _PATIENCE * max(self.settings.patience, 1.0)
+
     def _wait(self, seconds: float) -> None:
-        kept = self.state.s
-        self.state.s = kept - self._leg_s
+        if self._stalls(seconds):
+            self._stalled = 0.0
+            if self.state.v == 0.0:
+                self._stuck = True
+            self._replan_when_standing = True
+        if self._replan_when_standing and self.state.v == 0.0:
+            self._replan_when_standing = False
+            self._replan("Asked again: the robot did not come along its path.")
+            return
+        self.state.s -= self._leg_s
         super()._wait(seconds)
         # A new path has put it where it belongs.
         self.state.s = self.pieces.length
