@@ -16,7 +16,7 @@ _SLOW = 1e-3
 
 
 @kernel(
-    out=("push", "side", "spin", "x", "y", "cosine", "sine", "before", "beside", "at", "cost", "found"),
+    out=("push", "side", "spin", "x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost", "found"),
     each=20_000,
     of="spin",
 )
@@ -26,7 +26,7 @@ def rollouts(
     path_x, path_y, path_c, path_s, path_left, path_weight, yaw_weight, progress_weight,
     clear, width, height, resolution, disc_x, disc_y, disc_r, margin,
     box, ox, oy, ou, ow, radius, obstacle_weight, collision_cost,
-    push, side, spin, x, y, cosine, sine, before, beside, at, cost, found,
+    push, side, spin, x, y, cosine, sine, before, beside, at, room, cost, found,
 ):  # fmt: skip
     """Simulate ``n`` motions of ``steps`` steps and add up their costs.
 
@@ -47,7 +47,7 @@ def rollouts(
     ox, oy, ou, ow, radius : obstacles: metres, m/s, metres.
     push, side, spin : out, float64 (steps * n,): the commands within the robot's limits: accelerations ahead and to the left,
         yaw rates.
-    x, y, cosine, sine, before, beside, at : out, float64 (n,): state of each motion; at the end its last pose.
+    x, y, cosine, sine, before, beside, at, room : out, float64 (n,): state of each motion; at the end its last pose.
     cost : out, float64 (n,).
     found : out, float64 (1,): pairs of an obstacle and a step that were near enough to be looked at.
     """
@@ -64,6 +64,7 @@ def rollouts(
         before[k] = start[4]
         beside[k] = start[5]
         at[k] = 0.0
+        room[k] = path_left[0]
         cost[k] = 0.0
     share = 2.0 / steps
     found[0] = 0.0
@@ -85,6 +86,8 @@ def rollouts(
                 cost[k] += bias_v * dv + bias_w * dw
                 old = before[k]
                 v = min(max(old + dt * min(max(mean_v + dv, -d_max), a_max), 0.0), v_max)
+                # It will be made to stop at the end of the section.
+                v = max(min(v, math.sqrt(2.0 * d_max * room[k])), old - d_max * dt)
                 most = min(min(w_max, bend_max * v), a_lat / max(v, _SLOW))
                 w = min(max(mean_w + dw, -most), most)
                 turned = w * dt
@@ -117,7 +120,8 @@ def rollouts(
                 v = before[k] + a * dt
                 u = beside[k] + b * dt
                 size = math.sqrt(v * v + u * u)
-                scale = v_max / max(size, v_max)
+                most = min(v_max, math.sqrt(2.0 * d_max * room[k]))
+                scale = most / max(size, max(most, _SLOW))
                 v *= scale
                 u *= scale
                 w = min(max(mean_w + dw, -w_max), w_max)
@@ -207,6 +211,7 @@ def rollouts(
                 square = other
                 near += 1
             at[k] = near
+            room[k] = path_left[near]
             aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
             cost[k] += share * (path_weight * math.sqrt(square) + yaw_weight * (1.0 - aligned))
     for k in range(n):

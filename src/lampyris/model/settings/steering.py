@@ -120,10 +120,11 @@ class _Sampling(Steering):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dwa(_Sampling):
-    """The dynamic window approach: the best of a grid of constant commands that can be reached within a period.
+    """The dynamic window approach: the best of a grid of constant commands that can be reached soon.
 
     Parameters
     ----------
+    window : time within which a speed that is tried must be reached.
     speeds : how many speeds are tried.
     yaw_rates : how many yaw rates.
     directions : how many directions of travel, of an omnidirectional robot.
@@ -132,9 +133,10 @@ class Dwa(_Sampling):
     """
 
     name: ClassVar[str] = "dwa"
-    summary: ClassVar[str] = "the best of a grid of constant commands that can be reached within a period"
+    summary: ClassVar[str] = "the best of a grid of constant commands that can be reached soon"
     source: ClassVar[str] = "Fox, Burgard, Thrun 1997"
 
+    window: float = number(0.5, 1e-3, 60.0, unit="s")
     speeds: int = whole(9, 2, 200)
     yaw_rates: int = whole(21, 3, 400)
     directions: int = whole(9, 1, 100)

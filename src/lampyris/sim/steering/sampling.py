@@ -47,7 +47,7 @@ class Motions:
     def __post_init__(self) -> None:
         whole = self.count * self.steps
         sizes = {"push": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
-        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "beside", "at", "cost"), self.count)
+        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost"), self.count)
         self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
         self.arrays["found"] = np.zeros(1)
         footprint = self.shape.robot.footprint
@@ -170,8 +170,8 @@ class DynamicWindow:
         v, w, u = self._grid(view)
         if self._motions is None or self._motions.count != len(v):
             self._motions = Motions(shape, len(v), one.steps, one.step)
-        # For a period the speed changes to what is asked for; from then on it stays.
-        hold = max(round(view.period / one.step), 1)
+        # The speed changes evenly to what is asked for; from then on it stays.
+        hold = max(round(one.window / one.step), 1)
         along, across = self._motions.velocity(view)
         seconds, later = hold * one.step, np.zeros(len(v))
         push = np.concatenate(((v - along) / seconds, later))
@@ -181,21 +181,25 @@ class DynamicWindow:
             view, one, (push, np.tile(w, 2), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
         )
         k = int(cost.argmin())
-        return command(view, float(v[k]), float(w[k]), float(u[k]) if shape.sideways else 0.0)
+        share = view.period / max(seconds, view.period)
+        ahead = along + share * (float(v[k]) - along)
+        aside = across + share * (float(u[k]) - across) if shape.sideways else 0.0
+        return command(view, ahead, float(w[k]), aside)
 
     def _grid(self, view: View) -> tuple[Floats, Floats, Floats]:
-        """Speeds that can be reached by the end of the period, with all yaw rates; of an omnidirectional robot, directions."""
+        """Speeds that can be reached within the window, with all yaw rates; of an omnidirectional robot, directions."""
         one, robot, shape = self.settings, view.shape.robot, view.shape
         now = 0.0 if view.arc is not None and view.arc.in_place else view.v
-        low = max(now - robot.d_max * view.period, 0.0)
-        high = min(now + robot.a_max * view.period, robot.v_max)
+        window = max(one.window, view.period)
+        low = max(now - robot.d_max * window, 0.0)
+        high = min(now + robot.a_max * window, robot.v_max)
         speeds = low + (high - low) * np.arange(one.speeds) / (one.speeds - 1)
         rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
         if not shape.sideways:
             v, w = (a.ravel() for a in np.meshgrid(speeds, rates, indexing="ij"))
             return v.copy(), w.copy(), np.zeros(1)
         # Around where it drives as far as the direction can turn, or all around if it stands.
-        spread = math.pi if now == 0.0 else min(robot.a_lat_max * view.period / now, math.pi)
+        spread = math.pi if now == 0.0 else min(robot.a_lat_max * window / now, math.pi)
         travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw
         part = np.arange(one.directions) / max(one.directions - 1, 1)
         angles = travel + spread * (2.0 * part - 1.0)
