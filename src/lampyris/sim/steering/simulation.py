@@ -44,6 +44,9 @@ _SPUN = 0.01
 _RECOVERY_TIME = 4.0
 """Seconds that a recovery takes, at most."""
 
+_CRAWL = 1e-6
+"""Metres a second that are taken for none."""
+
 _PATIENCE = 1.5
 """Patiences without coming along the path after which the robot plans again, whatever keeps it."""
 
@@ -174,7 +177,7 @@ class SteeredSimulation(DriveSimulation):
     def _move(self, end: float) -> Trajectory:
         """Decide and drive until ``end``."""
         period = end - self.state.t
-        push = self._push(period)
+        push = self._settled(self._push(period), period)
         assert self.pose is not None
         v = self.state.v
         segments = split(self.state.t, end, 0.0, v, push.a, None)
@@ -188,6 +191,15 @@ class SteeredSimulation(DriveSimulation):
         if self.settings.safety_filter == "none" and length > 0.0:
             self._hit_wall(trajectory, length)
         return trajectory
+
+    def _settled(self, push: Push, period: float) -> Push:
+        """The same, but standing where it would end at next to no speed."""
+        v = self.state.v
+        if v + push.a * period >= _CRAWL:
+            return push
+        if v == 0.0:
+            return push._replace(a=0.0)
+        return push._replace(a=max(min(push.a, -v / period * (1.0 + 1e-9)), -self.scene.robot.d_max))
 
     def _hit_wall(self, trajectory: Trajectory, length: float) -> None:
         """Without a filter a robot may come to a wall: that is the end."""
