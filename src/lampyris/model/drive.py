@@ -83,6 +83,7 @@ class Drive(Value, Tabular):
     controller : who steered: ``exact``, or the name of a controller that steers. Then there is one curve, which the robot drove.
     safety_filter : what was done to the commands of a controller that steers: ``braking`` or ``none``.
     paths : of a controller that steers, the paths that were planned, one after the other; else empty.
+    path_times : seconds at which the robot began to follow each of them.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -115,6 +116,7 @@ class Drive(Value, Tabular):
     controller: str = "exact"
     safety_filter: str = "braking"
     paths: tuple[Curve, ...] = ()
+    path_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))

@@ -80,7 +80,7 @@ class DriveSettings:
     spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")
     controller: str = word(EXACT, names())
     safety_filter: SafetyFilter = word("braking", get_args(SafetyFilter))
-    controller_settings: Mapping[str, Any] = field(default_factory=dict)
+    controller_settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("DRIVE_SETTING"))

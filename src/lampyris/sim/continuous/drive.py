@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -109,7 +110,10 @@ class DriveSimulation(Exclusive):
     ----------
     state : where the robot is and what it is about to do.
     others : all obstacles.
+    steers : whether controllers that steer are at home here.
     """
+
+    steers: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -123,6 +127,7 @@ class DriveSimulation(Exclusive):
             raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
         self.settings = one = DriveSettings.of(settings)
         one.check_traffic(scene)
+        self._demand_controller(planner)
         self.scene = scene
         self._demand_room()
         self.seed = _seed(seed)
@@ -197,6 +202,21 @@ class DriveSimulation(Exclusive):
         names = ("goal_tolerance", "goal_yaw_tolerance")
         position, yaw = (float(plan.attributes.get(name, 0.0)) for name in names)
         self.state.goal_tolerance = (position, yaw)
+
+    def _demand_controller(self, planner: Planner) -> None:
+        """Refuse controllers that steer where they cannot.
+
+        Raises
+        ------
+        UsageError : ``CONTROLLER``.
+        """
+        name = self.settings.controller
+        if self.settings.steering is not None and not (self.steers and planner.traits.plans_headings):
+            why = f"the controller {name} and the planner {planner.name}, which plans no headings"
+            if planner.traits.plans_headings:
+                why = f"the controller {name} in a drive that follows the path exactly"
+            allowed = "exact, or a planner of poses: lattice, pad, hybrid-astar"
+            raise UsageError("CONTROLLER", why, where="controller", allowed=allowed)
 
     def _demand_law(self, law: SpeedLaw, poses: bool) -> None:
         """Refuse the dissertation's law on a path of poses.

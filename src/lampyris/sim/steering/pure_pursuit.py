@@ -118,19 +118,14 @@ def lookahead_of(view: View, settings: PurePursuit) -> float:
 
 
 def _ceiling(view: View) -> tuple[float, str]:
-    """The law's speed at the place that is reached by the end of the period."""
-    leg, s = view.leg, view.progress.s + view.v * view.period
+    """The law's speed at the place that the robot can reach by the end of the period, and what limits it there."""
+    leg, robot, period = view.leg, view.shape.robot, view.period
+    s = view.progress.s + period * (view.v + 0.5 * robot.a_max * period)
     k = min(max(int(np.searchsorted(leg.nodes, s, side="right")) - 1, 0), len(leg.nodes) - 2)
-    span = leg.nodes[k + 1] - leg.nodes[k]
-    share = min(max((s - leg.nodes[k]) / span, 0.0), 1.0)
+    share = min(max((s - leg.nodes[k]) / (leg.nodes[k + 1] - leg.nodes[k]), 0.0), 1.0)
     square = float(leg.squares[k] + share * (leg.squares[k + 1] - leg.squares[k]))
-    # Where the path begins its ceiling is 0: what the robot can reach is limited elsewhere.
-    robot = view.shape.robot
-    begun = s - float(view.progress.section.s[0])
-    if square < 2.0 * robot.a_max * begun + 1e-9 or begun < 2.0 * robot.v_max * view.period:
-        square = max(square, float(np.min(leg.squares[k + 1 : k + 2])), 1e-4)
-        square = max(square, 2.0 * robot.a_max * max(begun, 0.02))
-    return math.sqrt(square), "limit"
+    cause = leg.profile.cause[k + 1]
+    return math.sqrt(square), "braking" if cause in ("goal", "turn", "start") else cause
 
 
 def arriving(view: View, steer: Steer) -> Steer:

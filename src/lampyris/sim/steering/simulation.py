@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import ClassVar
 
-from lampyris._core.scalars import is_word
-from lampyris.errors import SettingError, UsageError, shown
+import numpy as np
+
+from lampyris.errors import SettingError, shown
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
@@ -66,16 +68,13 @@ class SteeredSimulation(DriveSimulation):
     steering : its settings.
     """
 
+    steers: ClassVar[bool] = True
+
     def __init__(
         self, scene: Scene, planner: Planner, steerer: SteeringController, steering: Steering, *,
         law: SpeedLaw = "physical", seed: int = 0, sources: Sequence[MotionSource] = (), feed: Sensor | None = None,
         budget: Budget | None = None, **settings: object,
     ) -> None:  # fmt: skip
-        if not planner.traits.plans_headings:
-            raise UsageError(
-                "CONTROLLER", f"the controller {steering.name} and the planner {planner.name}, which plans no headings",
-                where="controller", allowed="exact, or a planner of poses: lattice, pad, hybrid-astar",
-            )  # fmt: skip
         self.steerer, self.steering = steerer, steering
         super().__init__(
             scene, planner, law=law, seed=seed, sources=sources, feed=feed, budget=budget, **settings
@@ -96,6 +95,7 @@ class SteeredSimulation(DriveSimulation):
         self.arc: Arc | None = None
         self.progress: Progress | None = None
         self._leg_s = 0.0
+        self._path_times: list[float] = []
         self._misses = self._recoveries = 0
         self._recovery: Recovery | None = None
         self._recovered = self._recovery_s = 0.0
@@ -112,6 +112,7 @@ class SteeredSimulation(DriveSimulation):
         super()._take(curve)
         self.state.s = self._leg_s = s
         assert isinstance(curve, PoseCurve)
+        self._path_times.append(self.state.t)
         self.progress = Progress(curve, self.shape.arm)
         self._fresh = True
         if self.pose is None:
@@ -122,7 +123,7 @@ class SteeredSimulation(DriveSimulation):
         assert isinstance(route, PoseLookup)
         x, y = route.at(0.0)
         res = self.scene.grid.resolution
-        return Pose(x * res, -y * res, float(route.poses.yaw_at([0.0])[0]))
+        return Pose(x * res, -y * res, float(route.poses.yaw_at(np.zeros(1))[0]))
 
     def _start(self, route: object) -> Pose:
         """The start's own pose where the robot can stand there, else where the path begins."""
@@ -427,11 +428,6 @@ class SteeredSimulation(DriveSimulation):
             x, y = self.scene.grid.to_metres(self.xy).tolist()
             curve = standing_at((x, y, self.pose.yaw + self.scene.grid.origin[2]), self.scene.grid, self.scene.robot)
         return replace(
-            made, curves=(curve,), leg=made.leg * 0, controller=self.steering.name, paths=tuple(self.state.curves),
-            safety_filter=self.settings.safety_filter, optimum=made.optimum,
+            made, curves=(curve,), leg=made.leg * 0, controller=self.steering.name, paths=tuple(self.state.curves[-len(self._path_times):]) if self._path_times else (),
+            path_times=tuple(self._path_times), safety_filter=self.settings.safety_filter,
         )  # fmt: skip
-
-
-def is_filter(name: object) -> bool:
-    """Whether a filter exists."""
-    return is_word(name, ("braking", "none"))
