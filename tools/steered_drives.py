@@ -64,8 +64,12 @@ def main(cases: int, first: int, controllers: list[str], safety_filter: str, det
         words = dict.fromkeys(w for one in (*controllers, DISC) for w in ends[one, kind])
         for word in words:
             print(f"| {word} | {' | '.join(str(ends[one, kind][word]) for one in (*controllers, DISC))} |")
-        print(f"| contacts while moving | {' | '.join(str(contacts[one, kind]) for one in (*controllers, DISC))} |")
-        print(f"| refused by the referee | {' | '.join(str(faults[one, kind]) for one in (*controllers, DISC))} |\n")
+        print(
+            f"| contacts while moving | {' | '.join(str(contacts[one, kind]) for one in (*controllers, DISC))} |"
+        )
+        print(
+            f"| refused by the referee | {' | '.join(str(faults[one, kind]) for one in (*controllers, DISC))} |\n"
+        )
     print("processor seconds: " + ", ".join(f"{one} {seconds[one]:.0f}" for one in (*controllers, DISC)))
 
 

@@ -136,7 +136,9 @@ else:
     )
     MapOptions = group_of("MapOptions", Inflation, base=_MapOptions)
     DriveOptions = group_of(
-        "DriveOptions", DriveSettings, (("set_controller", options.SetController, dataclass_field(default=None)),)
+        "DriveOptions",
+        DriveSettings,
+        (("set_controller", options.SetController, dataclass_field(default=None)),),
     )
     SimulationOptions = group_of("SimulationOptions", SimulationSettings)
     Ticks = get_type_hints(SimulationOptions, include_extras=True)["ticks"]

@@ -103,8 +103,8 @@ def free_arc(
         if border <= 0.0:
             return s
         rest = limit - s
-        column = min(max(int(math.floor(px + 0.5)), 0), width - 1)
-        row = min(max(int(math.floor(py + 0.5)), 0), height - 1)
+        column = min(max(math.floor(px + 0.5), 0), width - 1)
+        row = min(max(math.floor(py + 0.5), 0), height - 1)
         gap = clear[row * width + column] - _DIAGONAL * resolution - arm - margin
         if gap < rest * rate:
             # The outline itself, no farther than what is left, and than a few cells.

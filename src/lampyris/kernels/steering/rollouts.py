@@ -9,15 +9,29 @@ from __future__ import annotations
 
 import math
 
-from lampyris.kernels._jit import kernel
 from lampyris.kernels._helpers import u64
+from lampyris.kernels._jit import kernel
 
 _SLOW = 1e-3
 """Metres a second below which curvature says nothing."""
 
 
 @kernel(
-    out=("push", "side", "spin", "x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost", "found"),
+    out=(
+        "push",
+        "side",
+        "spin",
+        "x",
+        "y",
+        "cosine",
+        "sine",
+        "before",
+        "beside",
+        "at",
+        "room",
+        "cost",
+        "found",
+    ),
     each=20_000,
     of="spin",
 )
@@ -82,8 +96,8 @@ def rollouts(
     inverse = 1.0 / dt
     found[0] = 0.0
     # Where no motion can come near a wall at all, walls need not be looked at.
-    column = min(max(int(math.floor(start[0] / resolution + 0.5)), 0), width - 1)
-    line = min(max(int(math.floor(0.5 - start[1] / resolution)), 0), height - 1)
+    column = min(max(math.floor(start[0] / resolution + 0.5), 0), width - 1)
+    line = min(max(math.floor(0.5 - start[1] / resolution), 0), height - 1)
     open_ground = clear[line * width + column] - resolution > v_max * steps * dt + reach + margin
     # Discs of a robot whose own cell is so far from walls are farther than the margin.
     far_off = 0.0
@@ -136,7 +150,9 @@ def rollouts(
             mean_u = nominal_u[i]
             pull_u = rate_weight * mean_u / spread_v
             for k in range(n):
-                cost[k] += pull_v * noise_v[first + k] + pull_w * noise_w[first + k] + pull_u * noise_u[first + k]
+                cost[k] += (
+                    pull_v * noise_v[first + k] + pull_w * noise_w[first + k] + pull_u * noise_u[first + k]
+                )
                 a = mean_v + spread_v * noise_v[first + k]
                 b = mean_u + spread_v * noise_u[first + k]
                 most = a_max / max(math.sqrt(a * a + b * b), a_max)

@@ -87,7 +87,10 @@ class DriveSettings:
         given = self.controller_settings
         if not isinstance(given, Mapping):
             raise SettingError(
-                "DRIVE_SETTING", shown(given), where="controller_settings", allowed="a mapping of settings by name"
+                "DRIVE_SETTING",
+                shown(given),
+                where="controller_settings",
+                allowed="a mapping of settings by name",
             )
         object.__setattr__(self, "controller_settings", dict(given))
         controller_settings(self.controller, given)

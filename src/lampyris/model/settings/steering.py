@@ -222,4 +222,6 @@ def check_name(name: object) -> None:
     """
     if not isinstance(name, str) or name not in names():
         todo = did_you_mean(name, names()) if isinstance(name, str) else ""
-        raise SettingError("DRIVE_SETTING", shown(name), where="controller", allowed=", ".join(names()), todo=todo)
+        raise SettingError(
+            "DRIVE_SETTING", shown(name), where="controller", allowed=", ".join(names()), todo=todo
+        )

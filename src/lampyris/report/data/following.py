@@ -33,7 +33,14 @@ def following(drive: Drive) -> dict[str, Any]:
     * ``contacts``: contacts while it moved that were reported, 0 or 1: one is the end.
     """
     found: dict[str, Any] = dict.fromkeys(
-        ("cross_track_max", "cross_track_mean", "yaw_error_max", "yaw_error_mean", "jerk_mean", "yaw_acceleration_mean")
+        (
+            "cross_track_max",
+            "cross_track_mean",
+            "yaw_error_max",
+            "yaw_error_mean",
+            "jerk_mean",
+            "yaw_acceleration_mean",
+        )
     )
     rests = (drive.v[1:] == 0.0) & (drive.v[:-1] > 0.0)
     found["stops"] = int(rests[:-1].sum())

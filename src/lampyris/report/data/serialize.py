@@ -218,7 +218,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
 
 
 def _followed(drive: Drive) -> dict[str, Any]:
-    """What is told of a drive along poses alone: who steered, along which paths, and how well it followed them."""
+    """What is recorded of drives along poses alone: who steered, along which paths, and how well it followed them."""
     steered = {
         "paths": [curve_record(c) for c in drive.paths],
         "path_times": list(drive.path_times),

@@ -82,16 +82,17 @@ def _draw_trail(axes: Axes, drive: Drive, k: int, label: str, outlined: bool) ->
     from matplotlib.lines import Line2D
 
     colour, dash = look_of(k)
+    look: dict[str, Any] = {"color": colour, "linestyle": dash, "linewidth": 1.8}
     times = np.linspace(0.0, drive.duration, _SAMPLES)
     xy = drive.at(times)[0]
-    axes.plot(xy[:, 0], xy[:, 1], color=colour, linestyle=dash, linewidth=1.8, zorder=4)
+    axes.plot(xy[:, 0], xy[:, 1], zorder=4, **look)
     polygons = _outlines(drive, drive.poses(times))
     shown = PolyCollection(
         polygons if outlined else polygons[-1:], facecolor=style.with_alpha(colour, 0.06), edgecolor=colour,
         linewidths=0.6, zorder=3,
     )  # fmt: skip
     axes.add_collection(shown, autolim=False)
-    return Line2D([], [], color=colour, linestyle=dash, linewidth=1.8, label=label)
+    return Line2D([], [], label=label, **look)
 
 
 def _outlines(drive: Drive, poses: Floats) -> list[Floats]:

@@ -1,7 +1,7 @@
 """Arcs: what a robot drives in one period, and the curve that comes of all of them.
 
 Here positions are metres in the frame of the map's cells with y up: x = column * resolution, y = -row * resolution. Angles
-are radians counterclockwise. Within a period the robot keeps the direction of its body's motion and the ratio of yaw rate
+are radians counterclockwise. Within a period the robot keeps the direction of travel in its own frame and the ratio of yaw rate
 and speed, so that its base moves on an arc exactly, and only its speed changes.
 """
 
@@ -45,7 +45,7 @@ def angle_of(dy: float, dx: float) -> float:
     return float(elementary.atan2(dy, dx))
 
 
-class Pose(NamedTuple):
+class RobotPose(NamedTuple):
     """Where the robot is: metres (y up) and radians."""
 
     x: float
@@ -54,7 +54,7 @@ class Pose(NamedTuple):
 
 
 class Arc(NamedTuple):
-    """A motion of the body: its direction, how it bends, and how the yaw turns.
+    """A motion of the robot: its direction, how it bends, and how the yaw turns.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Arc(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Shape:
+class RobotShape:
     """A robot on a map, as arcs need it.
 
     Parameters
@@ -135,36 +135,36 @@ class Shape:
         """Greatest speed of the farthest point in a turn in place, m/s."""
         return min(self.robot.v_max, self.yaw_rate * self.arm) * HAIR
 
-    def along(self, pose: Pose, arc: Arc, s: float) -> Pose:
+    def along(self, pose: RobotPose, arc: Arc, s: float) -> RobotPose:
         """The pose after a distance."""
         if arc.in_place:
-            return Pose(pose.x, pose.y, pose.yaw + arc.turn * s)
+            return RobotPose(pose.x, pose.y, pose.yaw + arc.turn * s)
         ratio, sine, cosine = chord.linked()(0.5 * arc.bend * s)
         hx, hy = cos_sin(arc.direction)
         far = s * ratio
-        return Pose(
+        return RobotPose(
             pose.x + far * (hx * cosine - hy * sine),
             pose.y + far * (hx * sine + hy * cosine),
             pose.yaw + arc.turn * s,
         )
 
-    def route(self, pose: Pose, arc: Arc, length: float) -> PoseLookup:
+    def route(self, pose: RobotPose, arc: Arc, length: float) -> PoseLookup:
         """The arc as a curve of one piece."""
-        pieces = Pieces(self)
+        pieces = DrivenPieces(self)
         pieces.add(pose, arc, max(length, LEAST_PIECE), stop=False)
         return PoseLookup(pieces.curve(self.along(pose, arc, length)))
 
 
 @dataclass
-class Pieces:
+class DrivenPieces:
     """The curve that has been driven, piece by piece."""
 
-    shape: Shape
+    shape: RobotShape
     rows: list[tuple[float, float, float, float, float, float, float, float]] = field(default_factory=list)
     stops: list[int] = field(default_factory=list)
     length: float = 0.0
 
-    def add(self, pose: Pose, arc: Arc, length: float, *, stop: bool) -> None:
+    def add(self, pose: RobotPose, arc: Arc, length: float, *, stop: bool) -> None:
         """A piece that begins at a pose; ``stop``: the robot stands where it begins."""
         if stop and self.rows:
             self.stops.append(len(self.rows))
@@ -174,7 +174,7 @@ class Pieces:
         self.rows.append((pose.x / res, -pose.y / res, hx, -hy + 0.0, length, bend, pose.yaw, arc.turn))
         self.length += length
 
-    def curve(self, end: Pose) -> PoseCurve:
+    def curve(self, end: RobotPose) -> PoseCurve:
         """All of it as a curve that ends at a pose."""
         res = self.shape.grid.resolution
         table = np.array(self.rows).reshape(-1, 8)

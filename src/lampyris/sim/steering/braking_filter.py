@@ -25,10 +25,10 @@ _LEVELS, _HALVINGS = 6, 5
 """Accelerations that are tried between the wish and full braking, and how often the gap below the first safe one is halved."""
 
 _BETWEEN = (0.5, 0.0)
-"""Arcs that are tried if the one that was asked for is not safe: so much of the way to it from the last one."""
+"""Arcs that are tried if the one that was asked for is not safe: this share from the last one to it."""
 
 
-class Push(NamedTuple):
+class FilteredPush(NamedTuple):
     """What is driven for one period.
 
     Parameters
@@ -50,15 +50,17 @@ class _Near(NamedTuple):
     xy: Floats
     reach: Floats
     speed: Floats
-    count: int
+    obstacles: int
 
 
-def wished(view: View, steer: Steer) -> Push:
+def wished(view: View, steer: Steer) -> FilteredPush:
     """The acceleration that a command asks for, within the robot's limits on that arc."""
-    return _limited(view, Push(steer.arc, towards(view.v, steer.v, view), steer.cause, steer.cause_index))
+    return _limited(
+        view, FilteredPush(steer.arc, towards(view.v, steer.v, view), steer.cause, steer.cause_index)
+    )
 
 
-def _limited(view: View, push: Push) -> Push:
+def _limited(view: View, push: FilteredPush) -> FilteredPush:
     """No faster at the end of the period than the arc allows."""
     most = view.shape.most_speed(push.arc)
     if view.v + push.a * view.period <= most:
@@ -67,7 +69,7 @@ def _limited(view: View, push: Push) -> Push:
     return push._replace(a=a, cause="curvature", cause_index=-1)
 
 
-def filtered(view: View, steer: Steer) -> Push:
+def filtered(view: View, steer: Steer) -> FilteredPush:
     """What of a command is safe; see the module."""
     near = _near(view)
     wish = wished(view, steer)
@@ -85,12 +87,15 @@ def filtered(view: View, steer: Steer) -> Push:
             best = found._replace(cause=blamed.cause, cause_index=blamed.cause_index)
     if best is not None:
         return best
-    return Push(view.arc, -view.shape.robot.d_max, blamed.cause, blamed.cause_index)
+    return FilteredPush(view.arc, -view.shape.robot.d_max, blamed.cause, blamed.cause_index)
 
 
 def _between(last: Arc, wanted: Arc, share: float) -> Arc:
     """An arc from where the last one leads, bent between both."""
-    return Arc(last.direction, *((1.0 - share) * a + share * b for a, b in zip(last[1:3], wanted[1:3], strict=True)))
+    bend, turn = (
+        (1.0 - share) * a + share * b for a, b in ((last.bend, wanted.bend), (last.turn, wanted.turn))
+    )
+    return Arc(last.direction, bend, turn)
 
 
 def _near(view: View) -> _Near:
@@ -114,7 +119,7 @@ def _near(view: View) -> _Near:
     )
 
 
-def _hardest(view: View, wish: Push, near: _Near) -> tuple[Push | None, Push]:
+def _hardest(view: View, wish: FilteredPush, near: _Near) -> tuple[FilteredPush | None, FilteredPush]:
     """The hardest safe acceleration on an arc up to the wish, None if even braking is not; and what limits it."""
     robot = view.shape.robot
     rest = 0.0 if view.v == 0.0 else -robot.d_max
@@ -132,7 +137,7 @@ def _hardest(view: View, wish: Push, near: _Near) -> tuple[Push | None, Push]:
             return False
         who = _first_unsafe(view, route, a, near)
         if who >= 0:
-            blamed = wish._replace(cause="moving obstacle", cause_index=who % near.count)
+            blamed = wish._replace(cause="moving obstacle", cause_index=who % near.obstacles)
         return who < 0
 
     if safe(wish.a):
@@ -162,7 +167,7 @@ def _stops_after(view: View, a: float) -> float:
 
 
 def _first_unsafe(view: View, route: PoseLookup, a: float, near: _Near) -> int:
-    if not near.count:
+    if not near.obstacles:
         return -1
     return route.first_unsafe(
         0.0, view.v, a, view.period, view.shape.robot.d_max, near.xy, near.reach, near.speed

@@ -8,9 +8,9 @@ from typing import NamedTuple, Protocol
 
 from lampyris.sim.continuous.leg import Leg
 from lampyris.sim.sensor import ObstacleMessage
-from lampyris.sim.steering.arc import Arc, Pose, Shape
-from lampyris.sim.steering.reference import Progress
-from lampyris.sim.steering.walls import Walls
+from lampyris.sim.steering.arc import Arc, RobotPose, RobotShape
+from lampyris.sim.steering.reference import PathProgress
+from lampyris.sim.steering.walls import WallMap
 from lampyris.typing import Points
 
 
@@ -49,13 +49,13 @@ class View:
 
     t: float
     period: float
-    pose: Pose
+    pose: RobotPose
     v: float
     arc: Arc | None
-    shape: Shape
-    walls: Walls
+    shape: RobotShape
+    walls: WallMap
     leg: Leg
-    progress: Progress
+    progress: PathProgress
     message: ObstacleMessage
     velocity: Points | None
     noise: float

@@ -42,7 +42,7 @@ def simulation_of(
     sources: Sequence[MotionSource] = (),
     feed: Sensor | None = None,
     budget: Budget | None = None,
-    **settings: object,
+    **settings: Any,
 ) -> DriveSimulation:
     """A drive that can be stopped between two periods, with the controller of the settings; see :func:`drive`."""
     steering = DriveSettings.of(settings).steering

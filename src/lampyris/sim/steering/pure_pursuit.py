@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lampyris.model.settings.steering import PurePursuit, RegulatedPurePursuit
-from lampyris.sim.steering.arc import HAIR, Arc, Pose, angle_of, cos_sin, wrapped
+from lampyris.sim.steering.arc import HAIR, Arc, RobotPose, angle_of, cos_sin, wrapped
 from lampyris.sim.steering.control import Steer, View, stopping_speed
 from lampyris.typing import Floats
 
@@ -19,7 +19,7 @@ _SHORTER = 3
 """Lookahead distances that are tried: each half of the one before."""
 
 _LOOKS = 10
-"""Places at which the outline is compared with obstacles on the way."""
+"""Places at which the outline is compared with obstacles."""
 
 
 def pursuit_arc(view: View, lookahead: float) -> Arc:
@@ -64,12 +64,12 @@ def _sideways_arc(view: View, dx: float, dy: float, soon: float) -> Arc:
     """Towards a point, the direction of travel turning as quickly as it may; the yaw is the path's after ``soon`` metres."""
     wanted = angle_of(dy, dx)
     direction = wanted if view.arc is None or view.arc.in_place else view.arc.direction
-    way = max(math.sqrt(dx * dx + dy * dy), _LEAST)
+    far = max(math.sqrt(dx * dx + dy * dy), _LEAST)
     off = wrapped(wanted - direction)
     # The circle through the point, tangent to the direction of travel.
-    bend = 2.0 * cos_sin(off - 0.5 * math.pi)[0] / way
+    bend = 2.0 * cos_sin(off - 0.5 * math.pi)[0] / far
     if abs(off) > 0.5 * math.pi:
-        bend = math.copysign(2.0 / way, off)
+        bend = math.copysign(2.0 / far, off)
     yaw = view.progress.ahead(soon)[2]
     return held(view, Arc(direction, bend, wrapped(yaw - view.pose.yaw) / soon))
 
@@ -184,8 +184,8 @@ class RegulatedPursuit:
     def _nearest(self, view: View) -> tuple[float, int]:
         """Metres from the outline to the nearest wall or obstacle as they are, at least; and whose (-1: a wall)."""
         shape, res = view.shape, view.shape.grid.resolution
-        row = min(max(int(math.floor(-view.pose.y / res + 0.5)), 0), shape.grid.height - 1)
-        column = min(max(int(math.floor(view.pose.x / res + 0.5)), 0), shape.grid.width - 1)
+        row = min(max(math.floor(-view.pose.y / res + 0.5), 0), shape.grid.height - 1)
+        column = min(max(math.floor(view.pose.x / res + 0.5), 0), shape.grid.width - 1)
         wall = float(view.walls.clear[row, column]) - view.shape.robot.inscribed_radius
         gaps = _gaps(view, view.pose)
         if len(gaps) and float(gaps.min()) < wall:
@@ -211,7 +211,7 @@ class RegulatedPursuit:
         return None
 
 
-def _gaps(view: View, pose: Pose) -> Floats:
+def _gaps(view: View, pose: RobotPose) -> Floats:
     """Metres from the outline at a pose to each obstacle as it is, (m,)."""
     here = view.shape.route(pose, Arc(pose.yaw, 0.0, 0.0), 1e-3)
     return here.gaps(0.0, view.message.xy) - view.message.radius

@@ -50,10 +50,8 @@ def _best(view: View, number: int) -> tuple[Arc, float]:
     shape, yaw = view.shape, view.pose.yaw
     radius = max(shape.robot.turn_radius, 0.5 * shape.arm, 1e-3)
     bend = min(1.0 / radius, shape.most_bend(0.0))
-    arcs = []
-    for direction in (yaw + math.pi, yaw):
-        for k in (0.0, 1.0, -1.0):
-            arcs.append(Arc(direction, k * bend, k * bend))
+    turns = (0.0, bend, -bend)
+    arcs = [Arc(direction, turn, turn) for direction in (yaw + math.pi, yaw) for turn in turns]
     if shape.sideways:
         arcs += [Arc(yaw + side, 0.0, 0.0) for side in (0.5 * math.pi, -0.5 * math.pi)]
     if number % 2:
@@ -70,7 +68,7 @@ def _best(view: View, number: int) -> tuple[Arc, float]:
 
 
 def _least_gap(view: View, arc: Arc, room: float) -> float:
-    """Metres from the robot to the nearest obstacle as it is, on the way."""
+    """Metres from the robot to the nearest obstacle as it is, along the arc."""
     if not len(view.message.xy) or room <= 0.0:
         return math.inf
     route = view.shape.route(view.pose, arc, room)

@@ -9,7 +9,7 @@ import numpy as np
 
 from lampyris._core import elementary
 from lampyris.model.curve import PoseCurve
-from lampyris.sim.steering.arc import Pose, wrapped
+from lampyris.sim.steering.arc import RobotPose, wrapped
 from lampyris.typing import Floats
 
 _STEP = 0.25
@@ -48,9 +48,9 @@ class Section:
     last: bool
 
     @property
-    def end(self) -> Pose:
+    def end(self) -> RobotPose:
         """Where it ends."""
-        return Pose(float(self.x[-1]), float(self.y[-1]), float(self.yaw[-1]))
+        return RobotPose(float(self.x[-1]), float(self.y[-1]), float(self.yaw[-1]))
 
 
 def sections_of(curve: PoseCurve) -> list[Section]:
@@ -84,7 +84,7 @@ def _unwrapped(angle: Floats) -> Floats:
     return np.concatenate((angle[:1], angle[0] + np.cumsum(d - 2 * math.pi * np.round(d / (2 * math.pi)))))
 
 
-class Progress:
+class PathProgress:
     """Where on its path a robot is.
 
     Attributes
@@ -119,7 +119,7 @@ class Progress:
         self.k += 1
         self.at = 0
 
-    def update(self, pose: Pose) -> None:
+    def update(self, pose: RobotPose) -> None:
         """Find the point nearest to the robot; never one farther behind than a few samples."""
         if self.done:
             return

@@ -12,7 +12,7 @@ from lampyris._core import elementary
 from lampyris.kernels.steering.rollouts import rollouts, weighted
 from lampyris.model.settings.steering import Dwa, Mppi
 from lampyris.planning.lattice.shortcut import covering_discs
-from lampyris.sim.steering.arc import Arc, Shape, angle_of, cos_sin, wrapped
+from lampyris.sim.steering.arc import Arc, RobotShape, angle_of, cos_sin, wrapped
 from lampyris.sim.steering.control import Steer, View
 from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, held
 from lampyris.typing import Floats
@@ -28,7 +28,7 @@ _STILL = 0.01
 
 
 @dataclass
-class Motions:
+class SimulatedMotions:
     """Room for simulated motions of one robot, and what is compared with them.
 
     Parameters
@@ -38,7 +38,7 @@ class Motions:
     step : seconds.
     """
 
-    shape: Shape
+    shape: RobotShape
     count: int
     steps: int
     step: float
@@ -47,7 +47,9 @@ class Motions:
     def __post_init__(self) -> None:
         whole = self.count * self.steps
         sizes = {"push": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
-        sizes |= dict.fromkeys(("x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost"), self.count)
+        sizes |= dict.fromkeys(
+            ("x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost"), self.count
+        )
         self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
         self.arrays["found"] = np.zeros(1)
         footprint = self.shape.robot.footprint
@@ -76,7 +78,8 @@ class Motions:
         bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
         arrays: list[Any] = list(self.arrays.values())
         rollouts(
-            *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear, int(shape.sideways),
+            *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear,
+            int(shape.sideways),
             robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
@@ -157,7 +160,7 @@ class DynamicWindow:
     """
 
     settings: Dwa
-    _motions: Motions | None = None
+    _motions: SimulatedMotions | None = None
 
     def begin(self, view: View) -> None:
         """Nothing is remembered but room."""
@@ -169,7 +172,7 @@ class DynamicWindow:
             return close(view)
         v, w, u = self._grid(view)
         if self._motions is None or self._motions.count != len(v):
-            self._motions = Motions(shape, len(v), one.steps, one.step)
+            self._motions = SimulatedMotions(shape, len(v), one.steps, one.step)
         # The speed changes evenly to what is asked for; from then on it stays.
         hold = max(round(one.window / one.step), 1)
         along, across = self._motions.velocity(view)
@@ -223,7 +226,7 @@ class PathIntegral:
 
     settings: Mppi
     rng: np.random.Generator
-    _motions: Motions | None = None
+    _motions: SimulatedMotions | None = None
     _noise: list[Floats] = field(default_factory=list)
     _nominal: list[Floats] = field(default_factory=list)
     _shift: int = 0
@@ -232,10 +235,10 @@ class PathIntegral:
         """Nothing is commanded yet; on the first path the noise is drawn."""
         one = self.settings
         if self._motions is None:
-            self._motions = Motions(view.shape, one.samples, one.steps, one.step)
+            self._motions = SimulatedMotions(view.shape, one.samples, one.steps, one.step)
             rows = (one.steps + _SPARE) // one.hold + 1
             count = 3 if view.shape.sideways else 2
-            self._noise = [self.rng.standard_normal(rows * one.samples) for _ in range(count)]
+            self._noise = [_normal(self.rng, rows * one.samples) for _ in range(count)]
             if count == 2:
                 self._noise.append(np.zeros(1))
         self._nominal = [np.zeros(one.steps) for _ in range(3)]
@@ -254,7 +257,9 @@ class PathIntegral:
         weight = elementary.exp((cost.min() - cost) / one.temperature)
         weight /= weight.sum()
         arrays = motions.arrays
-        weighted(weight, arrays["push"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u)
+        weighted(
+            weight, arrays["push"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u
+        )
         if one.smooth:
             v, w, u = (_smoothed(a) for a in (v, w, u))
         at = np.array([view.period])
@@ -264,7 +269,16 @@ class PathIntegral:
         self._nominal = [np.ascontiguousarray(elementary.interp(later, times, a)) for a in (v, w, u)]
         along, across = motions.velocity(view)
         ahead = along + first[0] * view.period
-        return command(view, ahead if shape.sideways else max(ahead, 0.0), first[1], across + first[2] * view.period)
+        return command(
+            view, ahead if shape.sideways else max(ahead, 0.0), first[1], across + first[2] * view.period
+        )
+
+
+def _normal(rng: np.random.Generator, count: int) -> Floats:
+    """Normal random numbers with the same bits everywhere (Box, Muller 1958)."""
+    size, angle = 1.0 - rng.random(count), rng.random(count)
+    normal: Floats = np.sqrt(-2.0 * elementary.log(size)) * elementary.cos(2.0 * math.pi * angle)
+    return normal
 
 
 def _smoothed(values: Floats) -> Floats:

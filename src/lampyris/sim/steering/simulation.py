@@ -26,13 +26,14 @@ from lampyris.motion.laws.registry import SpeedLaw
 from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
+from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.sensor import Sensor
-from lampyris.sim.steering.arc import LEAST_PIECE, Arc, Pieces, Pose, Shape, angle_of, wrapped
-from lampyris.sim.steering.braking_filter import Push, filtered, wished
+from lampyris.sim.steering.arc import LEAST_PIECE, Arc, DrivenPieces, RobotPose, RobotShape, angle_of, wrapped
+from lampyris.sim.steering.braking_filter import FilteredPush, filtered, wished
 from lampyris.sim.steering.control import Steer, SteeringController, View, stopping_speed
 from lampyris.sim.steering.recovery import Recovery
-from lampyris.sim.steering.reference import Progress
-from lampyris.sim.steering.walls import Walls
+from lampyris.sim.steering.reference import PathProgress
+from lampyris.sim.steering.walls import WallMap
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory, split
@@ -88,12 +89,12 @@ class SteeredSimulation(DriveSimulation):
                 "DRIVE_SETTING", shown(self.settings.tracking), where="tracking",
                 allowed="perfect, where the controller steers",
             )  # fmt: skip
-        self.shape = Shape(self.scene.robot, self.scene.grid)
-        self.walls = Walls(self.shape)
-        self.pieces = Pieces(self.shape)
-        self.pose: Pose | None = None
+        self.shape = RobotShape(self.scene.robot, self.scene.grid)
+        self.walls = WallMap(self.shape)
+        self.pieces = DrivenPieces(self.shape)
+        self.pose: RobotPose | None = None
         self.arc: Arc | None = None
-        self.progress: Progress | None = None
+        self.progress: PathProgress | None = None
         self._leg_s = 0.0
         self._path_times: list[float] = []
         self._misses = self._recoveries = 0
@@ -113,25 +114,25 @@ class SteeredSimulation(DriveSimulation):
         self.state.s = self._leg_s = s
         assert isinstance(curve, PoseCurve)
         self._path_times.append(self.state.t)
-        self.progress = Progress(curve, self.shape.arm)
+        self.progress = PathProgress(curve, self.shape.arm)
         self._fresh = True
         if self.pose is None:
             self.pose = self._start(self.state.leg.route)
 
-    def _pose_of(self, route: object) -> Pose:
+    def _pose_of(self, route: object) -> RobotPose:
         """Where a path begins."""
         assert isinstance(route, PoseLookup)
         x, y = route.at(0.0)
         res = self.scene.grid.resolution
-        return Pose(x * res, -y * res, float(route.poses.yaw_at(np.zeros(1))[0]))
+        return RobotPose(x * res, -y * res, float(route.poses.yaw_at(np.zeros(1))[0]))
 
-    def _start(self, route: object) -> Pose:
+    def _start(self, route: object) -> RobotPose:
         """The start's own pose where the robot can stand there, else where the path begins."""
         first, asked, grid = self._pose_of(route), self.scene.start_pose, self.scene.grid
         if asked is None:
             return first
         x, y = grid.frame.to_points(asked[0], asked[1]).tolist()
-        pose = Pose(x * grid.resolution, -y * grid.resolution, wrapped(asked[2] - grid.origin[2]))
+        pose = RobotPose(x * grid.resolution, -y * grid.resolution, wrapped(asked[2] - grid.origin[2]))
         return pose if self.walls.stands(pose) else first
 
     def _know_goal(self, plan: Plan) -> None:
@@ -169,7 +170,9 @@ class SteeredSimulation(DriveSimulation):
         grid = self.scene.grid
         x, y = grid.to_metres(self.xy).tolist()
         pose = (x, y, wrapped(self.pose.yaw + grid.origin[2]))
-        plan, curve = self.replanner.from_pose(pose, self.xy, message, self._reaction(self.settings.decision_period))
+        assert isinstance(self.replanner, PoseReplanner)
+        reaction = self._reaction(self.settings.decision_period)
+        _, curve = self.replanner.from_pose(pose, self.xy, message, reaction)
         if curve is not None and len(curve.lengths):
             self._take(curve)
 
@@ -193,7 +196,7 @@ class SteeredSimulation(DriveSimulation):
             self._hit_wall(trajectory, length)
         return trajectory
 
-    def _settled(self, push: Push, period: float) -> Push:
+    def _settled(self, push: FilteredPush, period: float) -> FilteredPush:
         """The same, but standing where it would end at next to no speed."""
         v = self.state.v
         if v + push.a * period >= _CRAWL:
@@ -204,7 +207,8 @@ class SteeredSimulation(DriveSimulation):
 
     def _hit_wall(self, trajectory: Trajectory, length: float) -> None:
         """Without a filter a robot may come to a wall: that is the end."""
-        assert self.pose is not None and self.arc is not None
+        assert self.pose is not None
+        assert self.arc is not None
         free = self.walls.free(self.pose, self.arc, length)
         if free >= length:
             return
@@ -216,13 +220,15 @@ class SteeredSimulation(DriveSimulation):
         self.log.tell(trajectory.segments[-1].end, "contact", self.xy, "The robot drove into a wall.")
         self._end(Outcome.COLLISION, f"The robot drove into a wall at {trajectory.segments[-1].end:.3f} s.")
 
-    def _push(self, period: float) -> Push:
+    def _push(self, period: float) -> FilteredPush:
         """What to drive until the next decision."""
         brake = self._must_brake()
         arc = self.arc if self.arc is not None else Arc(self.pose.yaw if self.pose else 0.0, 0.0, 0.0)
         if brake is not None or self.progress is None:
             why = brake or Decision(0.0, "wait")
-            return Push(arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, why.cause, why.cause_index)
+            return FilteredPush(
+                arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, why.cause, why.cause_index
+            )
         view = self._view(period)
         if self._replan_when_standing and view.v > 0.0 and view.arc is not None:
             steer: Steer | None = Steer(view.arc, 0.0, "wait")
@@ -232,7 +238,7 @@ class SteeredSimulation(DriveSimulation):
             view = self._view(period)  # recovery may have found a new path
             steer = self._steer(view)
         if steer is None:
-            return Push(arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, "turn")
+            return FilteredPush(arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, "turn")
         push = wished(view, steer) if self.settings.safety_filter == "none" else filtered(view, steer)
         if view.v == 0.0 and push.a <= 0.0 and push.cause == "clearance":
             push = push._replace(cause="obstacle")  # it waits, as for any other obstacle
@@ -260,7 +266,9 @@ class SteeredSimulation(DriveSimulation):
 
     def _view(self, period: float) -> View:
         message = self.watch.last
-        assert message is not None and self.pose is not None and self.progress is not None
+        assert message is not None
+        assert self.pose is not None
+        assert self.progress is not None
         velocity = None if self.settings.obstacle_info == "positions" else message.velocity
         return View(
             t=self.state.t, period=period, pose=self.pose, v=self.state.v,
@@ -329,11 +337,14 @@ class SteeredSimulation(DriveSimulation):
         end = view.progress.sections[-1].end if view.progress.sections else view.pose
         off = wrapped(end.yaw - view.pose.yaw)
         spinning = view.arc is not None and view.arc.in_place
-        if abs(off) > (_SPUN if spinning else 0.5 * self.steering.goal_yaw_tolerance) and self.shape.turns_in_place:
+        if (
+            abs(off) > (_SPUN if spinning else 0.5 * self.steering.goal_yaw_tolerance)
+            and self.shape.turns_in_place
+        ):
             return self._spin(view, end.yaw)
         return None
 
-    def _arrived(self, pose: Pose) -> bool:
+    def _arrived(self, pose: RobotPose) -> bool:
         """Whether a robot that stands there has arrived."""
         if self.progress is None or not self.progress.sections:
             return False
@@ -347,7 +358,8 @@ class SteeredSimulation(DriveSimulation):
 
     def _go(self, trajectory: Trajectory) -> None:
         """Write down what was driven and go to its end."""
-        assert self.pose is not None and self.arc is not None
+        assert self.pose is not None
+        assert self.arc is not None
         decision, begin = self.state.decision, self.pieces.length
         last, before = trajectory.segments[-1], self.state.t
         length, v = last.after(last.end)
@@ -377,7 +389,11 @@ class SteeredSimulation(DriveSimulation):
             return False
         if self._arrived(self.pose):
             return True
-        off = abs(wrapped(self.progress.sections[-1].end.yaw - self.pose.yaw)) if self.progress.sections else 0.0
+        off = (
+            abs(wrapped(self.progress.sections[-1].end.yaw - self.pose.yaw))
+            if self.progress.sections
+            else 0.0
+        )
         if self.shape.turns_in_place and off > 0.5 * self.steering.goal_yaw_tolerance:
             return False
         self._misses += 1
@@ -394,7 +410,11 @@ class SteeredSimulation(DriveSimulation):
         yaw = self.pose.yaw if self.pose else 0.0
         place = (self.progress.k, self.progress.s, yaw)
         k, s, before = self._seen
-        if place[0] != k or abs(place[1] - s) > 0.5 * self.scene.grid.resolution or abs(yaw - before) > _TURNED:
+        if (
+            place[0] != k
+            or abs(place[1] - s) > 0.5 * self.scene.grid.resolution
+            or abs(yaw - before) > _TURNED
+        ):
             self._seen, self._stalled = place, 0.0
             return False
         self._stalled += seconds
@@ -426,8 +446,11 @@ class SteeredSimulation(DriveSimulation):
             curve: Curve = self.pieces.curve(self.pose)
         else:
             x, y = self.scene.grid.to_metres(self.xy).tolist()
-            curve = standing_at((x, y, self.pose.yaw + self.scene.grid.origin[2]), self.scene.grid, self.scene.robot)
+            curve = standing_at(
+                (x, y, self.pose.yaw + self.scene.grid.origin[2]), self.scene.grid, self.scene.robot
+            )
+        paths = tuple(self.state.curves[-len(self._path_times) :]) if self._path_times else ()
         return replace(
-            made, curves=(curve,), leg=made.leg * 0, controller=self.steering.name, paths=tuple(self.state.curves[-len(self._path_times):]) if self._path_times else (),
+            made, curves=(curve,), leg=made.leg * 0, controller=self.steering.name, paths=paths,
             path_times=tuple(self._path_times), safety_filter=self.settings.safety_filter,
         )  # fmt: skip

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.steering.arc_clearance import free_arc
 from lampyris.planning.field.layers import clearance
-from lampyris.sim.steering.arc import Arc, Pose, Shape, cos_sin
+from lampyris.sim.steering.arc import Arc, RobotPose, RobotShape, cos_sin
 from lampyris.typing import Cell, Floats
 
 
-class Walls:
+class WallMap:
     """The map's blocked cells.
 
     Attributes
@@ -22,7 +22,7 @@ class Walls:
     flat : the same, row by row.
     """
 
-    def __init__(self, shape: Shape) -> None:
+    def __init__(self, shape: RobotShape) -> None:
         grid = shape.grid
         self.shape = shape
         self._blocked: NDArray[np.bool_] = grid.blocked.copy()
@@ -43,7 +43,7 @@ class Walls:
             self._blocked[y, x] = True
         self._prepare()
 
-    def free(self, pose: Pose, arc: Arc, limit: float) -> float:
+    def free(self, pose: RobotPose, arc: Arc, limit: float) -> float:
         """How far the robot can move along an arc until it comes to a wall or off the map, metres, at most ``limit``."""
         res = self.shape.grid.resolution
         hx, hy = (0.0, 0.0) if arc.in_place else cos_sin(arc.direction)
@@ -57,7 +57,7 @@ class Walls:
             )
         )  # fmt: skip
 
-    def stands(self, pose: Pose) -> bool:
+    def stands(self, pose: RobotPose) -> bool:
         """Whether the robot can stand at a pose without touching a wall."""
         small = 1e-3 * self.shape.grid.resolution
         return self.free(pose, Arc(pose.yaw, 0.0, 0.0), small) > 0.0

@@ -318,7 +318,9 @@ def connect(
     """An SQLite connection without implicit transactions that runs nothing the file brings along."""
     name = f"file:{quote(str(path))}?mode={mode}{more}"
     # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
-    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False, factory=_Connection)
+    connection = sqlite3.connect(
+        name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False, factory=_Connection
+    )
     try:
         connection.enlist(path)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)

@@ -27,7 +27,10 @@ COLUMNS = (
 
 
 def compare_controllers(
-    scenario: Scenario, controllers: Mapping[str, Mapping[str, Any]], out: Outputs, budget: Budget | None = None
+    scenario: Scenario,
+    controllers: Mapping[str, Mapping[str, Any]],
+    out: Outputs,
+    budget: Budget | None = None,
 ) -> int:
     """Drive a scenario by each controller, write and print the results. Returns the exit code."""
     from lampyris import scenarios
@@ -36,7 +39,9 @@ def compare_controllers(
     one_only = {"--film": out.film, "--chart": out.chart, "--csv": out.csv, "--save-scenario": out.save}
     for option, path in one_only.items():
         if path is not None:
-            raise UsageError("OPTIONS", f"{option} with several controllers", allowed="--picture, or one controller")
+            raise UsageError(
+                "OPTIONS", f"{option} with several controllers", allowed="--picture, or one controller"
+            )
     made: dict[str, Drive] = {}
     for name, given in controllers.items():
         settings = {**(scenario.drive or {}), "controller": name, "controller_settings": dict(given)}
@@ -50,7 +55,9 @@ def compare_controllers(
         with working("drawing", quiet=out.json):
             draw_trails(made, out.picture)
     if out.json:
-        print_json({"controllers": {name: out.without_timing(drive_record(one)) for name, one in made.items()}})
+        print_json(
+            {"controllers": {name: out.without_timing(drive_record(one)) for name, one in made.items()}}
+        )
     else:
         print_tab(_tab(made))
         print_written(out.picture)

@@ -60,7 +60,9 @@ def drive(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--picture", metavar="FILE", help="Draw what was driven on the map, of one or several controllers (.png or .svg)."
+            "--picture",
+            metavar="FILE",
+            help="Draw what was driven on the map, of one or several controllers (.png or .svg).",
         ),
     ] = None,
     save: Save = None,
@@ -79,14 +81,16 @@ def drive(
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     given = settings_in(simulation, DriveSettings)
-    controllers = parse_controllers([n.strip() for n in given["controller"].split(",")], simulation.set_controller or [])
+    controllers = parse_controllers(
+        [n.strip() for n in given["controller"].split(",")], simulation.set_controller or []
+    )
     given["controller"], given["controller_settings"] = next(iter(controllers.items()))
     settings = DriveSettings(**given)
     scenario = request.scenario()
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(scenario, scene=scene, drive=asdict(settings))
     if len(controllers) > 1:
-        from lampyris.cli.verbs.steering import compare_controllers
+        from lampyris.cli.verbs.drive.controllers import compare_controllers
 
         raise typer.Exit(compare_controllers(scenario, controllers, out, budget))
     raise typer.Exit(drive_scenario(scenario, out, budget))
@@ -198,11 +202,16 @@ def _following(run: Drive) -> list[tuple[str, str]]:
         rows.append(
             (
                 "off its path",
-                f"{found['cross_track_max']:.3g} m at most, {found['cross_track_mean']:.3g} m on average; "
-                f"yaw {found['yaw_error_max']:.3g} and {found['yaw_error_mean']:.3g} rad",
+                (
+                    f"{found['cross_track_max']:.3g} m at most, {found['cross_track_mean']:.3g} m on average; "
+                    f"yaw {found['yaw_error_max']:.3g} and {found['yaw_error_mean']:.3g} rad"
+                ),
             )
         )
         rows.append(
-            ("smoothness", f"jerk {found['jerk_mean']:.3g} m/s3, yaw {found['yaw_acceleration_mean']:.3g} rad/s2")
+            (
+                "smoothness",
+                f"jerk {found['jerk_mean']:.3g} m/s3, yaw {found['yaw_acceleration_mean']:.3g} rad/s2",
+            )
         )
     return rows
