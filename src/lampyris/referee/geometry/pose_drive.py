@@ -172,7 +172,7 @@ def yaw_rate_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
 
 
 def at_wall_at_the_end(drive: Drive) -> bool:
-    """Whether the robot's outline is within a thousandth of a cell of a wall where the drive ends, or its base of the map's edge."""
+    """Whether the outline is within :data:`NEAR_WALL` of a wall where the drive ends, or the base of the map's edge."""
     outline, grid = outline_in(drive), drive.scene.grid
     res, k = grid.resolution, len(drive.t) - 1
     if outline is None:

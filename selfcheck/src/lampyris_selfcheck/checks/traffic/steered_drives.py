@@ -88,7 +88,7 @@ def run(ask: Ask, part: Part) -> Outcome:
 
 CHECK = Check(
     "steered-drives",
-    ("G32",),
+    ("G33",),
     "a controller that steers, filtered by the braking rule, touches no moving obstacle while it moves, and no wall",
     KINDS,
     run,
