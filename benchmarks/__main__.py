@@ -29,6 +29,7 @@ NAMES = (
     "query",
     "timed",
     "poses",
+    "steering",
     "speed",
     "study",
     "start",

@@ -14,7 +14,7 @@ NEAR = 1e-4
 _SHARE = 0.9
 """Share of the distance to the nearest wall that is driven before it is asked for again."""
 
-_MOST = 600
+_PLACES = 600
 """Places that are looked at, at most; what is farther is not known to be free."""
 
 _DIAGONAL = 0.70710678118654757
@@ -91,7 +91,7 @@ def free_arc(
     if rate == 0.0:
         return limit
     s = 0.0
-    for _ in range(_MOST):
+    for _ in range(_PLACES):
         ratio, up, along = chord(0.5 * bend * s)
         far = s * ratio / resolution
         px = x + far * (hx * along - hy * up)

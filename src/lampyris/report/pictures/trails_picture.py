@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _SAMPLES = 800
 """Points of a trail, at most a few pixels apart."""
 
-_MOST_OUTLINED = 4
+_OUTLINED = 4
 """Drives of which the robot is drawn along the trail; of more, where it ended alone."""
 
 
@@ -46,7 +46,7 @@ def draw_trails(drives: Mapping[str, Drive], out: style.OutFile) -> None:
     figure, axes, frame = canvas.blank(grid, [], labels=[*labels, "path planned", "start", "goal", "wall"])
     items = _draw_planned(axes, drives)
     for k, drive in enumerate(drives.values()):
-        items.append(_draw_trail(axes, drive, k, labels[k], len(drives) <= _MOST_OUTLINED))
+        items.append(_draw_trail(axes, drive, k, labels[k], len(drives) <= _OUTLINED))
     items += _draw_tracks(axes, first)
     ends = [(float(x), float(y)) for x, y in (first.scene.start, first.scene.goal)]
     items = canvas.draw_ends(axes, ends[0], ends[1], frame) + items

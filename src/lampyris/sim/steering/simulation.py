@@ -229,13 +229,13 @@ class SteeredSimulation(DriveSimulation):
             return FilteredPush(
                 arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, why.cause, why.cause_index
             )
-        view = self._view(period)
+        view = self.view(period)
         if self._replan_when_standing and view.v > 0.0 and view.arc is not None:
             steer: Steer | None = Steer(view.arc, 0.0, "wait")
         else:
             steer = self._recover(view)
         if steer is None:
-            view = self._view(period)  # recovery may have found a new path
+            view = self.view(period)  # recovery may have found a new path
             steer = self._steer(view)
         if steer is None:
             return FilteredPush(arc, -self.scene.robot.d_max if self.state.v > 0.0 else 0.0, "turn")
@@ -264,7 +264,8 @@ class SteeredSimulation(DriveSimulation):
         self._replan("Moved away from where no safe motion led along the path.")
         return None
 
-    def _view(self, period: float) -> View:
+    def view(self, period: float) -> View:
+        """What the controller sees now, with so many seconds until the next decision."""
         message = self.watch.last
         assert message is not None
         assert self.pose is not None
