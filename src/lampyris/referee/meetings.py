@@ -93,9 +93,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     # Anyone who lets go and comes back between two decisions has not been away.
     episodes = standing_contacts(motion, pairs, drive.period)
     for one in episodes:
-        # One that is on a step cannot yield to a robot that drives up to it, which the braking rule does not allow.
-        unruled = bool(drive.paths) and drive.safety_filter == "none"
-        if drive.obstacle_specs[one.obstacle].yields and not unruled:
+        if drive.obstacle_specs[one.obstacle].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
             return Violation("yield", f"body {one.obstacle}", what)
     reported = [(m.obstacle, m.t) for m in drive.moments if m.word in _MET]

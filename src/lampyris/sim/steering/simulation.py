@@ -190,7 +190,11 @@ class SteeredSimulation(DriveSimulation):
         self._stopped = fresh_stop
         self.arc = push.arc
         self.state.decision = Decision(push.a, push.cause, push.cause_index)
-        route = self.shape.route(self.pose, push.arc, max(length, LEAST_PIECE))
+        # Obstacles that yield look along the arc as far as the robot may come in their next step, and brake.
+        robot, speed = self.scene.robot, self.settings.obstacle_speed
+        tick = self.scene.grid.resolution / (robot.v_max if speed is None else speed)
+        ahead = robot.v_max * (tick + 0.5 * robot.v_max / robot.d_max)
+        route = self.shape.route(self.pose, push.arc, max(length, LEAST_PIECE) + ahead)
         trajectory = Trajectory(route, segments)
         if self.settings.safety_filter == "none" and length > 0.0:
             self._hit_wall(trajectory, length)
