@@ -84,7 +84,9 @@ def bench(quick: bool) -> Section:
             rows.append((f"mppi, {samples:,} samples", f"{float(np.median(times)):.2f}", f"{rate:.0f}"))
         simulation, view = decision("dwa", 15)
         times = spent(simulation, view, rounds)
-        rows.append(("dwa, 9 x 21 commands", f"{float(np.median(times)):.3f}", f"{1e3 / float(np.median(times)):.0f}"))
+        rows.append(
+            ("dwa, 9 x 21 commands", f"{float(np.median(times)):.3f}", f"{1e3 / float(np.median(times)):.0f}")
+        )
     plain, places = PlainDwa(), view.message.xy * np.array((0.1, -0.1))
     state, theirs = (view.pose.x, view.pose.y, view.pose.yaw, view.v), []
     for _ in range(5 if quick else 20):
@@ -97,7 +99,10 @@ def bench(quick: bool) -> Section:
         asked=FASTER,
     )  # fmt: skip
     figures.append(faster)
-    reached = Verdict(rate >= RATE, f"MPPI, 2,000 x 56 steps, 20 obstacles: at least {RATE:g} decisions a second: {rate:.0f}")
+    reached = Verdict(
+        rate >= RATE,
+        f"MPPI, 2,000 x 56 steps, 20 obstacles: at least {RATE:g} decisions a second: {rate:.0f}",
+    )
     return Section(
         "steering", TITLE, HOW, (Table(("controller", "ms", "a second"), tuple(rows), "One decision"),), tuple(figures),
         (reached, judge("A decision of DWA", [faster])), versions(("numpy", "numba")),

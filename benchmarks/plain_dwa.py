@@ -28,7 +28,9 @@ class PlainDwa:
     horizon: float = 2.0
     window: float = 0.5
 
-    def choose(self, state: tuple[float, float, float, float], goal: tuple[float, float], obstacles: Any) -> Any:
+    def choose(
+        self, state: tuple[float, float, float, float], goal: tuple[float, float], obstacles: Any
+    ) -> Any:
         """The best command and its trajectory."""
         x, y, yaw, v = state
         low, high = max(v - self.a_max * self.window, 0.0), min(v + self.a_max * self.window, self.v_max)
