@@ -21,8 +21,8 @@ from lampyris.sim.steering.drive import simulation_of
 from lampyris.sim.steering.simulation import SteeredSimulation
 
 TITLE = "Controllers that steer"
-HOW = """One decision of a controller, of a differential robot of 0.7 x 0.4 m, two seconds into a drive on a map of 200 x 200 cells
-of 0.1 m with a wall every 4 m, in milliseconds of this thread's processor time: `mppi` with 56 steps of 0.05 s among 20
+HOW = """One decision of a controller, of a differential robot of 0.7 x 0.4 m, two seconds into a drive on a map of 200 x 200
+cells of 0.1 m with a wall every 4 m, in milliseconds of this thread's processor time: `mppi` with 56 steps of 0.05 s among 20
 moving obstacles that are within 3 m, `dwa` with 9 x 21 commands of 20 steps of 0.1 s among 15. The rival of `dwa` is
 `benchmarks/plain_dwa.py`: the same number of commands and steps among the same obstacles in plain Python and NumPy, written
 for this comparison as courses teach it; it knows no walls, no path and no outline. What the braking rule takes is not
