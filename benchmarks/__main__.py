@@ -30,6 +30,7 @@ NAMES = (
     "timed",
     "poses",
     "pose_rivals",
+    "steering",
     "speed",
     "study",
     "start",

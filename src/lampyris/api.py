@@ -526,7 +526,8 @@ def drive(
 
     Raises
     ------
-    UsageError : ``SETTING_CLASH``: a setting that might be the drive's or the planner's.
+    UsageError : ``SETTING_CLASH``: a setting that might be the drive's or the planner's; ``CONTROLLER``: a controller that
+        steers, and a planner that plans no headings.
     SceneError : obstacles that do not fit the map.
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
         change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
@@ -535,7 +536,7 @@ def drive(
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
         from lampyris.model.settings.drive import split_settings
-        from lampyris.sim.continuous import drive as driving
+        from lampyris.sim.steering import drive as driving
 
     ours, rest = split_settings(settings)
     chosen = chosen_planner(

@@ -28,6 +28,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.steering import CONTROLLERS
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.safety.blind_areas import visible_cells
@@ -238,6 +239,8 @@ def _poses() -> None:
     for there, more in ((scene, {}), (scene, late), (onto, {})):
         with suppress(LampyrisError):
             api.drive(there, "lattice", time_limit=3.0, **more)
+    for controller in CONTROLLERS:
+        api.drive(scene, "lattice", time_limit=0.5, controller=controller)
     for drive in DRIVES:
         api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
     for curve in (curves.dubins, curves.reeds_shepp):

@@ -16,6 +16,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "moving": "checks.traffic.moving",
         "profile": "checks.speed.profile",
         "pose-drives": "checks.traffic.pose_drives",
+        "steered-drives": "checks.traffic.steered_drives",
         "sim": "checks.traffic.sim",
         "monitor": "checks.traffic.monitor",
         "faults": "checks.traffic.faults",

@@ -12,7 +12,6 @@ from lampyris.cli.option_errors import Command
 from lampyris.cli.option_groups import with_groups
 from lampyris.cli.verbs import app as app_command
 from lampyris.cli.verbs import (
-    drive,
     laws,
     maps,
     movingai,
@@ -27,6 +26,7 @@ from lampyris.cli.verbs import (
     warm,
 )
 from lampyris.cli.verbs.compare import command as compare
+from lampyris.cli.verbs.drive import command as drive
 from lampyris.cli.verbs.study import commands as study
 
 app = typer.Typer(

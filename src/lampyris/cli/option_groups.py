@@ -135,7 +135,11 @@ else:
         "RobotOptions", Robot, (("robot_file", options.RobotFile, dataclass_field(default=None)),)
     )
     MapOptions = group_of("MapOptions", Inflation, base=_MapOptions)
-    DriveOptions = group_of("DriveOptions", DriveSettings)
+    DriveOptions = group_of(
+        "DriveOptions",
+        DriveSettings,
+        (("set_controller", options.SetController, dataclass_field(default=None)),),
+    )
     SimulationOptions = group_of("SimulationOptions", SimulationSettings)
     Ticks = get_type_hints(SimulationOptions, include_extras=True)["ticks"]
 

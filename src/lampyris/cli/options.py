@@ -151,6 +151,14 @@ SetLaw = Annotated[
         "--set-law", metavar="KEY=VALUE", help="A setting of the law, such as blind.reach=5; repeatable."
     ),
 ]
+SetController = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set-controller",
+        metavar="KEY=VALUE",
+        help="A setting of the controller, such as lookahead_min=0.4; of one of several, mppi.samples=500; repeatable.",
+    ),
+]
 Zones = Annotated[
     Path | None,
     typer.Option(

@@ -21,6 +21,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Planner and speed": (
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
             "time-limit", "plan-limit", "patience",
+            "controller", "set-controller", "safety-filter",
         ),
         "Obstacles": (
             "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "obstacle-states",

@@ -256,6 +256,42 @@ def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:
         raise UsageError("TYPE", f"{text!r}", where=where, allowed=allowed) from None
 
 
+def parse_controllers(names: Sequence[str], words: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """``KEY=VALUE`` words as settings of controllers, by the names of these.
+
+    A key such as ``mppi.samples`` is that controller's; another is a setting of all.
+
+    Raises
+    ------
+    UsageError : a word without ``=``; a setting that a controller does not have, or a controller that is not named.
+    SettingError : a value out of its range, or no such controller.
+    """
+    from lampyris.model.settings.steering import check_name, controller_settings
+
+    given: dict[str, dict[str, Any]] = {}
+    for name in names:
+        check_name(name)
+        given[name] = {}
+    for word in words:
+        key, equals, value = (part.strip() for part in word.partition("="))
+        if not equals or not key:
+            raise UsageError("SET", f"{word!r}", where="--set-controller", allowed="KEY=VALUE")
+        owner, dot, own = key.partition(".")
+        if dot and owner not in given:
+            raise UsageError("SET", f"{word!r}", where="--set-controller", allowed=", ".join(given))
+        for name in (owner,) if dot else tuple(given):
+            key_of = (own if dot else key).replace("-", "_")
+            given[name][key_of] = _plain_value(value, f"--set-controller {key}")
+    try:
+        for name, settings in given.items():
+            controller_settings(name, settings)
+    except UnknownSettingError as unknown:
+        raise UsageError(
+            unknown.code, unknown.what, where="--set-controller", allowed=unknown.allowed, todo=unknown.todo
+        ) from None
+    return given
+
+
 def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
     """``KEY=VALUE`` words as settings of a speed law: true, false and none, then numbers, else text.
 

@@ -80,6 +80,10 @@ class Drive(Value, Tabular):
         of ``total_s`` and of no other.
     goal_tolerance : of a robot with a heading: metres and radians from the goal's pose within which the planner's goal lies;
         None: the planner was one of cells.
+    controller : who steered: ``exact``, or the name of a controller that steers. Then there is one curve, which the robot drove.
+    safety_filter : what was done to the commands of a controller that steers: ``braking`` or ``none``.
+    paths : of a controller that steers, the paths that were planned, one after the other; else empty.
+    path_times : seconds at which the robot began to follow each of them.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -109,6 +113,10 @@ class Drive(Value, Tabular):
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
     goal_tolerance: tuple[float, float] | None = None
+    controller: str = "exact"
+    safety_filter: str = "braking"
+    paths: tuple[Curve, ...] = ()
+    path_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))

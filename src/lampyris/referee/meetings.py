@@ -15,6 +15,7 @@ from lampyris.referee.geometry.moving_discs import (
     pairs_of,
     standing_contacts,
 )
+from lampyris.referee.geometry.pose_drive import at_wall_at_the_end
 from lampyris.referee.verdict import Violation
 
 ROUNDING = 1e-9
@@ -65,7 +66,12 @@ def tracks_violation(drive: Drive) -> Violation | None:
 
 def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     """Contacts: none while the robot moves but a reported collision; the others are reported, too."""
+    into_wall = _into_wall(drive)
+    if into_wall and not at_wall_at_the_end(drive):
+        return Violation("outcome", "drive", "collision with a wall, but the robot is at none")
     if not drive.tracks:
+        if drive.outcome is Outcome.COLLISION and not into_wall:
+            return Violation("outcome", "drive", "collision, but there is nobody to touch")
         return _reported_contacts(drive, motion)
     pairs = pairs_in(drive, motion)
     late = drive.duration - drive.period - ROUNDING * drive.duration
@@ -77,7 +83,12 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
         what = f"{d:.9g} m from {part} at {t:.9g} s while it moves; the radii make {reach:g}"
         return Violation("collision", f"body {obstacle}", what)
     last = touching_at_the_end(drive, motion)
-    if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
+    if (
+        met is None
+        and drive.outcome is Outcome.COLLISION
+        and not into_wall
+        and not (last and _moves_at_the_end(drive))
+    ):
         return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
     # Anyone who lets go and comes back between two decisions has not been away.
     episodes = standing_contacts(motion, pairs, drive.period)
@@ -103,6 +114,13 @@ def touching_at_the_end(drive: Drive, motion: RobotMotion) -> list[int]:
     return [k for k, gap in enumerate(gaps) if gap <= NEAR]
 
 
+def _into_wall(drive: Drive) -> bool:
+    """Whether a controller that steers, without the braking rule, is said to have driven into a wall."""
+    words = [m for m in drive.moments if m.word == "contact"]
+    without = bool(drive.paths) and drive.safety_filter == "none" and drive.outcome is Outcome.COLLISION
+    return without and bool(words) and words[-1].obstacle < 0
+
+
 def _moves_at_the_end(drive: Drive) -> bool:
     return len(drive.t) > 1 and bool(drive.v[-1] > 0 or drive.v[-2] > 0 or drive.a[-2] > 0)
 
@@ -111,7 +129,7 @@ def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
     """What is reported as a contact is one, within a micrometre."""
     radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
     for k, m in enumerate(drive.moments):
-        if m.word not in _MET:
+        if m.word not in _MET or (m.obstacle < 0 and _into_wall(drive)):
             continue
         if not 0 <= m.obstacle < len(drive.tracks):
             return Violation(

@@ -13,7 +13,8 @@ import typer
 from lampyris._core.limits import MAX_CELLS
 from lampyris.cli.options import AllowOutside, Explain, Film, Force, Json, MaxCells, NoTiming, Picture, Save
 from lampyris.cli.outputs import Outputs
-from lampyris.cli.verbs import drive, plan, simulate
+from lampyris.cli.verbs import plan, simulate
+from lampyris.cli.verbs.drive import command as drive
 from lampyris.errors import UsageError
 
 

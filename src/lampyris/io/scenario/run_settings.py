@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
+from pydantic import Field
+
 from lampyris.io.scenario.declared_table import table_of
 from lampyris.io.scenario.schema_types import Table
 from lampyris.model.settings.drive import DriveSettings
@@ -16,7 +18,15 @@ if TYPE_CHECKING:
     InflationTable: TypeAlias = Table
 else:
     SimulateTable = table_of("SimulateTable", SimulationSettings, "How to simulate.")
-    DriveTable = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")
+    _Drive = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")
+
+    class DriveTable(_Drive):
+        """How to drive in continuous time."""
+
+        controller_settings: dict[str, float | str | bool | None] = Field(
+            {}, description="Settings of the controller that steers, by name."
+        )
+
     InflationTable = table_of(
         "InflationTable", Inflation, "Costs of the cells near walls, as Nav2's inflation layer has them."
     )

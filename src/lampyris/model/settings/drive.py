@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SAMPLE_SMOOTH, Smooth
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
+from lampyris.model.settings.steering import EXACT, Steering, controller_settings, names
 
 if TYPE_CHECKING:
     from lampyris.model.scene import Scene
 
 ObstacleInfo: TypeAlias = Literal["positions", "velocities", "tracks"]
 OnHit: TypeAlias = Literal["end", "go-on"]
+SafetyFilter: TypeAlias = Literal["braking", "none"]
 Tracking: TypeAlias = Literal["perfect", "velocity", "position"]
 
 MAX_PASSED = 100
@@ -48,6 +50,11 @@ class DriveSettings:
         ``none``: along the path's own lines, each corner rounded within half a step, or a stop.
     data_timeout : time without trusted data after which a standing robot gives up.
     max_age : age after which data are no longer trusted.
+    controller : who steers: ``exact`` follows the planned path exactly, by the speed law; the others steer, with planners of
+        poses, and may leave the path.
+    safety_filter : what is done to the commands of a controller that steers: ``braking`` drives them only if the robot could
+        still stand before any contact; ``none`` drives them as they are.
+    controller_settings : settings of that controller by name.
     spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
         the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
 
@@ -72,9 +79,22 @@ class DriveSettings:
     data_timeout: float = number(2.0, 0.0, 1e6, unit="s")
     max_age: float = number(MAX_AGE, 1e-6, 1e6, unit="s")
     spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")
+    controller: str = word(EXACT, names())
+    safety_filter: SafetyFilter = word("braking", get_args(SafetyFilter))
+    controller_settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("DRIVE_SETTING"))
+        given = self.controller_settings
+        if not isinstance(given, Mapping):
+            raise SettingError(
+                "DRIVE_SETTING",
+                shown(given),
+                where="controller_settings",
+                allowed="a mapping of settings by name",
+            )
+        object.__setattr__(self, "controller_settings", dict(given))
+        controller_settings(self.controller, given)
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> DriveSettings:
@@ -95,6 +115,11 @@ class DriveSettings:
                     setting=str(name),
                 )
         return cls(**given)
+
+    @property
+    def steering(self) -> Steering | None:
+        """The settings of the controller that steers; None for ``exact``."""
+        return controller_settings(self.controller, self.controller_settings)
 
     @property
     def decision_period(self) -> float:

@@ -24,6 +24,9 @@ ROUNDING = 1e-9
 FINE = 0.1
 """Cells that a point of the robot moves at most between two places where its footprint is laid on the map."""
 
+NEAR_WALL = 1e-3
+"""Cells from a wall within which a robot that has driven into it ends."""
+
 NEAR_CELLS, NEAR_YAW = 1.5, 0.3
 """Cells and radians by which the nearest pose of a planner may miss the pose that was asked for."""
 
@@ -59,11 +62,12 @@ def _pose_curve(curve: PoseCurve, name: str, robot: Robot) -> Violation | None:
     # Yaw is counted counterclockwise, the direction of travel in rows that point down.
     along = np.arctan2(-curve.heading[:, 1], curve.heading[:, 0])
     drift = np.abs(_angle(2 * (along - curve.yaw))) / 2
+    yaws = np.abs(curve.turn + curve.curvature) * curve.lengths > SAME
     goes_straight = robot.drive != "omnidirectional"
     rules: tuple[tuple[str, NDArray[np.bool_], str], ...] = (
         ("curve", ~still & (np.abs(size - 1.0) > SAME), "its heading is no unit vector"),
         ("bend", np.abs(curve.curvature) * robot.turn_radius > 1.0 + SAME * 100, "it is sharper than turn_radius"),
-        ("pose", ~still & (np.abs(curve.turn + curve.curvature) * curve.lengths > SAME), "its yaw turns otherwise"),
+        ("pose", ~still & goes_straight & yaws, "its yaw turns otherwise"),
         ("pose", ~still & goes_straight & (drift > 1e-4), "it moves to the side of its heading"),
         ("pose", still & (curve.curvature != 0.0), "a turn in place has a curvature"),
         ("pose", still & (robot.drive == "ackermann"), "an ackermann robot turns in place"),
@@ -165,6 +169,26 @@ def yaw_rate_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     k = int(found.argmax())
     what = f"{float(found[k])!r} rad/s at {float(motion.t0[k]):g} s; yaw_rate_max is {most:g}"
     return Violation("yaw rate", f"{float(motion.s[k]):g} m along", what)
+
+
+def at_wall_at_the_end(drive: Drive) -> bool:
+    """Whether the outline is within :data:`NEAR_WALL` of a wall where the drive ends, or the base of the map's edge."""
+    outline, grid = outline_in(drive), drive.scene.grid
+    res, k = grid.resolution, len(drive.t) - 1
+    if outline is None:
+        outline = np.zeros((1, 2))
+    s, curve = float(drive.s[k]), drive.curves[int(drive.leg[k])]
+    x, y = curve.at(np.array([s]))[0][0].tolist()
+    edge = min(x + 0.5, y + 0.5, grid.width - 0.5 - x, grid.height - 0.5 - y)
+    if edge < NEAR_WALL:
+        return True
+    yaw = _yaw(drive, k, s)
+    turns = np.linspace(0.0, 2 * math.pi, 16, endpoint=False)
+    moved = [(x + NEAR_WALL * math.cos(a), y + NEAR_WALL * math.sin(a)) for a in turns.tolist()]
+    if drive.scene.robot.footprint is None:
+        near = wall_distance_of_points(grid, np.array([(x, y)]), drive.scene.robot.radius / res + 1.0)
+        return bool(near[0] <= drive.scene.robot.radius + NEAR_WALL * res)
+    return any(overlapped(placed(outline / res, px, py, yaw), grid.blocked) is not None for px, py in moved)
 
 
 def walls_violation(drive: Drive, ranges: Sequence[tuple[Curve, float, float]]) -> Violation | None:

@@ -20,6 +20,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.report.data.following import following
 from lampyris.report.data.metrics import CauseShare, drive_shares, path_metrics
 
 STEP_WORDS = ("straight", "diagonal", "knight")
@@ -196,7 +197,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "limited_by": shares_record(drive_shares(drive)),
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
-        **({} if drive.goal_tolerance is None else {"poses": drive.poses(drive.t).tolist()}),
+        **({} if drive.goal_tolerance is None else _followed(drive)),
         "obstacle_specs": [
             {
                 "kind": obstacle.kind,
@@ -213,6 +214,21 @@ def drive_record(drive: Drive) -> dict[str, Any]:
             for m in drive.moments
         ],
         "timing": dict(drive.timing),
+    }
+
+
+def _followed(drive: Drive) -> dict[str, Any]:
+    """What is recorded of drives along poses alone: who steered, along which paths, and how well it followed them."""
+    steered = {
+        "paths": [curve_record(c) for c in drive.paths],
+        "path_times": list(drive.path_times),
+        "safety_filter": drive.safety_filter,
+    }
+    return {
+        "poses": drive.poses(drive.t).tolist(),
+        "controller": drive.controller,
+        "following": following(drive),
+        **(steered if drive.paths else {}),
     }
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -109,7 +110,10 @@ class DriveSimulation(Exclusive):
     ----------
     state : where the robot is and what it is about to do.
     others : all obstacles.
+    steers : whether controllers that steer are at home here.
     """
+
+    steers: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -123,6 +127,7 @@ class DriveSimulation(Exclusive):
             raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
         self.settings = one = DriveSettings.of(settings)
         one.check_traffic(scene)
+        self._demand_controller(planner)
         self.scene = scene
         self._demand_room()
         self.seed = _seed(seed)
@@ -199,6 +204,21 @@ class DriveSimulation(Exclusive):
         names = ("goal_tolerance", "goal_yaw_tolerance")
         position, yaw = (float(plan.attributes.get(name, 0.0)) for name in names)
         self.state.goal_tolerance = (position, yaw)
+
+    def _demand_controller(self, planner: Planner) -> None:
+        """Refuse controllers that steer where they cannot.
+
+        Raises
+        ------
+        UsageError : ``CONTROLLER``.
+        """
+        name = self.settings.controller
+        if self.settings.steering is not None and not (self.steers and planner.traits.plans_headings):
+            why = f"the controller {name} and the planner {planner.name}, which plans no headings"
+            if planner.traits.plans_headings:
+                why = f"the controller {name} in a drive that follows the path exactly"
+            allowed = "exact, or a planner of poses: lattice, pad, hybrid-astar"
+            raise UsageError("CONTROLLER", why, where="controller", allowed=allowed)
 
     def _demand_law(self, law: SpeedLaw, poses: bool) -> None:
         """Refuse the dissertation's law on a path of poses.
@@ -284,9 +304,7 @@ class DriveSimulation(Exclusive):
         end = self.state.periods * self.settings.decision_period
         self._listen()
         if self.state.outcome is None:
-            self.state.decision = self._decide(end - self.state.t)
-            segments = self.train.drive(self.state.t, end, self.state.s, self.state.v, self.state.decision)
-            trajectory = Trajectory(self.state.leg.route, segments)
+            trajectory = self._move(end)
             self._cut_at_goal(trajectory)
             for obstacle in self.others.move(self.state.t, end, trajectory):
                 at, x, y = self.others.roster.corners[obstacle][0]
@@ -295,6 +313,12 @@ class DriveSimulation(Exclusive):
             self._go(trajectory)
         self.state.total_s += time.perf_counter() - began
         self.state.loading_s += loading.seconds() - loaded
+
+    def _move(self, end: float) -> Trajectory:
+        """Decide, and drive until ``end``."""
+        self.state.decision = self._decide(end - self.state.t)
+        segments = self.train.drive(self.state.t, end, self.state.s, self.state.v, self.state.decision)
+        return Trajectory(self.state.leg.route, segments)
 
     def _listen(self) -> None:
         """Take in the robot's data, and react to faults in them."""
@@ -315,7 +339,8 @@ class DriveSimulation(Exclusive):
         ):
             self._end(Outcome.STOPPED, f"{self.state.fault}, from {self.state.fault_since:.4g} s on.")
 
-    def _decide(self, period: float) -> Decision:
+    def _must_brake(self) -> Decision | None:
+        """Full braking, where there is a reason for it that no controller is asked about."""
         brake = -self.scene.robot.d_max
         if self.state.fault_since >= 0.0:
             return Decision(brake, "no data")
@@ -325,6 +350,12 @@ class DriveSimulation(Exclusive):
             return Decision(brake, "moving obstacle", min(self.others.touching))
         if self.state.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
+        return None
+
+    def _decide(self, period: float) -> Decision:
+        brake = self._must_brake()
+        if brake is not None:
+            return brake
         made = self.wheel.controller.decide(self._state(period))
         # A message may list more obstacles than there are: nobody whom the drive could name.
         named = made.cause not in WAITS or made.cause_index < len(self.others.roster.obstacles)

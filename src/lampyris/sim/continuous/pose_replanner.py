@@ -128,6 +128,27 @@ class PoseReplanner(Replanner):
             plan = self._ask_from(pose_at(route.poses, s, self.scene.grid), squares_near(self.scene, message))
         return plan, None
 
+    def from_pose(
+        self, pose: Pose, xy: tuple[float, float], message: ObstacleMessage | None, reaction: float
+    ) -> tuple[Plan, Curve | None]:
+        """A plan from the state nearest to a pose of the map frame, and its path, for a robot that steers there itself.
+
+        Parameters
+        ----------
+        xy : the same place, cells.
+        """
+        self.replans += 1
+        wide = comfort(self.scene, message, xy, reaction)
+        here = PoseLookup(standing_at(pose, self.scene.grid, self.scene.robot))
+        plan: Plan | None = None
+        for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
+            shut = squares_near(self.scene, message, more)
+            plan = self._ask_from(pose, shut - self._beneath(here, 0.0, shut))
+            if plan and plan.pose_path is not None:
+                return plan, curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
+        assert plan is not None
+        return plan, None
+
     def _joins(
         self, route: PoseLookup, s: float, message: ObstacleMessage | None
     ) -> list[tuple[float, PoseCurve | None]]:

@@ -57,22 +57,42 @@ def drive(
             "--csv", metavar="FILE", help="One row per segment: t_s, x_m, y_m, yaw, v, a, s, leg, cause, why."
         ),
     ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture",
+            metavar="FILE",
+            help="Draw what was driven on the map, of one or several controllers (.png or .svg).",
+        ),
+    ] = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
 ) -> None:
-    """Simulate a run among moving obstacles in continuous time, with bounded accelerations."""
-    from lampyris.cli.request import Request, budget_of, traffic_of
+    """Simulate a run among moving obstacles in continuous time, with bounded accelerations.
+
+    Several controllers, as in --controller exact,rpp,mppi, drive one after the other: one table, one picture.
+    """
+    from lampyris.cli.request import Request, budget_of, parse_controllers, traffic_of
     from lampyris.model.settings.drive import DriveSettings
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart)
+    out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart, picture=picture)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
-    settings = DriveSettings(**settings_in(simulation, DriveSettings))
+    given = settings_in(simulation, DriveSettings)
+    controllers = parse_controllers(
+        [n.strip() for n in given["controller"].split(",")], simulation.set_controller or []
+    )
+    given["controller"], given["controller_settings"] = next(iter(controllers.items()))
+    settings = DriveSettings(**given)
     scenario = request.scenario()
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(scenario, scene=scene, drive=asdict(settings))
+    if len(controllers) > 1:
+        from lampyris.cli.verbs.drive.controllers import compare_controllers
+
+        raise typer.Exit(compare_controllers(scenario, controllers, out, budget))
     raise typer.Exit(drive_scenario(scenario, out, budget))
 
 
@@ -91,8 +111,8 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
     print_notes(made.notes)
     if made.curves:
         _write_files(made, out)
-    elif out.film or out.chart or out.csv:
-        print_notes(("the robot never set off, so no film, chart or CSV was written",))
+    elif out.film or out.chart or out.csv or out.picture:
+        print_notes(("the robot never set off, so no film, picture, chart or CSV was written",))
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if out.json:
@@ -100,7 +120,7 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
     else:
         with outputs.text_beside(out.csv):
             print_drive(made, name=scenario.name)
-            print_written(out.film, out.chart, out.csv, out.save)
+            print_written(out.film, out.picture, out.chart, out.csv, out.save)
     return 0 if made.arrived else NO_ANSWER
 
 
@@ -111,6 +131,11 @@ def _write_files(made: Drive, out: Outputs) -> None:
 
         with counting("filming", "frames", quiet=out.json) as frame:
             film_drive(made, out.film, progress=frame)
+    if out.picture is not None:
+        from lampyris.report.pictures.trails_picture import draw_trails
+
+        with working("drawing", quiet=out.json):
+            draw_trails({made.controller: made}, out.picture)
     if out.chart is not None:
         from lampyris.report.charts.drive_chart import draw_drive
 
@@ -159,4 +184,34 @@ def print_drive(run: Drive, *, name: str = "") -> None:
     ]
     if run.error > 0:
         rows.append(("off its path", f"at most {run.error:.3g} m from where it was commanded to be"))
+    if poses:
+        rows += _following(run)
     text.facts("", rows)
+
+
+def _following(run: Drive) -> list[tuple[str, str]]:
+    """How the robot followed its paths, as rows."""
+    from lampyris.report.data.following import following
+
+    if not run.paths:
+        return [("controller", "exact: the path is followed exactly")]
+    found = following(run)
+    filtered = "filtered by the braking rule" if run.safety_filter == "braking" else "not filtered"
+    rows = [("controller", f"{run.controller}, {filtered}")]
+    if found["cross_track_max"] is not None:
+        rows.append(
+            (
+                "off its path",
+                (
+                    f"{found['cross_track_max']:.3g} m at most, {found['cross_track_mean']:.3g} m on average; "
+                    f"yaw {found['yaw_error_max']:.3g} and {found['yaw_error_mean']:.3g} rad"
+                ),
+            )
+        )
+        rows.append(
+            (
+                "smoothness",
+                f"jerk {found['jerk_mean']:.3g} m/s3, yaw {found['yaw_acceleration_mean']:.3g} rad/s2",
+            )
+        )
+    return rows

@@ -1,0 +1,95 @@
+"""Controllers that steer, among moving obstacles: with the braking rule no contact while moving, by the referee."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import SceneError
+from lampyris.model.drive import Drive
+from lampyris.model.robot import DRIVES
+from lampyris.model.settings.steering import CONTROLLERS
+from lampyris.model.trace import Outcome as Ending
+from lampyris.referee import check_drive
+from lampyris.referee.drive import measure
+from lampyris.sim.steering.drive import drive
+from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris_selfcheck.checks.traffic.pose_drives import Case
+from lampyris_selfcheck.checks.traffic.pose_drives import draw as draw_poses
+
+KINDS = {
+    name: Kind(
+        f"the robots, maps and obstacles of pose-drives, each drive type in turn, steered by {name}",
+        commit=commit,
+        nightly=nightly,
+        release=10 * nightly,
+        chunk=10,
+        least={"arrived": 0.3, "met": 0.3},
+    )
+    for name, commit, nightly in (
+        ("pure-pursuit", 12, 3_000),
+        ("rpp", 12, 3_000),
+        ("dwa", 6, 1_000),
+        ("mppi", 6, 1_000),
+    )
+    if name in CONTROLLERS
+}
+
+
+def draw(rng: np.random.Generator, drive_type: str) -> Case:
+    """A case of ``pose-drives`` of a robot of one drive type."""
+    case = draw_poses(rng)
+    robot = case.scene.robot
+    if drive_type == "ackermann" and robot.turn_radius == 0.0:
+        robot = replace(robot, turn_radius=1.5 * case.scene.grid.resolution)
+    return case._replace(scene=replace(case.scene, robot=replace(robot, drive=drive_type)))
+
+
+def driven(case: Case, controller: str) -> Drive | None:
+    """The drive; None where the obstacles do not fit the map."""
+    settings: dict[str, Any] = case.settings | {"controller": controller}
+    if controller == "mppi":
+        settings["controller_settings"] = {"samples": 200, "steps": 30}
+    try:
+        return drive(case.scene, case.planner, **settings)
+    except SceneError:
+        return None
+
+
+def run(ask: Ask, part: Part) -> Outcome:
+    """Drive some cases and have the referee look at each."""
+    tally = Tally(part)
+    for number in part.numbers:
+        case = draw(ask.rng("steered-drives", part.kind, number), DRIVES[number % len(DRIVES)])
+        try:
+            made = driven(case, part.kind)
+        except Exception as error:
+            tally.case("raised")
+            tally.fail(number, f"{type(error).__name__}: {error}")
+            continue
+        if made is None:
+            tally.case("no room")
+            continue
+        found = check_drive(made)
+        seen = measure(made)
+        met = ["met"] if math.isfinite(seen["gap"]) else []
+        tally.case(made.outcome.value, *met)
+        if math.isfinite(seen["gap"]):
+            tally.measure("least gap while moving, m", seen["gap"])
+        if found is not None:
+            tally.fail(number, f"{case.scene.robot.drive}: {found}")
+        elif made.outcome is Ending.COLLISION:
+            tally.fail(number, f"{case.scene.robot.drive}: {made.detail}")
+    return tally.outcome()
+
+
+CHECK = Check(
+    "steered-drives",
+    ("G33",),
+    "a controller that steers, filtered by the braking rule, touches no moving obstacle while it moves, and no wall",
+    KINDS,
+    run,
+)

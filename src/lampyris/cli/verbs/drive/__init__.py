@@ -1,0 +1,1 @@
+"""``lampyris drive``: among moving obstacles in continuous time, by one controller or several."""

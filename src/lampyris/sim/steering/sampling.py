@@ -1,0 +1,291 @@
+"""DWA and MPPI: commands chosen by simulating many of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lampyris._core import elementary
+from lampyris.kernels.steering.rollouts import rollouts, weighted
+from lampyris.model.settings.steering import Dwa, Mppi
+from lampyris.planning.lattice.shortcut import covering_discs
+from lampyris.sim.steering.arc import Arc, RobotShape, angle_of, cos_sin, wrapped
+from lampyris.sim.steering.control import Steer, View
+from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, held
+from lampyris.typing import Floats
+
+_SPARE = 128
+"""Steps of noise beside those of one horizon; the window moves through them and begins again."""
+
+_CLOSE = 0.1
+"""Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
+
+_STILL = 0.01
+"""Share of the top speed below which a command is to stand."""
+
+
+@dataclass
+class SimulatedMotions:
+    """Room for simulated motions of one robot, and what is compared with them.
+
+    Parameters
+    ----------
+    shape : the robot.
+    count, steps : how many motions, and of how many steps.
+    step : seconds.
+    """
+
+    shape: RobotShape
+    count: int
+    steps: int
+    step: float
+    arrays: dict[str, Floats] = field(init=False)
+
+    def __post_init__(self) -> None:
+        whole = self.count * self.steps
+        sizes = {"push": whole, "side": whole if self.shape.sideways else 1, "spin": whole}
+        sizes |= dict.fromkeys(
+            ("x", "y", "cosine", "sine", "before", "beside", "at", "room", "cost"), self.count
+        )
+        self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
+        self.arrays["found"] = np.zeros(1)
+        footprint = self.shape.robot.footprint
+        if footprint is None:
+            discs = np.array([(0.0, 0.0, self.shape.robot.radius)])
+        else:
+            discs = covering_discs(footprint) * np.array((1.0, -1.0, 1.0))
+        self._discs = [np.ascontiguousarray(c) for c in discs.T]
+        low, high = self.shape.outline.min(axis=0), self.shape.outline.max(axis=0)
+        room = self.shape.margin
+        self._box = np.array((low[0] - room, high[0] + room, low[1] - room, high[1] + room))
+
+    def simulate(
+        self, view: View, one: Dwa | Mppi, noise: tuple[Floats, Floats, Floats], hold: int, shift: int,
+        nominal: tuple[Floats, Floats, Floats], spread: tuple[float, float], rate_weight: float,
+    ) -> Floats:  # fmt: skip
+        """The cost of each motion, (count,)."""
+        shape, robot = self.shape, self.shape.robot
+        c, s = cos_sin(view.pose.yaw)
+        along, across = self.velocity(view)
+        start = np.array((view.pose.x, view.pose.y, c, s, along, across))
+        gear = -1.0 if view.progress.section.gear < 0 else 1.0
+        message, res = view.message, shape.grid.resolution
+        motion = np.zeros_like(message.xy) if view.velocity is None else view.velocity
+        height, width = view.walls.clear.shape
+        bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
+        arrays: list[Any] = list(self.arrays.values())
+        rollouts(
+            *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear,
+            int(shape.sideways),
+            robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
+            *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
+            view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
+            message.xy[:, 0] * res, -message.xy[:, 1] * res, motion[:, 0].copy(), -motion[:, 1],
+            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *arrays,
+        )  # fmt: skip
+        return self.arrays["cost"]
+
+    def velocity(self, view: View) -> tuple[float, float]:
+        """The robot's speed, and of an omnidirectional one its speeds ahead and to the left."""
+        if view.arc is None or view.arc.in_place:
+            return 0.0, 0.0
+        if not self.shape.sideways:
+            return view.v, 0.0
+        c, s = cos_sin(view.arc.direction - view.pose.yaw)
+        return view.v * c, view.v * s
+
+    def _path(self, view: View) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """The rest of the section within reach of the motions: points, direction of the yaw, metres left."""
+        progress, one = view.progress, view.progress.section
+        far = self.shape.robot.v_max * self.steps * self.step + 2.0
+        k = max(progress.at, 0)
+        end = int(np.searchsorted(one.s, progress.s + far, side="right")) + 1
+        # No closer than a motion drives between two looks: all of them walk along these points.
+        apart = self.shape.robot.v_max * self.step
+        stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
+        chosen = np.unique(np.append(np.arange(k, min(end, len(one.s)), stride), min(end, len(one.s)) - 1))
+        yaw = one.yaw[chosen]
+        left = float(one.s[-1]) - one.s[chosen]
+        return one.x[chosen], one.y[chosen], elementary.cos(yaw), elementary.sin(yaw), left
+
+
+def close(view: View) -> Steer:
+    """The arc of pure pursuit to the end of a section, slowly enough to stop there."""
+    arc, _ = free_pursuit(view, max(3.0 * _CLOSE, 2.0 * abs(view.progress.beside)))
+    return arriving(view, Steer(arc, 0.3 * view.shape.robot.v_max, "limit"))
+
+
+def command(view: View, v: float, w: float, u: float) -> Steer:
+    """The arc and the speed of a command: speed, yaw rate and sideways speed at the end of the period."""
+    shape, pose = view.shape, view.pose
+    gear = -1.0 if view.progress.section.gear < 0 else 1.0
+    if shape.sideways:
+        return _sideways(view, v, w, u)
+    if view.arc is not None and view.arc.in_place:
+        return Steer(view.arc, 0.0, "turn")
+    mean = max(0.5 * (view.v + v), 1e-3)
+    turn = w / mean
+    direction = pose.yaw if gear > 0 else pose.yaw + math.pi
+    return arriving(view, Steer(held(view, Arc(direction, turn, turn)), v, "limit"))
+
+
+def _sideways(view: View, v: float, w: float, u: float) -> Steer:
+    """The same of an omnidirectional robot, whose direction of travel turns within its lateral acceleration."""
+    shape, pose = view.shape, view.pose
+    size = math.sqrt(v * v + u * u)
+    if size < _STILL * shape.robot.v_max:
+        return Steer(view.arc or Arc(pose.yaw, 0.0, 0.0), 0.0, "turn")
+    if view.arc is not None and view.arc.in_place:
+        return Steer(view.arc, 0.0, "turn")
+    wanted = pose.yaw + angle_of(u, v)
+    direction = wanted if view.arc is None else view.arc.direction
+    off = wrapped(wanted - direction)
+    if abs(off) > 0.5 * math.pi:
+        size = 0.0
+    mean = max(0.5 * (view.v + size), 1e-2)
+    far = mean * view.period
+    return arriving(view, Steer(held(view, Arc(direction, off / far, w / mean)), size, "limit"))
+
+
+@dataclass
+class DynamicWindow:
+    """The dynamic window approach (Fox, Burgard, Thrun 1997): the best constant command of a grid.
+
+    Parameters
+    ----------
+    settings : its settings.
+    """
+
+    settings: Dwa
+    _motions: SimulatedMotions | None = None
+
+    def begin(self, view: View) -> None:
+        """Nothing is remembered but room."""
+
+    def steer(self, view: View) -> Steer:
+        """Simulate each command of the grid, and take the cheapest; of equal ones the first."""
+        one, shape = self.settings, view.shape
+        if view.progress.left < _CLOSE:
+            return close(view)
+        v, w, u = self._grid(view)
+        if self._motions is None or self._motions.count != len(v):
+            self._motions = SimulatedMotions(shape, len(v), one.steps, one.step)
+        # The speed changes evenly to what is asked for; from then on it stays.
+        hold = max(round(one.window / one.step), 1)
+        along, across = self._motions.velocity(view)
+        seconds, later = hold * one.step, np.zeros(len(v))
+        push = np.concatenate(((v - along) / seconds, later))
+        side = np.concatenate(((u - across) / seconds, later)) if shape.sideways else np.zeros(1)
+        none = np.zeros(one.steps)
+        cost = self._motions.simulate(
+            view, one, (push, np.tile(w, 2), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
+        )
+        k = int(cost.argmin())
+        share = view.period / max(seconds, view.period)
+        ahead = along + share * (float(v[k]) - along)
+        aside = across + share * (float(u[k]) - across) if shape.sideways else 0.0
+        return command(view, ahead, float(w[k]), aside)
+
+    def _grid(self, view: View) -> tuple[Floats, Floats, Floats]:
+        """Speeds that can be reached within the window, with all yaw rates; of an omnidirectional robot, directions."""
+        one, robot, shape = self.settings, view.shape.robot, view.shape
+        now = 0.0 if view.arc is not None and view.arc.in_place else view.v
+        window = max(one.window, view.period)
+        low = max(now - robot.d_max * window, 0.0)
+        high = min(now + robot.a_max * window, robot.v_max)
+        speeds = low + (high - low) * np.arange(one.speeds) / (one.speeds - 1)
+        rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
+        if not shape.sideways:
+            v, w = (a.ravel() for a in np.meshgrid(speeds, rates, indexing="ij"))
+            return v.copy(), w.copy(), np.zeros(1)
+        # Around where it drives as far as the direction can turn, or all around if it stands.
+        spread = math.pi if now == 0.0 else min(robot.a_lat_max * window / now, math.pi)
+        travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw
+        part = np.arange(one.directions) / max(one.directions - 1, 1)
+        angles = travel + spread * (2.0 * part - 1.0)
+        if one.directions == 1:
+            angles = np.array([travel])
+        v, a, w = (x.ravel() for x in np.meshgrid(speeds, angles, rates, indexing="ij"))
+        return v * elementary.cos(a), w.copy(), v * elementary.sin(a)
+
+
+@dataclass
+class PathIntegral:
+    """Model predictive path integral control (Williams et al. 2017).
+
+    The noise is drawn once; with every period its window moves on by one row, as the commands do.
+
+    Parameters
+    ----------
+    settings : its settings.
+    rng : of the noise.
+    """
+
+    settings: Mppi
+    rng: np.random.Generator
+    _motions: SimulatedMotions | None = None
+    _noise: list[Floats] = field(default_factory=list)
+    _nominal: list[Floats] = field(default_factory=list)
+    _shift: int = 0
+
+    def begin(self, view: View) -> None:
+        """Nothing is commanded yet; on the first path the noise is drawn."""
+        one = self.settings
+        if self._motions is None:
+            self._motions = SimulatedMotions(view.shape, one.samples, one.steps, one.step)
+            rows = (one.steps + _SPARE) // one.hold + 1
+            count = 3 if view.shape.sideways else 2
+            self._noise = [_normal(self.rng, rows * one.samples) for _ in range(count)]
+            if count == 2:
+                self._noise.append(np.zeros(1))
+        self._nominal = [np.zeros(one.steps) for _ in range(3)]
+
+    def steer(self, view: View) -> Steer:
+        """Simulate all sequences, weigh them, and take the first command of the mean."""
+        one, shape, motions = self.settings, view.shape, self._motions
+        assert motions is not None
+        if view.progress.left < _CLOSE:
+            return close(view)
+        spread = (one.speed_noise * shape.robot.a_max, one.yaw_noise * shape.yaw_rate)
+        v, w, u = self._nominal
+        noise = (self._noise[0], self._noise[1], self._noise[2])
+        cost = motions.simulate(view, one, noise, one.hold, self._shift, (v, w, u), spread, one.rate_weight)
+        self._shift = (self._shift + max(round(view.period / one.step), 1)) % _SPARE
+        weight = elementary.exp((cost.min() - cost) / one.temperature)
+        weight /= weight.sum()
+        arrays = motions.arrays
+        weighted(
+            weight, arrays["push"], arrays["spin"], arrays["side"], int(shape.sideways), one.steps, v, w, u
+        )
+        if one.smooth:
+            v, w, u = (_smoothed(a) for a in (v, w, u))
+        at = np.array([view.period])
+        times = one.step * (np.arange(one.steps) + 1.0)
+        first = [float(elementary.interp(at, times, a)[0]) for a in (v, w, u)]
+        later = np.minimum(times + view.period, times[-1])
+        self._nominal = [np.ascontiguousarray(elementary.interp(later, times, a)) for a in (v, w, u)]
+        along, across = motions.velocity(view)
+        ahead = along + first[0] * view.period
+        return command(
+            view, ahead if shape.sideways else max(ahead, 0.0), first[1], across + first[2] * view.period
+        )
+
+
+def _normal(rng: np.random.Generator, count: int) -> Floats:
+    """Normal random numbers with the same bits everywhere (Box, Muller 1958)."""
+    size, angle = 1.0 - rng.random(count), rng.random(count)
+    normal: Floats = np.sqrt(-2.0 * elementary.log(size)) * elementary.cos(2.0 * math.pi * angle)
+    return normal
+
+
+def _smoothed(values: Floats) -> Floats:
+    """A least-squares parabola through five neighbours (Savitzky, Golay 1964); the ends stay."""
+    if len(values) < 5:
+        return values
+    out = values.copy()
+    near, far = values[1:-3] + values[3:-1], values[:-4] + values[4:]
+    out[2:-2] = (17.0 * values[2:-2] + 12.0 * near - 3.0 * far) / 35.0
+    return out
