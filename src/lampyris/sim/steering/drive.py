@@ -40,13 +40,13 @@ def simulation_of(
     law: SpeedLaw = "physical",
     seed: int = 0,
     sources: Sequence[MotionSource] = (),
-    feed: Sensor | None = None,
+    sensor: Sensor | None = None,
     budget: Budget | None = None,
     **settings: Any,
 ) -> DriveSimulation:
     """A drive that can be stopped between two periods, with the controller of the settings; see :func:`drive`."""
     steering = DriveSettings.of(settings).steering
-    given: dict[str, Any] = {"law": law, "seed": seed, "sources": sources, "feed": feed, "budget": budget}
+    given: dict[str, Any] = {"law": law, "seed": seed, "sources": sources, "sensor": sensor, "budget": budget}
     if steering is None:
         return DriveSimulation(scene, planner, **given, **settings)
     controller = CONTROLLERS[type(steering)](steering, stream(seed, _STREAM))

@@ -73,12 +73,12 @@ class SteeredSimulation(DriveSimulation):
 
     def __init__(
         self, scene: Scene, planner: Planner, steerer: SteeringController, steering: Steering, *,
-        law: SpeedLaw = "physical", seed: int = 0, sources: Sequence[MotionSource] = (), feed: Sensor | None = None,
+        law: SpeedLaw = "physical", seed: int = 0, sources: Sequence[MotionSource] = (), sensor: Sensor | None = None,
         budget: Budget | None = None, **settings: object,
     ) -> None:  # fmt: skip
         self.steerer, self.steering = steerer, steering
         super().__init__(
-            scene, planner, law=law, seed=seed, sources=sources, feed=feed, budget=budget, **settings
+            scene, planner, law=law, seed=seed, sources=sources, sensor=sensor, budget=budget, **settings
         )
 
     # ---- paths --------------------
