@@ -22,6 +22,10 @@ NIGHT = {
     # tests/study/test_study_store_system.py kills writers and fills disks.
     "kill": (),
     "oserrors": (),
+    # Traces of the same monitor are judged with every commit.
+    "monitor": ("drives",),
+    # The two that remain are one of each kind: an arc to a point ahead, and simulated motions.
+    "steered-drives": ("rpp", "dwa"),
     "store": ("noise", "processes"),
     "fuzz": ("store", "store-repair"),
     # That the engine tells a killed defect from another: planners' are enough.
