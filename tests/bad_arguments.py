@@ -130,7 +130,7 @@ def samples() -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-NOT_FOR_CALLERS = frozenset(("SafeController",))
+NOT_FOR_CALLERS = frozenset(("SafeController", "RobotShape", "SimulatedMotions"))
 """Classes with checks of their own that a drive makes, of what was checked."""
 
 

@@ -40,7 +40,8 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),
     "simulate": (("simulate", "guide", "--moves", "sixteen-connected"), ("run", "edited.yaml")),
-    "drive": (("drive", "guide"), ("drive", *POSES, "--planner", "lattice", "--obstacles", "1")),
+    "drive": (("drive", "guide"), ("drive", *POSES, "--planner", "lattice", "--obstacles", "1"),
+              ("drive", *POSES, "--planner", "lattice", "--controller", "rpp")),
     "compare": (
         ("compare", "guide", "--planners", "astar,sipp"),
         ("compare", "guide", "--planners", "astar,sipp", "--obstacles", "2", "--seeds", "1"),

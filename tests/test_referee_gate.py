@@ -16,8 +16,8 @@ from lampyris.app.engine import simulation as watched
 from lampyris.errors import InternalFault
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.scene import Scene
-from lampyris.sim.continuous import drive as driving
 from lampyris.sim.grid.loop import Simulation
+from lampyris.sim.steering import drive as driving
 
 SCENE = Scene(lampyris.Grid(np.zeros((6, 9), bool)), (0, 0), (8, 5))
 

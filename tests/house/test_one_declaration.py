@@ -33,6 +33,11 @@ CHOSEN = {"planner", "preset", "values", "colour", "mobility"}
 """Names with a default in :mod:`lampyris._core.defaults`."""
 DIFFERENT: dict[tuple[str, Any], str] = {
     ("period", 0.1): "time between decisions of a drive, and between observations of a place",
+    **dict.fromkeys(
+        (("min_radius", 0.9), ("min_speed", 0.25), ("scaling_distance", 0.6), ("approach_speed", 0.05)),
+        "Nav2's defaults: of the law rpp on the exact path, and of the controller rpp, which steers",
+    ),
+    ("step", 0.1): "seconds of a simulated motion of MPPI, and the step of a glowworm",
 }
 """Equal defaults of settings that have a name in common and nothing else, with the reason."""
 

@@ -18,6 +18,7 @@ from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
+from lampyris.model.settings.steering import BRAKING, EXACT
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
 from lampyris.typing import Floats, Points
@@ -113,8 +114,8 @@ class Drive(Value, Tabular):
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
     goal_tolerance: tuple[float, float] | None = None
-    controller: str = "exact"
-    safety_filter: str = "braking"
+    controller: str = EXACT
+    safety_filter: str = BRAKING
     paths: tuple[Curve, ...] = ()
     path_times: tuple[float, ...] = ()
 

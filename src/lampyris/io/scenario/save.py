@@ -262,11 +262,16 @@ def _settings(owner: str, settings: Mapping[str, Any]) -> dict[str, Any]:
 def _plain_value(owner: str, key: str, value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain_value(owner, key, item) for item in value]
+    if isinstance(value, Mapping):
+        return _settings(f"{owner}.{key}", value)
     finite = not isinstance(value, float) or math.isfinite(value)
     if value is None or (isinstance(value, str | int | float) and finite):
         return value
     raise SettingError(
-        "SETTING", f"{key} {value!r}", where=owner, allowed="text, finite numbers, true, false, null, lists"
+        "SETTING",
+        f"{key} {value!r}",
+        where=owner,
+        allowed="text, finite numbers, true, false, null, lists, tables",
     )
 
 

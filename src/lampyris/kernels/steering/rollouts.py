@@ -16,6 +16,106 @@ _SLOW = 1e-3
 """Metres a second below which curvature says nothing."""
 
 
+@kernel(out=("cost",), each=2_000, of="cost")
+def add_obstacles(
+    x, y, cosine, sine, box, ox, oy, ou, ow, radius, now, margin, reach, weight, hit, cost
+):  # fmt: skip
+    """Add to each motion what nearness to obstacles costs after ``now`` seconds; returns how many were near enough."""
+    n = u64(len(cost))
+    low_x = x[0]
+    high_x = x[0]
+    low_y = y[0]
+    high_y = y[0]
+    for k in range(n):
+        low_x = min(low_x, x[k])
+        high_x = max(high_x, x[k])
+        low_y = min(low_y, y[k])
+        high_y = max(high_y, y[k])
+    found = 0.0
+    for j in range(len(ox)):
+        cx = ox[j] + ou[j] * now
+        cy = oy[j] + ow[j] * now
+        wide = radius[j] + margin
+        far = wide + reach
+        if cx < low_x - far or cx > high_x + far or cy < low_y - far or cy > high_y + far:
+            continue
+        found += 1.0
+        touch = radius[j] * radius[j]
+        scale = 1.0 / (wide * wide)
+        low_a = box[0]
+        high_a = box[1]
+        low_b = box[2]
+        high_b = box[3]
+        for k in range(n):
+            dx = cx - x[k]
+            dy = cy - y[k]
+            a = cosine[k] * dx + sine[k] * dy
+            b = cosine[k] * dy - sine[k] * dx
+            a = max(max(low_a - a, a - high_a), 0.0)
+            b = max(max(low_b - b, b - high_b), 0.0)
+            square = a * a + b * b
+            part = max(1.0 - square * scale, 0.0)
+            cost[k] += weight * part * part + (hit if square < touch else 0.0)
+    return found
+
+
+@kernel(out=("cost",), each=1_000, of="cost")
+def add_walls(
+    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off, weight, hit, cost
+):  # fmt: skip
+    """Add to each motion what nearness to walls costs; a robot whose cell is ``far_off`` from walls is not near any."""
+    n = u64(len(cost))
+    per_metre = 1.0 / resolution
+    for k in range(n):
+        column = int(x[k] * per_metre + 0.5)
+        line = int(0.5 - y[k] * per_metre)
+        if 0 <= column < width and 0 <= line < height and clear[line * width + column] >= far_off:
+            continue
+        worst = margin
+        for j in range(len(disc_r)):
+            px = x[k] + cosine[k] * disc_x[j] - sine[k] * disc_y[j]
+            py = y[k] + sine[k] * disc_x[j] + cosine[k] * disc_y[j]
+            column = int(px * per_metre + 0.5)
+            line = int(0.5 - py * per_metre)
+            if px < -0.5 * resolution or py > 0.5 * resolution or column >= width or line >= height:
+                worst = -1.0
+            else:
+                worst = min(worst, clear[line * width + column] - disc_r[j])
+        if worst < margin:
+            part = 1.0 - max(worst, 0.0) / margin
+            cost[k] += weight * part * part
+            if worst < 0.0:
+                cost[k] += hit
+
+
+@kernel(out=("at", "room", "cost"), each=500, of="cost")
+def add_path(
+    x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, weight, yaw_weight, at, room, cost
+):  # fmt: skip
+    """Add to each motion what distance and yaw beside the path cost, and move on along the path to the nearest point."""
+    n = u64(len(cost))
+    last = len(path_x) - 1
+    for k in range(n):
+        near = int(at[k])
+        px = x[k]
+        py = y[k]
+        dx = path_x[near] - px
+        dy = path_y[near] - py
+        square = dx * dx + dy * dy
+        while near < last:
+            dx = path_x[near + 1] - px
+            dy = path_y[near + 1] - py
+            other = dx * dx + dy * dy
+            if other > square:
+                break
+            square = other
+            near += 1
+        at[k] = near
+        room[k] = path_left[near]
+        aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
+        cost[k] += weight * math.sqrt(square) + yaw_weight * (1.0 - aligned)
+
+
 @kernel(
     out=(
         "push",
@@ -67,9 +167,6 @@ def rollouts(
     found : out, float64 (1,): pairs of an obstacle and a step that were near enough to be looked at.
     """
     n = u64(len(cost))
-    m = len(ox)
-    points = len(path_x)
-    last = points - 1
     reach = math.sqrt(max(box[0] * box[0], box[1] * box[1]) + max(box[2] * box[2], box[3] * box[3]))
     for k in range(n):
         x[k] = start[0]
@@ -91,7 +188,6 @@ def rollouts(
     steep_b = 4.0 * steep_a
     flat_c = 4.0 * flat_a
     steep_c = 16.0 * steep_a
-    per_metre = 1.0 / resolution
     double = 2.0 * d_max
     inverse = 1.0 / dt
     found[0] = 0.0
@@ -183,84 +279,21 @@ def rollouts(
                 spin[base + k] = w
         if i % 2 == 0 and i + 1 < steps:
             continue
-        low_x = x[0]
-        high_x = x[0]
-        low_y = y[0]
-        high_y = y[0]
-        for k in range(n):
-            low_x = min(low_x, x[k])
-            high_x = max(high_x, x[k])
-            low_y = min(low_y, y[k])
-            high_y = max(high_y, y[k])
-        now = (i + 1) * dt
-        for j in range(m):
-            cx = ox[j] + ou[j] * now
-            cy = oy[j] + ow[j] * now
-            wide = radius[j] + margin
-            far = wide + reach
-            if cx < low_x - far or cx > high_x + far or cy < low_y - far or cy > high_y + far:
-                continue
-            found[0] += 1.0
-            touch = radius[j] * radius[j]
-            scale = 1.0 / (wide * wide)
-            low_a = box[0]
-            high_a = box[1]
-            low_b = box[2]
-            high_b = box[3]
-            weight = share * obstacle_weight
-            hit = share * collision_cost
-            for k in range(n):
-                dx = cx - x[k]
-                dy = cy - y[k]
-                a = cosine[k] * dx + sine[k] * dy
-                b = cosine[k] * dy - sine[k] * dx
-                a = max(max(low_a - a, a - high_a), 0.0)
-                b = max(max(low_b - b, b - high_b), 0.0)
-                square = a * a + b * b
-                part = max(1.0 - square * scale, 0.0)
-                cost[k] += weight * part * part + (hit if square < touch else 0.0)
+        found[0] += add_obstacles(
+            x, y, cosine, sine, box, ox, oy, ou, ow, radius, (i + 1) * dt, margin, reach,
+            share * obstacle_weight, share * collision_cost, cost,
+        )  # fmt: skip
         if not open_ground:
-            for k in range(n):
-                column = int(x[k] * per_metre + 0.5)
-                line = int(0.5 - y[k] * per_metre)
-                if 0 <= column < width and 0 <= line < height and clear[line * width + column] >= far_off:
-                    continue
-                worst = margin
-                for j in range(len(disc_r)):
-                    px = x[k] + cosine[k] * disc_x[j] - sine[k] * disc_y[j]
-                    py = y[k] + sine[k] * disc_x[j] + cosine[k] * disc_y[j]
-                    column = int(px * per_metre + 0.5)
-                    line = int(0.5 - py * per_metre)
-                    if px < -0.5 * resolution or py > 0.5 * resolution or column >= width or line >= height:
-                        worst = -1.0
-                    else:
-                        worst = min(worst, clear[line * width + column] - disc_r[j])
-                if worst < margin:
-                    part = 1.0 - max(worst, 0.0) / margin
-                    cost[k] += share * obstacle_weight * part * part
-                    if worst < 0.0:
-                        cost[k] += share * collision_cost
+            add_walls(
+                x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off,
+                share * obstacle_weight, share * collision_cost, cost,
+            )  # fmt: skip
         if i % 4 != 3 and i + 1 < steps:
             continue
-        for k in range(n):
-            near = int(at[k])
-            px = x[k]
-            py = y[k]
-            dx = path_x[near] - px
-            dy = path_y[near] - py
-            square = dx * dx + dy * dy
-            while near < last:
-                dx = path_x[near + 1] - px
-                dy = path_y[near + 1] - py
-                other = dx * dx + dy * dy
-                if other > square:
-                    break
-                square = other
-                near += 1
-            at[k] = near
-            room[k] = path_left[near]
-            aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
-            cost[k] += seldom * (path_weight * math.sqrt(square) + yaw_weight * (1.0 - aligned))
+        add_path(
+            x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, seldom * path_weight, seldom * yaw_weight,
+            at, room, cost,
+        )  # fmt: skip
     for k in range(n):
         cost[k] += progress_weight * path_left[int(at[k])]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SAMPLE_SMOOTH, Smooth
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
-from lampyris.model.settings.steering import EXACT, Steering, controller_settings, names
+from lampyris.model.settings.steering import BRAKING, EXACT, Steering, controller_settings, names
 
 if TYPE_CHECKING:
     from lampyris.model.scene import Scene
@@ -80,7 +80,7 @@ class DriveSettings:
     max_age: float = number(MAX_AGE, 1e-6, 1e6, unit="s")
     spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")
     controller: str = word(EXACT, names())
-    safety_filter: SafetyFilter = word("braking", get_args(SafetyFilter))
+    safety_filter: SafetyFilter = word(BRAKING, get_args(SafetyFilter))
     controller_settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ from lampyris._core.settings import check_settings, flag, number, settings_of, u
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 
 EXACT = "exact"
+BRAKING = "braking"
 """The controller that follows the planned path exactly, by the speed law."""
 
 _REFUSE = "CONTROLLER_SETTING"
