@@ -70,7 +70,7 @@ def run_app(
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
     before = os.umask(0o077)
-    ends = _Ends()
+    ends = _EndSignals()
     try:
         with tempfile.TemporaryDirectory(prefix="lampyris-", ignore_cleanup_errors=True) as temporary:
             made = services(Path(temporary)) if services else _services(folder, Path(temporary))
@@ -116,18 +116,18 @@ def _sockets(port: int | None, remote: bool) -> list[socket.socket]:
     return listening.open_sockets(0, remote=remote)
 
 
-class _Ends:
+class _EndSignals:
     """SIGINT and SIGTERM from before the address is printed: a KeyboardInterrupt that is raised in a finaliser or
     in a callback from C, as while modules are imported, would be lost, and the app would go on."""
 
     SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 
     def __init__(self) -> None:
-        self.asked = False
-        self._before = {each: signal.signal(each, self._ask) for each in self.SIGNALS}
+        self.received = False
+        self._before = {each: signal.signal(each, self._receive) for each in self.SIGNALS}
 
-    def _ask(self, *_: object) -> None:
-        self.asked = True
+    def _receive(self, *_: object) -> None:
+        self.received = True
 
     def restore(self) -> None:
         """Set the handlers of before."""
@@ -135,7 +135,7 @@ class _Ends:
             signal.signal(each, handler)
 
 
-async def _serve(app: Any, sockets: list[Any], services: Services, ends: _Ends) -> None:
+async def _serve(app: Any, sockets: list[Any], services: Services, ends: _EndSignals) -> None:
     """Serve until a signal; then end what was started."""
     server = listening.server(app)
     loop = asyncio.get_running_loop()
@@ -149,7 +149,7 @@ async def _serve(app: Any, sockets: list[Any], services: Services, ends: _Ends) 
             loop.add_signal_handler(word, end)
         except NotImplementedError:
             signal.signal(word, end)
-    if ends.asked:
+    if ends.received:
         end()
     try:
         await services.start()

@@ -167,6 +167,50 @@ def square_gap(ax, ay, bx, by, cx, cy):
     return math.sqrt(best)
 
 
+@kernel(out=("cells_x", "cells_y"))
+def outline_gap(blocked, width, height, vx, vy, x, y, cosine, sine, cells_x, cells_y, most):
+    """Distance from a polygon to the nearest blocked square, cells; ``most`` if none is nearer than that."""
+    count = len(vx)
+    low_x = math.inf
+    low_y = math.inf
+    high_x = -math.inf
+    high_y = -math.inf
+    for v in range(count):
+        px = x + cosine * vx[v] - sine * vy[v]
+        py = y - (sine * vx[v] + cosine * vy[v])
+        cells_x[v] = px
+        cells_y[v] = py
+        low_x = min(low_x, px)
+        low_y = min(low_y, py)
+        high_x = max(high_x, px)
+        high_y = max(high_y, py)
+    best = most
+    left = max(math.floor(low_x - best), 0)
+    right = min(math.ceil(high_x + best), width - 1)
+    top = max(math.floor(low_y - best), 0)
+    bottom = min(math.ceil(high_y + best), height - 1)
+    for row in range(top, bottom + 1):
+        if row - 0.5 > high_y + best or row + 0.5 < low_y - best:
+            continue
+        for column in range(left, right + 1):
+            if not blocked[row * width + column]:
+                continue
+            jx = cells_x[count - 1]
+            jy = cells_y[count - 1]
+            inside = False
+            for v in range(count):
+                ix = cells_x[v]
+                iy = cells_y[v]
+                best = min(best, square_gap(ix, iy, jx, jy, column, row))
+                if (iy > row) != (jy > row) and column < ix + (jx - ix) * (row - iy) / (jy - iy):
+                    inside = not inside
+                jx = ix
+                jy = iy
+            if inside:
+                best = 0.0
+    return best
+
+
 @kernel(out=("cells_x", "cells_y", "gap"), each=20_000, of="xs")
 def wall_gaps(blocked, width, height, vx, vy, xs, ys, cosine, sine, cells_x, cells_y, gap):
     """Distance from the footprint to the nearest blocked square at each pose, cells; into ``gap``.
@@ -180,43 +224,7 @@ def wall_gaps(blocked, width, height, vx, vy, xs, ys, cosine, sine, cells_x, cel
     gap : given: the distance from the base to the nearest blocked square, or how far to look if that is less. It stays
         where no square is nearer to the footprint.
     """
-    count = len(vx)
     for i in range(len(xs)):
-        low_x = math.inf
-        low_y = math.inf
-        high_x = -math.inf
-        high_y = -math.inf
-        for v in range(count):
-            x = xs[i] + cosine[i] * vx[v] - sine[i] * vy[v]
-            y = ys[i] - (sine[i] * vx[v] + cosine[i] * vy[v])
-            cells_x[v] = x
-            cells_y[v] = y
-            low_x = min(low_x, x)
-            low_y = min(low_y, y)
-            high_x = max(high_x, x)
-            high_y = max(high_y, y)
-        best = gap[i]
-        left = max(math.floor(low_x - best), 0)
-        right = min(math.ceil(high_x + best), width - 1)
-        top = max(math.floor(low_y - best), 0)
-        bottom = min(math.ceil(high_y + best), height - 1)
-        for row in range(top, bottom + 1):
-            if row - 0.5 > high_y + best or row + 0.5 < low_y - best:
-                continue
-            for column in range(left, right + 1):
-                if not blocked[row * width + column]:
-                    continue
-                jx = cells_x[count - 1]
-                jy = cells_y[count - 1]
-                inside = False
-                for v in range(count):
-                    ix = cells_x[v]
-                    iy = cells_y[v]
-                    best = min(best, square_gap(ix, iy, jx, jy, column, row))
-                    if (iy > row) != (jy > row) and column < ix + (jx - ix) * (row - iy) / (jy - iy):
-                        inside = not inside
-                    jx = ix
-                    jy = iy
-                if inside:
-                    best = 0.0
-        gap[i] = best
+        gap[i] = outline_gap(
+            blocked, width, height, vx, vy, xs[i], ys[i], cosine[i], sine[i], cells_x, cells_y, gap[i]
+        )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 from lampyris.kernels._jit import kernel
 from lampyris.kernels.motion.curve_motion import chord
-from lampyris.kernels.motion.footprint_distance import square_gap
+from lampyris.kernels.motion.footprint_distance import outline_gap
 
 NEAR = 1e-4
 """Cells from a wall within which the robot is at it."""
@@ -19,50 +19,6 @@ _PLACES = 600
 
 _DIAGONAL = 0.70710678118654757
 """Cells: the farthest that a point is from the centre of its cell."""
-
-
-@kernel()
-def outline_gap(blocked, width, height, vx, vy, x, y, cosine, sine, cells_x, cells_y, most):
-    """Distance from a polygon to the nearest blocked square, cells; ``most`` if none is nearer than that."""
-    count = len(vx)
-    low_x = math.inf
-    low_y = math.inf
-    high_x = -math.inf
-    high_y = -math.inf
-    for v in range(count):
-        px = x + cosine * vx[v] - sine * vy[v]
-        py = y - (sine * vx[v] + cosine * vy[v])
-        cells_x[v] = px
-        cells_y[v] = py
-        low_x = min(low_x, px)
-        low_y = min(low_y, py)
-        high_x = max(high_x, px)
-        high_y = max(high_y, py)
-    best = most
-    left = max(math.floor(low_x - best), 0)
-    right = min(math.ceil(high_x + best), width - 1)
-    top = max(math.floor(low_y - best), 0)
-    bottom = min(math.ceil(high_y + best), height - 1)
-    for row in range(top, bottom + 1):
-        if row - 0.5 > high_y + best or row + 0.5 < low_y - best:
-            continue
-        for column in range(left, right + 1):
-            if not blocked[row * width + column]:
-                continue
-            jx = cells_x[count - 1]
-            jy = cells_y[count - 1]
-            inside = False
-            for v in range(count):
-                ix = cells_x[v]
-                iy = cells_y[v]
-                best = min(best, square_gap(ix, iy, jx, jy, column, row))
-                if (iy > row) != (jy > row) and column < ix + (jx - ix) * (row - iy) / (jy - iy):
-                    inside = not inside
-                jx = ix
-                jy = iy
-            if inside:
-                best = 0.0
-    return best
 
 
 @kernel(out=("cells_x", "cells_y"), each=200_000, of="vx")

@@ -50,11 +50,11 @@ class DriveSettings:
         ``none``: along the path's own lines, each corner rounded within half a step, or a stop.
     data_timeout : time without trusted data after which a standing robot gives up.
     max_age : age after which data are no longer trusted.
-    controller : who steers: ``exact`` follows the planned path exactly, by the speed law; the others steer, with planners of
-        poses, and may leave the path.
-    safety_filter : what is done to the commands of a controller that steers: ``braking`` drives them only if the robot could
-        still stand before any contact; ``none`` drives them as they are.
-    controller_settings : settings of that controller by name.
+    controller : path following controller: ``exact`` follows the planned path without error, at the speed of the speed law;
+        the others compute steering commands, may leave the path, and need a planner of poses.
+    safety_filter : filter on the commands of controllers that steer: ``braking`` passes a command only if the robot can still
+        stop before any contact; ``none`` passes every command.
+    controller_settings : settings of the controller by name.
     spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
         the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
 

@@ -23,10 +23,9 @@ class Steering:
 
     Parameters
     ----------
-    goal_tolerance : distance from the end of the path within which a robot that stands has arrived.
-    goal_yaw_tolerance : difference from the yaw at the end of the path within which it has.
-    rotate_angle : difference between the robot's direction and the path's above which a robot that can turn in place stops
-        and does so.
+    goal_tolerance : distance from the end of the path within which a robot at rest has arrived.
+    goal_yaw_tolerance : difference from the yaw at the end of the path within which a robot at rest has arrived.
+    rotate_angle : angle between the robot's heading and the path above which a robot that can turn in place stops and turns.
 
     Raises
     ------
@@ -51,9 +50,9 @@ class PurePursuit(Steering):
 
     Parameters
     ----------
-    lookahead_time : the point of the path that is steered for is as far ahead as the robot drives in this time.
-    lookahead_min : it is never nearer than this.
-    lookahead_max : nor farther than this.
+    lookahead_time : time in which the robot drives the lookahead distance at its speed.
+    lookahead_min : least lookahead distance.
+    lookahead_max : greatest lookahead distance.
     """
 
     name: ClassVar[str] = "pure-pursuit"
@@ -77,8 +76,8 @@ class RegulatedPurePursuit(PurePursuit):
     scaling_distance : where a wall or an obstacle is nearer than this to the robot's outline, the speed falls with the
         distance.
     scaling_gain : factor of the speed at that distance.
-    approach_distance : distance before the end of the path from which the speed falls with what is left.
-    approach_speed : but not below this.
+    approach_distance : distance before the end of the path from which the speed falls with the remaining distance.
+    approach_speed : least speed on the approach.
     collision_time : the robot stops if it would touch a wall, or an obstacle where it is now, within this time.
     """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -161,13 +162,21 @@ def driven(case: Case) -> Drive | None:
         return None
 
 
-def run(ask: Ask, part: Part) -> Outcome:
-    """Drive some cases and have the referee look at each."""
+def judged(
+    part: Part, draw_case: Callable[[int], Case], drive_case: Callable[[Case], Drive | None]
+) -> Outcome:
+    """Drive some cases and have the referee look at each.
+
+    Parameters
+    ----------
+    draw_case : the case of a number.
+    drive_case : the drive of a case; None: there is no room for its obstacles.
+    """
     tally = Tally(part)
     for number in part.numbers:
-        case = draw(ask.rng("pose-drives", part.kind, number), part.kind)
+        case = draw_case(number)
         try:
-            made = driven(case)
+            made = drive_case(case)
         except Exception as error:
             tally.case("raised")
             tally.fail(number, f"{type(error).__name__}: {error}")
@@ -181,11 +190,17 @@ def run(ask: Ask, part: Part) -> Outcome:
         tally.case(made.outcome.value, *met)
         if math.isfinite(seen["gap"]):
             tally.measure("least gap while moving, m", seen["gap"])
+        who = f"{made.law}, {case.scene.robot.drive}"
         if found is not None:
-            tally.fail(number, f"{made.law}, {case.scene.robot.drive}: {found}")
+            tally.fail(number, f"{who}: {found}")
         elif made.outcome is Ending.COLLISION:
-            tally.fail(number, f"{made.law}, {case.scene.robot.drive}: {made.detail}")
+            tally.fail(number, f"{who}: {made.detail}")
     return tally.outcome()
+
+
+def run(ask: Ask, part: Part) -> Outcome:
+    """Drive some cases and have the referee look at each."""
+    return judged(part, lambda number: draw(ask.rng("pose-drives", part.kind, number), part.kind), driven)
 
 
 CHECK = Check(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -11,13 +10,9 @@ import numpy as np
 from lampyris.errors import SceneError
 from lampyris.model.drive import Drive
 from lampyris.model.robot import DRIVES
-from lampyris.model.settings.steering import CONTROLLERS
-from lampyris.model.trace import Outcome as Ending
-from lampyris.referee import check_drive
-from lampyris.referee.drive import measure
 from lampyris.sim.steering.drive import drive
-from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris_selfcheck.checks.traffic.pose_drives import Case
+from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part
+from lampyris_selfcheck.checks.traffic.pose_drives import Case, judged
 from lampyris_selfcheck.checks.traffic.pose_drives import draw as draw_poses
 
 KINDS = {
@@ -35,7 +30,6 @@ KINDS = {
         ("dwa", 6, 1_000),
         ("mppi", 6, 1_000),
     )
-    if name in CONTROLLERS
 }
 
 
@@ -61,29 +55,11 @@ def driven(case: Case, controller: str) -> Drive | None:
 
 def run(ask: Ask, part: Part) -> Outcome:
     """Drive some cases and have the referee look at each."""
-    tally = Tally(part)
-    for number in part.numbers:
-        case = draw(ask.rng("steered-drives", part.kind, number), DRIVES[number % len(DRIVES)])
-        try:
-            made = driven(case, part.kind)
-        except Exception as error:
-            tally.case("raised")
-            tally.fail(number, f"{type(error).__name__}: {error}")
-            continue
-        if made is None:
-            tally.case("no room")
-            continue
-        found = check_drive(made)
-        seen = measure(made)
-        met = ["met"] if math.isfinite(seen["gap"]) else []
-        tally.case(made.outcome.value, *met)
-        if math.isfinite(seen["gap"]):
-            tally.measure("least gap while moving, m", seen["gap"])
-        if found is not None:
-            tally.fail(number, f"{case.scene.robot.drive}: {found}")
-        elif made.outcome is Ending.COLLISION:
-            tally.fail(number, f"{case.scene.robot.drive}: {made.detail}")
-    return tally.outcome()
+    return judged(
+        part,
+        lambda number: draw(ask.rng("steered-drives", part.kind, number), DRIVES[number % len(DRIVES)]),
+        lambda case: driven(case, part.kind),
+    )
 
 
 CHECK = Check(
