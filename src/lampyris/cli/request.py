@@ -174,6 +174,15 @@ def scene_notes(scene: Scene) -> tuple[str, ...]:
     return (f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",)
 
 
+def drive_notes(scenario: Scenario) -> tuple[str, ...]:
+    """Notes to print before a scenario is driven."""
+    from lampyris import scenarios
+    from lampyris.planning.registry import pose_names
+
+    moved = () if scenario.planner in pose_names() else scene_notes(scenario.scene)
+    return (*scenario.notes, *moved, *scenarios.without_effect(scenario))
+
+
 def budget_of(option: str, seconds: float | None) -> Budget | None:
     """The budget of a call of the planner, as an option gives it.
 

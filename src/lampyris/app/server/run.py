@@ -15,7 +15,7 @@ import tempfile
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 from urllib.parse import quote
 
 from lampyris.app.server import listening
@@ -70,9 +70,11 @@ def run_app(
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
     before = os.umask(0o077)
-    ends = _EndSignals()
     try:
-        with tempfile.TemporaryDirectory(prefix="lampyris-", ignore_cleanup_errors=True) as temporary:
+        with (
+            _EndSignals() as ends,
+            tempfile.TemporaryDirectory(prefix="lampyris-", ignore_cleanup_errors=True) as temporary,
+        ):
             made = services(Path(temporary)) if services else _services(folder, Path(temporary))
             token = secrets.token_hex(32)
             at = sockets[0].getsockname()[1]
@@ -85,7 +87,6 @@ def run_app(
                 _open(address, Path(temporary))
             asyncio.run(_serve(application(made, door(at, token, allow_remote)), sockets, made, ends))
     finally:
-        ends.restore()
         os.umask(before)
         for each in sockets:
             each.close()
@@ -124,15 +125,20 @@ class _EndSignals:
 
     def __init__(self) -> None:
         self.received = False
+
+    def __enter__(self) -> Self:
         self._before = {each: signal.signal(each, self._receive) for each in self.SIGNALS}
+        return self
 
     def _receive(self, *_: object) -> None:
         self.received = True
 
-    def restore(self) -> None:
-        """Set the handlers of before."""
+    def __exit__(self, *_: object) -> None:
         for each, handler in self._before.items():
-            signal.signal(each, handler)
+            if (
+                handler is not None
+            ):  # None: it was set by another language than Python, and cannot be set again
+                signal.signal(each, handler)
 
 
 async def _serve(app: Any, sockets: list[Any], services: Services, ends: _EndSignals) -> None:

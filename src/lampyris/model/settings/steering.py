@@ -11,8 +11,9 @@ from lampyris._core.settings import check_settings, flag, number, settings_of, u
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 
 EXACT = "exact"
+"""The controller that follows the planned path exactly, at the speed of the speed law."""
 BRAKING = "braking"
-"""The controller that follows the planned path exactly, by the speed law."""
+"""The safety filter that passes a command only if the robot can still stop before any contact."""
 
 _REFUSE = "CONTROLLER_SETTING"
 
@@ -107,7 +108,7 @@ class _Sampling(Steering):
     obstacle_weight : cost of a motion that is within `margin` of a wall or an obstacle all the time; it falls with the
         distance.
     margin : distance from walls and obstacles that costs nothing.
-    collision_cost : cost of touching a wall or an obstacle.
+    collision_cost : cost of a motion that touches a wall or an obstacle all the time; a shorter contact costs its share.
     """
 
     path_weight: float = number(20.0, 0.0, 1e6)

@@ -249,10 +249,14 @@ class DriveSimulation(Exclusive):
         self.waiting.asked()
         leg, s = self.state.leg, self.state.s
         plan, curve = self.replanner.again(leg, s, message, self._reaction(self.settings.decision_period))
-        if not plan and self.replanner.blocked and plan.status in _NEVER:
-            self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
+        self._end_without_path(plan)
         if curve is not None and len(curve.lengths):
             self._take(curve)
+
+    def _end_without_path(self, plan: Plan) -> None:
+        """End the drive if an update of the map has left no path."""
+        if not plan and self.replanner.blocked and plan.status in _NEVER:
+            self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
 
     def _demand_room(self) -> None:
         """Refuse, before anything is planned, what the straight line to the goal alone makes too much.

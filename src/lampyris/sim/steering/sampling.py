@@ -216,7 +216,8 @@ class DynamicWindow:
 class PathIntegral:
     """Model predictive path integral control (Williams et al. 2017).
 
-    The noise is drawn once; with every period its window moves on by one row, as the commands do.
+    The noise is drawn once and used again from its beginning at its end; with every period its window moves on by as many
+    steps as the period has, as the commands do.
 
     Parameters
     ----------

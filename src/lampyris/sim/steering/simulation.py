@@ -109,9 +109,8 @@ class SteeredSimulation(DriveSimulation):
             self.pose = self._pose_of(self.state.leg.route)
 
     def _take(self, curve: Curve) -> None:
-        s = self.state.s
         super()._take(curve)
-        self.state.s = self._leg_s = s
+        self.state.s = self._leg_s = self.pieces.length
         assert isinstance(curve, PoseCurve)
         self._path_times.append(self.state.t)
         self.progress = PathProgress(curve, self.shape.arm)
@@ -172,7 +171,8 @@ class SteeredSimulation(DriveSimulation):
         pose = (x, y, wrapped(self.pose.yaw + grid.origin[2]))
         assert isinstance(self.replanner, PoseReplanner)
         reaction = self._reaction(self.settings.decision_period)
-        _, curve = self.replanner.from_pose(pose, self.xy, message, reaction)
+        plan, curve = self.replanner.from_pose(pose, self.xy, message, reaction)
+        self._end_without_path(plan)
         if curve is not None and len(curve.lengths):
             self._take(curve)
 
@@ -266,6 +266,7 @@ class SteeredSimulation(DriveSimulation):
             return Steer(view.arc, 0.0, "turn")
         self._recovery, self._recovered = None, 0.0
         self._replan("Moved away from where no safe motion led along the path.")
+        self._stuck = False  # the new path is tried first
         return None
 
     def view(self, period: float) -> View:

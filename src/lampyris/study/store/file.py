@@ -11,6 +11,7 @@ import hashlib
 import json
 import math
 import os
+import shutil
 import sqlite3
 import stat
 import threading
@@ -172,7 +173,7 @@ def look(path: Path) -> None:
             what = "a folder" if path.is_dir() else "not a regular file"
             raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
         with _CONNECTIONS_LOCK:
-            if any(one.file == (found.st_dev, found.st_ino) for one in _CONNECTIONS):
+            if _is_listed(found):
                 return
             with path.open("rb") as file:
                 head = file.read(100)
@@ -312,6 +313,26 @@ _CONNECTIONS_LOCK = threading.Lock()
 """Held while a store's file is opened without SQLite, and while the list of connections changes."""
 
 
+def _is_listed(found: os.stat_result) -> bool:
+    return any(one.file == (found.st_dev, found.st_ino) for one in _CONNECTIONS)
+
+
+def copy(old: Path, new: Path) -> None:
+    """Copy a file of a store without SQLite, and wait until it is on the disk.
+
+    Raises
+    ------
+    FileError : STORE_BUSY: this process has it open; closing the copy's descriptor would release its locks.
+    """
+    with _CONNECTIONS_LOCK:
+        if _is_listed(os.stat(old)):
+            raise FileError("STORE_BUSY", "this process has it open", where=str(old), todo="close it first")
+        with old.open("rb") as source, new.open("xb") as file:
+            shutil.copyfileobj(source, file)
+            file.flush()
+            os.fsync(file.fileno())
+
+
 def connect(
     path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "", *, recover: bool = False
 ) -> sqlite3.Connection:
@@ -423,7 +444,7 @@ def _reader(path: Path, recover: bool) -> sqlite3.Connection:
 
 
 def _asked(path: Path, recover: bool, mode: Literal["ro", "rw"], more: str = "") -> sqlite3.Connection:
-    """A connection that has read something: until then SQLite opens no file."""
+    """A connection that has read something: until then SQLite has read none of the file."""
     connection = connect(path, mode, more, recover=recover)
     try:
         connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()

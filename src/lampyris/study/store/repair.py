@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sqlite3
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from lampyris.study.design.study import Study, canonical
 from lampyris.study.store.file import (
     RUNS,
     check_folder,
+    copy,
     log_size,
     look,
     maps_of,
@@ -211,19 +211,11 @@ def _set_aside(place: Path) -> Path:
         try:
             new.hardlink_to(old)
         except OSError:  # not every file system has second names
-            _copy(old, new)
+            copy(old, new)
     sync_folder(place.parent)
     for ending in ("-wal", "-shm"):
         sidecar(place, ending).unlink(missing_ok=True)
     return kept
-
-
-def _copy(old: Path, new: Path) -> None:
-    """Copy a file, and wait until it is on the disk."""
-    with old.open("rb") as source, new.open("xb") as file:
-        shutil.copyfileobj(source, file)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _numbered(k: int) -> str:

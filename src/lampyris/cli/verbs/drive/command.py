@@ -99,12 +99,10 @@ def drive(
 def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     """Drive what a scenario says, write and print the result. Returns the exit code."""
     from lampyris import scenarios
-    from lampyris.cli.request import scene_notes
-    from lampyris.planning.registry import pose_names
+    from lampyris.cli.request import drive_notes
     from lampyris.report.data.serialize import drive_record
 
-    moved = () if scenario.planner in pose_names() else scene_notes(scenario.scene)
-    print_notes((*scenario.notes, *moved, *scenarios.without_effect(scenario)))
+    print_notes(drive_notes(scenario))
     with counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second, budget=budget)
     made: Drive = done

@@ -34,6 +34,7 @@ def compare_controllers(
 ) -> int:
     """Drive a scenario by each controller, write and print the results. Returns the exit code."""
     from lampyris import scenarios
+    from lampyris.cli.request import drive_notes
     from lampyris.report.data.serialize import drive_record
 
     one_only = {"--film": out.film, "--chart": out.chart, "--csv": out.csv, "--save-scenario": out.save}
@@ -42,6 +43,7 @@ def compare_controllers(
             raise UsageError(
                 "OPTIONS", f"{option} with several controllers", allowed="--picture, or one controller"
             )
+    print_notes(drive_notes(scenario))
     made: dict[str, Drive] = {}
     for name, given in controllers.items():
         settings = {**(scenario.drive or {}), "controller": name, "controller_settings": dict(given)}
@@ -49,18 +51,21 @@ def compare_controllers(
             done: Any = scenarios.run(replace(scenario, drive=settings), progress=second, budget=budget)
         made[name] = done
     print_notes(tuple(dict.fromkeys(note for one in made.values() for note in one.notes)))
-    if out.picture is not None:
+    driven = {name: one for name, one in made.items() if one.curves}
+    if out.picture is not None and not driven:
+        print_notes(("the robot never set off, so no picture was written",))
+    elif out.picture is not None:
         from lampyris.report.pictures.trails_picture import draw_trails
 
         with working("drawing", quiet=out.json):
-            draw_trails(made, out.picture)
+            draw_trails(driven, out.picture)
     if out.json:
         print_json(
             {"controllers": {name: out.without_timing(drive_record(one)) for name, one in made.items()}}
         )
     else:
         print_tab(_tab(made))
-        print_written(out.picture)
+        print_written(out.picture if driven else None)
     return 0 if all(one.arrived for one in made.values()) else NO_ANSWER
 
 
