@@ -17,6 +17,23 @@ from lampyris_selfcheck.reference.files.watching import Readings
 ROOT = Path(__file__).resolve().parent.parent
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as nightly what ``commit(n)`` leaves out: all but n evenly spaced cases of a test."""
+    cases: dict[tuple[Path, str], list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("commit") and not item.get_closest_marker("nightly"):
+            cases.setdefault((item.path, getattr(item, "originalname", item.name)), []).append(item)
+    for same in cases.values():
+        mark = same[0].get_closest_marker("commit")
+        assert mark is not None
+        (kept,) = mark.args
+        chosen = {round(k * (len(same) - 1) / max(kept - 1, 1)) for k in range(kept)}
+        for k, item in enumerate(same):
+            if k not in chosen:
+                item.add_marker(pytest.mark.nightly)
+
+
 @pytest.fixture(scope="session")
 def movingai() -> Path:
     """The folder of MovingAI maps, which is not part of the project; its tests say so when it is absent."""

@@ -237,6 +237,7 @@ def test_a_slope_has_its_error_and_its_steps() -> None:
     assert (slope, error, fit) == pytest.approx((1.5, (left / 1 / 2) ** 0.5, 1 - left / (14 / 3)))
 
 
+@pytest.mark.nightly
 def test_turns_call_everybody_as_often() -> None:
     from benchmarks.turns import take_turns
 

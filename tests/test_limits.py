@@ -367,6 +367,7 @@ LONG = {"points of a way", "words of a .dob"}
 """For the night: files of a million values."""
 
 
+@pytest.mark.commit(11)
 @pytest.mark.parametrize("what", some(sorted(LIMITS, key=LONG.__contains__), len(LIMITS) - len(LONG)))
 def test_one_less_as_much_and_one_more(tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(image, "MAX_CHUNKS", 50)

@@ -185,6 +185,7 @@ LONG = {"listed queries", "values of JSON", "values of a way in YAML", "planners
 """For the night: files of a million values, and thousands of planners."""
 
 
+@pytest.mark.commit(9)
 @pytest.mark.parametrize("what", some(sorted(LIMITS, key=LONG.__contains__), len(LIMITS) - len(LONG)))
 def test_one_less_as_much_and_one_more(tmp_path: Path, what: str) -> None:
     limit, ask, code = LIMITS[what]

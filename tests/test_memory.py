@@ -90,6 +90,7 @@ FIELDS = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize("kind", some(sorted(FIELDS, key="octile".__ne__)))
 def test_a_field(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,6 +119,7 @@ def test_a_field_that_is_repaired() -> None:
     assert peak <= kept + SLACK
 
 
+@pytest.mark.commit(1)
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("what", "peak", "kept"),
@@ -138,6 +140,7 @@ def test_layers(what: str, peak: float, kept: float) -> None:
     assert left <= kept + SLACK
 
 
+@pytest.mark.commit(2)
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("planner", "bound"),
@@ -184,6 +187,7 @@ seeds: 2
 """
 
 
+@pytest.mark.commit(1)
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("job", "peak", "kept"),
@@ -209,6 +213,7 @@ def test_a_job(job: str, peak: float, kept: float, tmp_path: Path) -> None:
     assert left <= kept
 
 
+@pytest.mark.nightly
 def test_a_picture_of_a_map() -> None:
     """Its pixels are bounded, and a large map is not copied into colours."""
     side = 2048
@@ -241,6 +246,7 @@ FILES: dict[str, tuple[float, Callable[[], bytes]]] = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", FILES)
 def test_a_map_is_read(tmp_path: Path, name: str) -> None:
     """The file, its codes, the grid and what is between; without Pillow's own pixels, one to four."""
@@ -311,6 +317,7 @@ def test_too_large_a_field_is_refused_before_anything_is_made_for_it(side: int, 
 CLAIM = b"type octile\nheight %d\nwidth %d\nmap\n....\n"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("side", some([4097, 16384, 10**9]))
 def test_too_large_a_map_is_refused_by_the_command_line_and_the_app(tmp_path: Path, side: int) -> None:
     claim = CLAIM % (side, 4096 if side == 4097 else side)

@@ -43,6 +43,7 @@ def test_nobody_is_touched_while_the_robot_moves(cases: int) -> None:
     assert sum(r.hits for r in rows) > cases / 20
 
 
+@pytest.mark.nightly
 @sized("cases", 15, 30)
 @pytest.mark.parametrize(("law", "most"), some([("rpp", 0.9), ("dissertation", 0.9)]))
 def test_rivals_touch_somebody(law: str, most: float, cases: int) -> None:
@@ -52,6 +53,7 @@ def test_rivals_touch_somebody(law: str, most: float, cases: int) -> None:
     assert 0 < sum(r.collisions > 0 for r in rows) < most * len(rows)
 
 
+@pytest.mark.nightly
 def test_it_arrives_among_ten_obstacles() -> None:
     rows = crowds("physical", "walk", 8)
     assert [r.refused for r in rows if r.refused] == []
@@ -62,6 +64,7 @@ def test_it_arrives_among_ten_obstacles() -> None:
     assert sum(r.collisions for r in rows) == 0
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("kind", fault_test.FAULTS)
 def test_bad_data_stop_the_robot(kind: str) -> None:
     rows = [fault_test.one(0, "physical", (kind, k)) for k in range(3)]
@@ -69,6 +72,7 @@ def test_bad_data_stop_the_robot(kind: str) -> None:
     assert max(r.speed for r in rows) > 0.3
 
 
+@pytest.mark.nightly
 def test_runs_do_not_depend_on_how_many_run_at_once() -> None:
     assert cuts("physical", 4, jobs=2) == cuts("physical", 4)
 

@@ -96,6 +96,7 @@ def square(folder: Path, size: int) -> list[str]:
     return ["plan", str(folder / f"{size}.npy"), "--start", "0,0", "--goal", f"{size - 1},{size - 1}"]
 
 
+@pytest.mark.nightly
 def test_a_small_plan_loads_what_a_plan_needs() -> None:
     asked = HEAVY + [f"lampyris.{m}" for m in IDLE]
     show = f"print(__import__('json').dumps([m for m in {asked!r} if m in sys.modules]))"
@@ -116,6 +117,7 @@ def test_nothing_is_compiled_when_kernels_are_imported() -> None:
     assert run(code).returncode == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("size", "planner", "want"),
     some(
@@ -136,6 +138,7 @@ def test_kernels_that_a_plan_compiles(size: int, planner: str, want: list[str], 
     assert last(run(code, *square(tmp_path, size), "--json", "--planner", planner)) == want
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("size", "planner", "terrain", "plain"),
     some(
@@ -171,6 +174,7 @@ def test_plans_that_need_no_numba(size: int, planner: str, terrain: bool, plain:
     assert last(run(PRETEND + textwrap.dedent(code))) is plain
 
 
+@pytest.mark.nightly
 def test_the_second_process_compiles_nothing(tmp_path: Path) -> None:
     code = COUNT + CLI + "print(__import__('json').dumps(sum(made)))"
     words = ("plan", "guide", "--planner", "dijkstra", "--json")
@@ -210,6 +214,7 @@ def sealed(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.nightly
 def test_a_read_only_installation_keeps_code_in_the_users_folder(sealed: Path) -> None:
     mine = sealed / "mine"
     done = run(SMALL, PYTHONPATH=str(sealed), XDG_CACHE_HOME=str(mine), HOME=str(mine))
@@ -231,6 +236,7 @@ def test_what_is_kept_belongs_to_all_files_of_kernels(sealed: Path) -> None:
         assert last(run(count, **env)) > 0
 
 
+@pytest.mark.nightly
 def test_where_nothing_can_be_kept_it_works_and_says_so_once(sealed: Path) -> None:
     nowhere = {"XDG_CACHE_HOME": os.devnull, "HOME": os.devnull, "NUMBA_CACHE_DIR": os.devnull + "/x"}
     done = run(SMALL, PYTHONPATH=str(sealed), **nowhere)
@@ -250,6 +256,7 @@ caching.IndexDataCacheFile.save = save
 """
 
 
+@pytest.mark.nightly
 def test_a_full_disk_does_not_stop_a_kernel(tmp_path: Path) -> None:
     done = run(FULL_DISK + SMALL, NUMBA_CACHE_DIR=str(tmp_path))
     assert last(done) is None
@@ -284,6 +291,7 @@ DAMAGES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("how", some(DAMAGES))
 def test_damaged_machine_code_does_not_stop_a_kernel(how: str, tmp_path: Path) -> None:
     """It is said where it lies, and what to do."""

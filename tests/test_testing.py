@@ -43,12 +43,14 @@ ALIKE = ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar16-lpso")
 NAMES = sorted(registry.names(), key=ALIKE.__contains__)
 
 
+@pytest.mark.commit(6)
 @sized("cases", 1, 8)
 @pytest.mark.parametrize("name", some(NAMES, len(NAMES) - len(ALIKE)))
 def test_every_registered_planner_keeps_the_contract(name: str, cases: int) -> None:
     check_planner(small(name), cases=cases)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("choice", ["exact", "roulette"])
 def test_other_choices_of_ad_gso_keep_it_too(choice: str) -> None:
     check_planner(AdGso(choice=choice), cases=3)
@@ -330,6 +332,7 @@ CASES = {"radius 0.8": 4}
 """Random maps that a defect needs, where one is not enough."""
 
 
+@pytest.mark.commit(5)
 @pytest.mark.parametrize(
     ("symptom", "planner"),
     some(DEFECTS.items(), 16),
@@ -376,6 +379,7 @@ def test_all_broken_rules_are_reported_at_once() -> None:
         assert part in str(caught.value)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", sorted(MOVES))
 def test_a_search_planner_counts_keeps_to_its_budget_and_can_be_cancelled(name: str) -> None:
     @dataclass(frozen=True)

@@ -57,6 +57,7 @@ def callees(k: _jit.Kernel) -> set[_jit.Kernel]:
     return called.union(*map(callees, called - {k}))
 
 
+@pytest.mark.nightly
 def test_no_kernel_is_left_out(ready: set[Any]) -> None:
     called = {k for k, _ in ready}
     inside = {callee for k in called for callee in callees(k)}
@@ -139,6 +140,7 @@ LEAST = {
 }  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", some(sorted(WORK, key=LONG.__contains__), len(WORK) - len(LONG)))
 def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:
     with _jit.recorded() as asked:
@@ -148,6 +150,7 @@ def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:
     assert missing == set()
 
 
+@pytest.mark.nightly
 def test_one_version_each_but_for_wide_costs(ready: set[Any]) -> None:
     """A second version may only differ in the width of costs: 32 or 64 bits, as the step set needs."""
     versions: dict[_jit.Kernel, list[Any]] = {}
@@ -160,6 +163,7 @@ def test_one_version_each_but_for_wide_costs(ready: set[Any]) -> None:
             assert len(widths) == 1, (k.__name__, pair)
 
 
+@pytest.mark.nightly
 def test_asked_again_there_is_nothing_to_do(tmp_path: Path) -> None:
     """Progress is told, and the folder and its bytes are right."""
     code = """
@@ -183,6 +187,7 @@ print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.fo
     assert size == sum(f.stat().st_size for f in tmp_path.rglob("*.nb[ic]"))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("how", some(["cut short", "half", "zeros", "flipped", "garbage"]))
 def test_damaged_code_is_made_anew(how: str, tmp_path: Path) -> None:
     """The file of a kernel that another calls is damaged, too; what an older version left is deleted."""

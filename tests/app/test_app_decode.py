@@ -58,6 +58,7 @@ def test_a_ros_map_comes_with_its_picture() -> None:
     assert refusal({"hall.yaml": YAML.format("other.png").encode(), "hall.png": SMALL}).code == "FILE_MISSING"
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize(
     "name", ["/etc/passwd", "../hole.png", "~/hole.png", "//host/share/a.png", "C:\\a.png"]
 )
@@ -168,6 +169,7 @@ def test_a_bomb_is_a_typed_answer(name: str) -> None:
     assert fault.code != "CPU_LIMIT"
 
 
+@pytest.mark.nightly
 def test_eight_bombs_at_once_leave_this_process_alone() -> None:
     with open("/proc/self/statm") as told:
         before = int(told.read().split()[1])
@@ -227,6 +229,7 @@ def inside(code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize(
     "code",
     [

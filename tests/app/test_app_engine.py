@@ -260,6 +260,7 @@ async def rest(answer: AsyncIterator[bytes]) -> list[tuple[str, Any]]:
     return [unframed(piece) async for piece in answer]
 
 
+@pytest.mark.nightly
 def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -288,6 +289,7 @@ def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
     assert len(pids) == 1
 
 
+@pytest.mark.nightly
 def test_who_leaves_a_job_within_a_compiled_loop_leaves_the_engine_free(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -439,6 +441,7 @@ FORGED = {
 }
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("data", FORGED.values(), ids=list(FORGED))
 def test_an_engine_that_is_sent_nonsense_ends_without_a_word(data: bytes) -> None:
     done = subprocess.run(ODD, input=data, capture_output=True, timeout=120, check=False)

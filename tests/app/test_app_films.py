@@ -52,6 +52,7 @@ def ground(frame: np.ndarray, x: int, y: int) -> np.ndarray:
     return np.asarray(frame[10 + 70 * y + 5, 10 + 70 * x + 5])
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("what", some(["webp", "gif"]))
 @pytest.mark.parametrize("layer", some(["luciferin", "reach", "cost", "clearance", "expanded"], 2))
 def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:

@@ -240,6 +240,7 @@ def test_sound_requests_are_answered(world: World) -> None:
     assert refused == {("ticket", 404, "JOB"), ("cancel", 404, "JOB"), ("maps/up-1/delete", 404, "MAP")}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", some(range(4)))
 def test_no_wrong_value_at_any_place_is_a_fault_of_ours(world: World, seed: int) -> None:
     wrong = [

@@ -74,6 +74,7 @@ def test_the_lists_are_as_long_as_promised() -> None:
     assert (len(set(HOSTS)), len(set(ORIGINS)), len(set(METHODS))) == (14, 10, 9)
 
 
+@pytest.mark.nightly
 def test_no_foreign_host_or_origin_reaches_a_handler() -> None:
     world = World()
     statuses: Counter[int] = Counter()
@@ -152,6 +153,7 @@ def test_a_link_may_lead_to_the_page_and_nowhere_else() -> None:
         assert framed.status == 403
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize(
     "headers",
     [

@@ -332,6 +332,7 @@ def rubbish(count: int, seed: int) -> None:
     assert world.services.streams == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("unheard")
 def test_damaged_requests_get_sound_answers() -> None:
     rubbish(1500, seed=7)

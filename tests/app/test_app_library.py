@@ -249,6 +249,7 @@ def test_what_is_deleted_can_be_had_again(tmp_path: Path) -> None:
             library.bring_back(id)
 
 
+@pytest.mark.nightly
 def test_what_is_deleted_goes_for_good_after_a_day_or_where_room_is_needed(tmp_path: Path) -> None:
     spool = tmp_path / "spool"
     library = Library(None, spool, most_files=2)

@@ -175,6 +175,7 @@ def test_the_token_is_where_it_must_be_and_nowhere_else(tmp_path: Path) -> None:
         assert list(app.temp.iterdir()) == []
 
 
+@pytest.mark.nightly
 @POSIX
 def test_the_port_may_be_had_again_at_once_and_the_token_is_another(tmp_path: Path) -> None:
     with started(tmp_path) as first:
@@ -193,6 +194,7 @@ def test_the_port_may_be_had_again_at_once_and_the_token_is_another(tmp_path: Pa
         assert third.process.returncode == 0
 
 
+@pytest.mark.commit(1)
 @POSIX
 @pytest.mark.parametrize("word", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_ends_a_server_that_streams(tmp_path: Path, word: int) -> None:

@@ -145,6 +145,7 @@ def test_a_study_runs_beside_and_its_report_can_be_read(tmp_path: Path) -> None:
     assert (failed["state"], failed["error"]["code"]) == ("failed", "PLANNER")
 
 
+@pytest.mark.nightly
 def test_studies_are_cancelled_while_they_wait_and_while_they_run(tmp_path: Path) -> None:
     async def whole() -> Any:
         studies = Studies(tmp_path)
@@ -170,6 +171,7 @@ def test_studies_are_cancelled_while_they_wait_and_while_they_run(tmp_path: Path
     assert set(after) == {"cancelled"}
 
 
+@pytest.mark.nightly
 def test_a_study_ends_when_nobody_waits_for_it(tmp_path: Path) -> None:
     line = json.dumps(asked(seeds=1000, queries=3)).encode() + b"\n"
     words = (sys.executable, "-m", "lampyris.app.engine.study_process", str(tmp_path))

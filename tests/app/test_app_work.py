@@ -543,6 +543,7 @@ def test_plans_runs_and_comparisons_say_what_was_weakened() -> None:
         assert frames[-1][1]["notes"] == [said]
 
 
+@pytest.mark.nightly
 def test_reports_of_runs_and_comparisons_say_what_was_weakened() -> None:
     far = state(map="env-1", planner=FAR, simulate={"ticks": 3, "patience": None})
     page = b"".join(v for k, v in ask("export", far, what="report") if k == "B").decode()
@@ -671,6 +672,7 @@ MAGIC = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("what", MAGIC)
 def test_files_are_of_their_kind_and_the_same_twice(what: str) -> None:
     scenario = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}], simulate={"ticks": 12})
@@ -690,6 +692,7 @@ def test_a_moment_is_a_picture_of_its_tick() -> None:
     assert refusal("export", scenario, what="exe").code == "EXPORT"
 
 
+@pytest.mark.nightly
 def test_the_report_of_a_comparison_is_a_studys_page() -> None:
     settings = {"planners": ["ad-gso", "astar"], "seeds": 2}
     page = b"".join(

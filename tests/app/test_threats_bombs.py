@@ -313,6 +313,7 @@ def test_an_answer_that_is_over_does_not_wait_for_its_reader() -> None:
         alive(port)
 
 
+@pytest.mark.nightly
 def test_large_bodies_wait_for_one_another_and_small_ones_do_not() -> None:
     """Thirty-two bodies of 16 MiB are half a gigabyte; two are held, and the rest stays with the clients."""
     world = World()

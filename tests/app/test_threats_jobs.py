@@ -28,6 +28,7 @@ SLACK = 2.0
 """Seconds after its limit in which a job is over."""
 
 
+@pytest.mark.commit(2)
 @LINUX
 @pytest.mark.parametrize(
     ("then", "close"),
@@ -72,6 +73,7 @@ def test_what_a_job_started_ends_with_its_engine(then: str, close: bool) -> None
         assert frames[-1][1]["code"] == codes[then]
 
 
+@pytest.mark.commit(1)
 @LINUX
 @pytest.mark.parametrize("then", ["sleep", "tell"])
 @pytest.mark.parametrize("word", [signal.SIGKILL, signal.SIGTERM])
@@ -122,10 +124,11 @@ def ended(name: str) -> float:
         return sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
 
     async def ask() -> float:
-        engines = Engines(
-            1, command=ODD, seconds=1, memory=2**28, silence=0.5 if name == "says nothing" else 60
-        )
+        engines = Engines(1, command=ODD, seconds=1, memory=2**28)
         await whole(engines, verb="quick")
+        usual = engines.silence
+        if name == "says nothing":
+            engines.silence = 0.5
         began, before = time.monotonic(), used()
         answer = engines.ask(said)
         kind, told = unframed(await anext(answer))
@@ -135,6 +138,7 @@ def ended(name: str) -> float:
         took, worked = time.monotonic() - began, used() - before
         if stopping:
             await stopping
+        engines.silence = usual  # an engine that has to start first may take longer than half a second
         after = await whole(engines, verb="quick")
         await engines.close()
         assert (kind, told["code"], after[-1][0]) == ("X", code, "Z")
@@ -143,6 +147,7 @@ def ended(name: str) -> float:
     return float(run(ask()))
 
 
+@pytest.mark.commit(3)
 @LINUX
 @pytest.mark.parametrize("name", ENDLESS)
 def test_a_job_without_an_end_is_ended_and_the_next_one_is_answered(name: str) -> None:

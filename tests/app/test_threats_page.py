@@ -379,6 +379,7 @@ def _yaml(text: str) -> Any:
     return read_yaml(text.encode(), "kept").data
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("payload", sizes.some([PAYLOADS[29], PAYLOADS[40], *PAYLOADS[:44:9]], 2))
 def test_strange_names_are_words_in_what_is_kept(payload: str) -> None:
     check_kept(payload)

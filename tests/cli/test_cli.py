@@ -148,6 +148,7 @@ def test_mistakes_are_named_in_one_line(words: tuple[str, ...], code: int, says:
     assert done.stdout == ""
 
 
+@pytest.mark.nightly
 def test_pictures_films_and_tables_are_written_once(tmp_path: Path) -> None:
     done = run(
         "plan",

@@ -14,6 +14,7 @@ SEED = 1
 COMMIT, NIGHTLY = 80, 20_000
 
 
+@pytest.mark.nightly
 def test_every_verb_and_every_option_is_drawn() -> None:
     seen: dict[str, set[str]] = {name: set() for name in verbs()}
     for number in range(6000):

@@ -147,6 +147,7 @@ def test_the_picture_tells_the_length_of_the_lines_it_shows(
     assert told["astar"].startswith("cost 35.97")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("more", "size"),
     some(

@@ -100,6 +100,7 @@ def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
     }
 
 
+@pytest.mark.nightly
 def test_figures_films_and_tables_are_written() -> None:
     done = run(*CALL, "--film", "a.webp", "--chart", "a.png", "--csv", "a.csv")
     assert done.exit == 0, done.err

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 GUEST = '''
 """A verb of another package."""
 from typing import Annotated
@@ -53,6 +55,7 @@ def test_a_verb_of_another_package_is_listed_and_run(tmp_path: Path) -> None:
     assert "--seed" in bad.stderr
 
 
+@pytest.mark.nightly
 def test_a_broken_verb_is_named_and_hides_no_other(tmp_path: Path) -> None:
     install(tmp_path, "guest_verbs:rain")
     listed = call(tmp_path, MAIN, "--help")
@@ -65,6 +68,7 @@ def test_a_broken_verb_is_named_and_hides_no_other(tmp_path: Path) -> None:
     assert call(tmp_path, MAIN, "maps", "--help").stderr == ""
 
 
+@pytest.mark.nightly
 def test_a_built_in_verb_cannot_be_replaced(tmp_path: Path) -> None:
     install(tmp_path, "guest_verbs:weather")
     entry = tmp_path / "guest_verbs-1.0.dist-info" / "entry_points.txt"

@@ -33,6 +33,7 @@ def told(*words: str) -> dict[str, Any]:
     return out
 
 
+@pytest.mark.commit(8)
 @pytest.mark.parametrize("limits", LIMITS, ids=str)
 @pytest.mark.parametrize(
     ("name", "radius", "resolution", "planner"),

@@ -72,6 +72,7 @@ def prepare(folder: Path) -> None:
     (folder / "q.scen").write_text("version 1\n0\tq.map\t2\t2\t0\t0\t1\t0\t1.0\n")
 
 
+@pytest.mark.commit(40)
 @pytest.mark.parametrize(("verb", "option", "value"), numeric())
 def test_a_number_out_of_range_is_exit_2_and_names_the_option(
     tmp_path: Path, verb: str, option: str, value: str
@@ -235,6 +236,7 @@ def test_what_every_run_of_a_comparison_refuses_names_the_option() -> None:
     assert "error[OBSTACLE_ROOM]: --obstacles: obstacle specification 0: 76 of 90" in done.err
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("shell", "code"),
     some(

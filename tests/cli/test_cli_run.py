@@ -75,6 +75,7 @@ def test_a_plan(line: str, ending: str) -> None:
     assert same_again("plan", *line.split(), ending=ending, run=explain)["status"] == "found"
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 @pytest.mark.parametrize(
     ("line", "code"),
@@ -161,6 +162,7 @@ def test_recipes_rows_and_dobs_are_decided_when_saved() -> None:
     assert "vanishes at its end" in call("run", "b.yaml")[2]
 
 
+@pytest.mark.nightly
 def test_in_another_process_and_another_folder(tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir()
     (tmp_path / "away").mkdir()
@@ -178,6 +180,7 @@ def test_in_another_process_and_another_folder(tmp_path: Path) -> None:
 # ---- options --------------------
 
 
+@pytest.mark.nightly
 def test_run_writes_what_plan_and_simulate_write() -> None:
     call("plan", "guide", "--save-scenario", "p.yaml")
     call("simulate", "guide", "--obstacles", "2", "--save-scenario", "s.yaml")
@@ -322,6 +325,7 @@ def test_the_library_says_the_same() -> None:
 # ---- ways out --------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     "words",
     [

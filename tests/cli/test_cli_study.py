@@ -374,6 +374,7 @@ def test_failed_runs_are_run_again_and_others_are_not(tmp_path: Path) -> None:
     assert study(tmp_path, "small.yaml", "--again", "failed", "--fresh").exit == 2
 
 
+@pytest.mark.nightly
 def test_a_store_keeps_the_names_it_was_made_with(tmp_path: Path) -> None:
     """Or the page of the store would not be the page that the study wrote."""
     (tmp_path / "small.yaml").write_text(NAMED)

@@ -171,6 +171,7 @@ NAMES = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(14)
 @pytest.mark.parametrize("words", OUTPUTS, ids=lambda words: f"{words[0]} {words[-1]}")
 @pytest.mark.parametrize("kind", ["pipe", "loop", "folder", "socket", "no folder", "too long"])
 def test_a_place_that_cannot_be_written_is_refused_at_once(

@@ -35,6 +35,7 @@ def started(folder: Path, *words: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
+@pytest.mark.nightly
 def test_the_app_starts_and_keeps_uploads_among_temporary_files(tmp_path: Path) -> None:
     with started(tmp_path, "app", "--no-browser", "--port", "0") as running:
         assert running.stdout is not None
@@ -50,6 +51,7 @@ def test_the_app_starts_and_keeps_uploads_among_temporary_files(tmp_path: Path) 
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "words",
     some(

@@ -53,6 +53,7 @@ def _agree(field: Field, free: np.ndarray, goal: tuple[int, int], rule: str | No
     assert field.expansions == len(cost)
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 @pytest.mark.parametrize("name", MOVES)
 def test_against_the_twin(name: str, form: str, monkeypatch: pytest.MonkeyPatch) -> None:

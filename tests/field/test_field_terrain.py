@@ -72,6 +72,7 @@ def agree(field: Field, free: np.ndarray, terrain: np.ndarray, rule: str | None 
     assert field.expansions == len(cost)
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 @pytest.mark.parametrize("name", MOVES)
 def test_against_the_twin(name: str, form: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,6 +68,7 @@ def same(found: MapDocument, grid: Grid) -> None:
         assert np.array_equal(nothing if was is None else was, nothing if now is None else now)
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("ending", [".txt", ".csv", ".npy", ".pgm", ".png"])
 @FIXED
 @given(data=st.data())
@@ -165,6 +166,7 @@ def scenarios(draw: st.DrawFn) -> lampyris.Scenario:
     return lampyris.Scenario(scene, **who, seed=draw(st.integers(0, 2**63 - 1)), name=draw(label))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("ending", [".json", ".yaml"])
 @FIXED
 @given(scenario=scenarios())
@@ -223,6 +225,7 @@ SAID = ("version: 1\n", "map: guide\n", '{"version": 1', ', "map": ', '"guide"',
         "\t")  # fmt: skip
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("ending", MAPS)
 @FIXED
 @given(data=st.data())

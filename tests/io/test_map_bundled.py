@@ -240,6 +240,7 @@ def solve_all(name: str, planners: dict[str, dict[str, str]], count: int | None 
         assert api.plan(scene, next(iter(planners)), record=False).path is not None, query
 
 
+@pytest.mark.commit(6)
 @pytest.mark.parametrize("name", SMALL)
 def test_every_query_of_the_small_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})

@@ -160,6 +160,7 @@ def test_queries_are_those_of_table_4_11(name: str) -> None:
     assert found.grid.blocked.shape == (50, 50)
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("moves", MOVES)
 @pytest.mark.parametrize("name", ENVS)
 def test_every_optimal_path_passes_so_many_gates(name: str, moves: str) -> None:
@@ -207,6 +208,7 @@ def shortest(blocked: np.ndarray, start: tuple[int, int], goal: tuple[int, int],
     return None
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("moves", MOVES)
 @pytest.mark.parametrize("name", ENVS)
 def test_sealing_the_gates_costs_a_longer_way_and_never_the_way(name: str, moves: str) -> None:

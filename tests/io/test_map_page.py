@@ -24,6 +24,7 @@ def commands() -> list[list[str]]:
     return [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("    lampyris ")]
 
 
+@pytest.mark.nightly
 def test_the_commands_run(tmp_path: Path) -> None:
     warm()
     asked = commands()

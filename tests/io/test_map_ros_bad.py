@@ -153,6 +153,7 @@ BAD = [
 ]  # fmt: skip
 
 
+@pytest.mark.commit(25)
 @pytest.mark.parametrize(
     ("data", "code", "says"), BAD, ids=lambda v: None if isinstance(v, bytes) else str(v)[:30]
 )
@@ -355,6 +356,7 @@ def mutant(rng: np.random.Generator, k: int) -> bytes:
     return data[:at] + bytes([b"0123456789.-e x"[int(rng.integers(0, 15))]]) + data[at + 1 :]
 
 
+@pytest.mark.nightly
 def test_mutants_are_a_map_or_a_named_error(tmp_path: Path, timely: Callable[..., Any]) -> None:
     folder = tmp_path / "m"
     folder.mkdir()

@@ -74,6 +74,7 @@ def some_edits(rng: np.random.Generator, width: int, height: int) -> tuple[Edit,
     return tuple(made)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 def test_load_of_save_is_the_same_scenario_and_the_same_run(ending: str) -> None:
     rng, runs, with_first = np.random.default_rng(3), 0, 0
@@ -162,6 +163,7 @@ def test_a_walled_lane_is_told_of_when_it_runs() -> None:
         lampyris.simulate(scene, "astar")
 
 
+@pytest.mark.nightly
 def test_there_are_limits() -> None:
     many = GUIDE | {"edits": [{"tick": k} for k in range(10_001)]}
     with pytest.raises(LampyrisError, match="10,001 edits") as caught:

@@ -276,6 +276,7 @@ def test_all_mistakes_are_told_of_at_once_in_the_order_of_the_file() -> None:
     assert lines[-1] == "and 130 more"
 
 
+@pytest.mark.nightly
 def test_more_obstacles_than_a_scene_may_have() -> None:
     one = '{"kind":"crossing","count":1}'
     for listed, says in ((100_001, "100,001 obstacles"), (10_001, "10,001 obstacles")):

@@ -166,6 +166,7 @@ def test_everything_is_decided() -> None:
     assert completed(made).map == Made("maze", (9, 9), 0, {"corridor": 1, "wall": 1, "loops": 0.0})
 
 
+@pytest.mark.commit(12)
 @pytest.mark.parametrize("simulated", [False, True])
 @pytest.mark.parametrize("planner", registry.names())
 def test_every_planner_does_again_what_it_did(planner: str, simulated: bool) -> None:
@@ -238,6 +239,7 @@ def test_zones_and_drives_are_saved_and_are_part_of_what_decides() -> None:
         lampyris.save_scenario(replace(x, zones=None), "t.yaml")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("ending", some([".yaml", ".json"]))
 def test_what_cannot_be_saved_is_said(ending: str) -> None:
     free = np.zeros((2, 3), bool)

@@ -107,6 +107,7 @@ def test_a_route_is_its_curve(seed):
     assert route.at(route.length) == route.curve.end
 
 
+@pytest.mark.commit(30)
 @pytest.mark.parametrize("seed", range(120))
 def test_the_first_contact(seed):
     """Against a look at 4,000 instants; a robot that drives, stands, and drives on."""

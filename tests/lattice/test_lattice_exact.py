@@ -40,6 +40,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
+@pytest.mark.commit(5)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
@@ -72,6 +73,7 @@ def test_weight_one_finds_the_least_cost_and_greater_weights_keep_their_bound(
     assert found > 0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("headings", HEADINGS)
 def test_tolerances_and_ends_without_a_yaw_widen_the_goal(headings: int) -> None:
     wide = {"goal_tolerance": 1.5, "goal_yaw_tolerance": 0.8}
@@ -92,6 +94,7 @@ def test_tolerances_and_ends_without_a_yaw_widen_the_goal(headings: int) -> None
             assert plan.pose_path.cost_m == pytest.approx(least, rel=1e-12)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("headings", "footprint"), some([(k, name) for name in reversed(FOOTPRINTS) for k in HEADINGS], 2)
 )
@@ -180,6 +183,7 @@ def test_changes_of_the_map_obstacles_and_the_robot() -> None:
     assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT
 
 
+@pytest.mark.nightly
 def test_the_field_of_the_goal_is_repaired_after_a_change() -> None:
     walls = np.zeros((80, 90), dtype=bool)
     walls[:60, 45] = True

@@ -38,6 +38,7 @@ def looked_up(table: list[list[list[list[int]]]], x: int, y: int, heading: int, 
     return table[heading][place][y][x]
 
 
+@pytest.mark.commit(1)
 @sized("maps", 3, 300)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_costs_on_terrain_are_least_and_bounds_hold(drive: str, maps: int) -> None:

@@ -38,6 +38,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
+@pytest.mark.commit(4)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
@@ -62,6 +63,7 @@ def test_costs_keep_their_bound_and_no_path_agrees(drive: str, footprint: str, m
     assert found > 0
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("settings", [
     {"sphere_radius": 1.0, "tunnel": 1.0}, {"sphere_radius": 2.0, "sphere_growth": 1.1}, {"tunnel": 30.0},
     {"headings": 32}, {"reverse": False}, {"goal_tolerance": 1.5, "goal_yaw_tolerance": 0.8},
@@ -85,6 +87,7 @@ def test_no_setting_costs_the_bound(settings: dict[str, Any]) -> None:
     assert rounds > 1
 
 
+@pytest.mark.nightly
 @sized("pairs", 4_000, 1_000_000)
 def test_no_pair_of_states_is_cheaper_than_the_pair_of_their_cells(pairs: int) -> None:
     """The cost condition, which every bound rests on."""
@@ -172,6 +175,7 @@ def test_a_field_settled_in_parts_or_repaired_equals_a_new_one() -> None:
     assert not field.repaired(lattice_map, [(55, 54)]), "nothing is left next to the goal"
 
 
+@pytest.mark.nightly
 def test_the_search_expands_fewer_states_than_the_lattice_in_the_open() -> None:
     """Both counts of the same questions, added up."""
     for drive in DRIVES:

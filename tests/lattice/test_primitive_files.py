@@ -47,6 +47,7 @@ def planned(scene: Scene, **settings: Any) -> Plan:
     return plan
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("drive", "headings"),
     some([("ackermann", 16), ("differential", 16), ("omnidirectional", 16), ("ackermann", 32)], 2),
@@ -229,6 +230,7 @@ def test_faults_of_mprim_are_named_with_line(tmp_path: Path, fault: str) -> None
     assert words in str(caught.value)
 
 
+@pytest.mark.nightly
 def test_what_a_map_or_a_robot_does_not_fit_is_said(tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     robot = Robot(footprint=CAR, drive="differential", turn_radius=0.5)
@@ -266,6 +268,7 @@ def test_unequal_primitives_and_headings_without_any(tmp_path: Path) -> None:
         planned(scene, primitives=MotionPrimitives(0.1, (0.0, math.pi / 2), [turn]))
 
 
+@pytest.mark.nightly
 def test_limits(tmp_path: Path) -> None:
     def ask(data: object, name: str = "p.json") -> int:
         (tmp_path / name).write_text(data if isinstance(data, str) else json.dumps(data))

@@ -151,6 +151,7 @@ def test_verbs_on_cells_drive_a_footprint_as_the_disc_around_it(tmp_path: Path) 
     assert lampyris.smooth(scene, lampyris.plan(scene, "astar")).s[-1] == pytest.approx(17.0)
 
 
+@pytest.mark.nightly
 def test_motions_of_more_than_a_thousand_cells_are_refused(tmp_path: Path) -> None:
     for radius, code in ((2000.0, 0), (1e5, 5)):
         (tmp_path / "wide.yaml").write_text(f"rectangle: [1, 1]\ndrive: ackermann\nturn_radius: {radius}\n")

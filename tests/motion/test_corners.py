@@ -77,6 +77,7 @@ CORNERS = [
 ]
 
 
+@pytest.mark.nightly
 def test_an_arc_stays_within_the_cells_that_its_two_steps_touch() -> None:
     """So it meets no wall: whatever is blocked, these cells are not."""
     arcs = 0
@@ -100,6 +101,7 @@ def wall_gap(point: tuple[float, float] | FloatGrid, wall: tuple[int, int]) -> f
     return math.hypot(*(max(abs(p - w) - 0.5, 0.0) for p, w in zip(point, wall, strict=True)))
 
 
+@pytest.mark.nightly
 def test_an_arc_is_no_nearer_to_a_wall_than_the_cells_around_its_two_steps() -> None:
     """A robot of some radius may stand in these, so there is room for it on the arc, too.
 

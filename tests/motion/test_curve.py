@@ -343,6 +343,7 @@ def test_terrain_keeps_the_way_as_it_is() -> None:
     assert curve_of(points, Grid(np.zeros((21, 21), dtype=bool), terrain=terrain), SLOW).length > 15.0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(("form", "trials"), [*some([("compiled", 400), ("compiled", 1200)]), ("plain", 60)])
 def test_lines_and_arcs_against_many_points(form: str, trials: int, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, form)

@@ -34,6 +34,7 @@ def by_all_pairs(a: Points, b: Points) -> float:
     return worst
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["apart", "beside", "shorter", "on cells", "folded"])
 def test_it_is_what_all_pairs_give(kind: str) -> None:
     rng = np.random.default_rng(["apart", "beside", "shorter", "on cells", "folded"].index(kind))
@@ -62,6 +63,7 @@ def zigzag(n: int) -> Points:
     return np.stack((0.5 * x, 1.5 * row + 0.5 * (k % 2)), axis=1)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("beside", ["near", "same", "scribble"])
 def test_work_grows_no_faster_than_the_number_of_points(beside: str, monkeypatch: pytest.MonkeyPatch) -> None:
     done = [0]

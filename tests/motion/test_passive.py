@@ -134,6 +134,7 @@ def drive(seed: int, dodge: float, course: SampledPath) -> tuple[int, bool, floa
     return contacts, s >= course.s[-1] - 1e-3, t
 
 
+@pytest.mark.nightly
 @sized("cases", 10, 25)
 def test_pursuers_never_touch_a_robot_that_moves(cases: int) -> None:
     course = wavy(120, 12.0, 0.3)

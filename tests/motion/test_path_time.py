@@ -120,6 +120,7 @@ def test_random_ways_meet_nobody(cases: int) -> None:
     assert seen["PROFILE_BLOCKED"] > 0
 
 
+@pytest.mark.nightly
 def test_the_walk_is_the_shortest_there_is() -> None:
     """Beside a search over the same lattice, state by state, with distances of its own."""
     rng = np.random.default_rng(11)

@@ -101,6 +101,7 @@ def wander(k: int) -> Points:
     return points - points.min(axis=0) + 1.0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("spacing", [0.02, None])
 def test_our_own_nodes_are_the_same_way_again(spacing: float | None) -> None:
     for k in range(20):
@@ -158,6 +159,7 @@ def test_none_leaves_the_lines_by_half_a_step_at_most() -> None:
     assert tight.s[-1] == pytest.approx(length_of(points) * 0.25, rel=1e-12)
 
 
+@pytest.mark.nightly
 def test_deviation_against_every_pair() -> None:
     for n, m in ((1, 1), (1, 5), (7, 3), (200, 333)):
         a, b = RNG.uniform(0, 9, (n, 2)), RNG.uniform(0, 9, (m, 2))

@@ -46,6 +46,7 @@ def driven(curve: curves.ShortestCurve) -> complex:
     return place
 
 
+@pytest.mark.nightly
 @sized("count", 25, 3000)
 @pytest.mark.parametrize("kind", FUNCTIONS)
 def test_lengths_are_those_of_a_numerical_search_over_all_words(kind: str, count: int) -> None:

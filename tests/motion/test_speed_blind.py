@@ -194,6 +194,7 @@ def test_more_walls_hide_more_and_raising_a_danger_never_speeds_up() -> None:
 # what it promises ----------
 
 
+@pytest.mark.nightly
 @sized("cases", 3, 8)
 def test_no_mover_that_turns_up_ahead_can_touch_the_robot_while_it_moves(cases: int) -> None:
     places, broken = zip(*(brute_force(seed, BlindArea()) for seed in range(cases)), strict=True)
@@ -201,6 +202,7 @@ def test_no_mover_that_turns_up_ahead_can_touch_the_robot_while_it_moves(cases: 
     assert sum(places) > 625 * cases
 
 
+@pytest.mark.nightly
 @sized("cases", 3, 8)
 def test_the_brute_force_notices_a_mover_faster_than_promised(cases: int) -> None:
     assert sum(brute_force(seed, BlindArea(), faster=1.2)[1] for seed in range(cases)) > 2.5 * cases

@@ -63,6 +63,7 @@ def test_the_least_of_the_edges_at_a_node() -> None:
     assert least_around(np.array([3.0, 1.0, 2.0])).tolist() == [3.0, 1.0, 1.0, 2.0]
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("fine", [1.0, 4.0])
 def test_room_is_a_lower_bound_on_every_edge_and_a_close_one(fine: float) -> None:
     rng = np.random.default_rng(int(fine))
@@ -140,6 +141,7 @@ def test_the_stranger_passes_our_law_on_every_course() -> None:
         assert check_caps(made, course.curve, scene) is None
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("off", "rule"), [("curvature", "curvature"), ("clearance", "clearance"), ("zones", "zone")]
 )

@@ -48,6 +48,7 @@ def at_nodes(made: Profile, course: SampledPath) -> Floats:
     return made.v[found]
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("law", METRIC)
 def test_every_law_can_be_driven_and_stands_where_it_must(law: str) -> None:
     for course, scene in courses(1, 25):
@@ -125,6 +126,7 @@ def test_ours_is_never_faster_than_the_optimum_nor_slower_than_one_speed(law: st
             assert (constant.v <= made.v * (1 + 1e-12)).all()
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["v_max", "a_max", "d_max", "a_lat_max"])
 def test_raising_a_limit_never_lengthens_the_time(name: str) -> None:
     rng = np.random.default_rng(5)

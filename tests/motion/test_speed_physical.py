@@ -218,6 +218,7 @@ def test_creep_is_a_share(creep: Any) -> None:
         PhysicalLaw(creep=creep)
 
 
+@pytest.mark.commit(1)
 @sized("cases", 50, 250)
 @pytest.mark.parametrize("name", ["v_max", "a_max", "d_max"])
 def test_raising_a_limit_of_the_robot_never_slows_it_anywhere_on_a_course(name: str, cases: int) -> None:

@@ -190,6 +190,7 @@ def test_it_stands_where_the_course_says_and_keeps_the_robots_limits() -> None:
     assert stops > 8
 
 
+@pytest.mark.nightly
 def test_cause_and_cap_agree_and_braking_says_where_it_ends() -> None:
     """At every node of random courses: the cap that is named is met, and braking is that for its node."""
     rng = np.random.default_rng(11)

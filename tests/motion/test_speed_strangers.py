@@ -194,6 +194,7 @@ def bent_curve(rng: np.random.Generator, res: float) -> Curve:
     return Curve(np.array(xy), np.array(heading), np.array(lengths), np.array(curvature), (at[0], at[1]), res)
 
 
+@pytest.mark.nightly
 @sized("cases", 40, 120)
 def test_room_is_never_more_than_there_is(cases: int) -> None:
     """Between nodes too, on lines and arcs, however far apart the nodes are."""

@@ -120,6 +120,7 @@ def test_on_the_distance_the_speeds_are_toppras(cases: int) -> None:
     assert max(off) <= 1e-6
 
 
+@pytest.mark.nightly
 @sized("cases", 25, 200)
 def test_on_the_plane_the_times_are_toppras_within_a_hundredth(cases: int) -> None:
     rng = np.random.default_rng(2)

@@ -58,6 +58,7 @@ def least_exit(cost: np.ndarray, kept: np.ndarray, end: tuple[int, int]) -> tupl
     return min((v for (x, y), v in best.items() if kept[y, x]), default=(np.inf, np.inf))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("radius", [0.0, 0.5, 0.6, 1.2])
 def test_the_exit_of_an_end_inside_the_margin_against_its_definition(radius: float) -> None:
     rng = np.random.default_rng(int(10 * radius))
@@ -255,6 +256,7 @@ def test_simulations_with_every_attribute_are_clean() -> None:
     assert np.array_equal(trace.robot, again.robot)
 
 
+@pytest.mark.nightly
 @sized("cases", 1, 3)
 def test_the_contract_holds_with_attributes(cases: int) -> None:
     check_planner(

@@ -100,6 +100,7 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
 # ---- kernel ------------------------------------------------------------
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_random_grids_give_the_twins_verdict_and_exact_cost(name: str) -> None:
     rng = np.random.default_rng([7, NAMES.index(name)])

@@ -43,10 +43,12 @@ def free_cell(rng: np.random.Generator, free: np.ndarray) -> tuple[int, int]:
     return int(x), int(y)
 
 
+@pytest.mark.nightly
 def test_the_contract() -> None:
     check_planner(Fastest(), cases=4)
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_random_queries(name: str) -> None:
     assert ask_at_random([Fastest()], name, 81, 300)["found"] > 80
@@ -83,6 +85,7 @@ def test_stops_are_counted() -> None:
             assert stops(packed) == count
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", EIGHT)
 def test_ways_read_off_the_field_are_as_cheap_as_any(name: str) -> None:
     rng = np.random.default_rng([83, EIGHT.index(name)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
@@ -19,6 +20,7 @@ from lampyris.planning.living_map import LivingMap
 from lampyris_selfcheck.reference.paths.edit_stories import story
 
 
+@pytest.mark.nightly
 def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:
     asked = spent = 0
     for number in range(40):

@@ -44,6 +44,7 @@ def told(home: dict[str, str], code: str, *words: str) -> str:
     return done.stdout
 
 
+@pytest.mark.nightly
 def test_a_guest_is_listed_and_plans_by_its_name(home: dict[str, str]) -> None:
     rows = json.loads(told(home, MAIN, "planners", "--json"))["planners"]
     (row,) = [r for r in rows if r["name"] == "guest"]
@@ -57,5 +58,6 @@ def test_a_guest_drives_among_obstacles(home: dict[str, str]) -> None:
     assert json.loads(told(home, MAIN, *words))["outcome"] == "arrived"
 
 
+@pytest.mark.nightly
 def test_a_guest_is_held_to_the_contract(home: dict[str, str]) -> None:
     told(home, CONTRACT)

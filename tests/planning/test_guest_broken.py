@@ -38,6 +38,7 @@ def call(env: dict[str, str], code: str, *words: str) -> subprocess.CompletedPro
     )  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(BROKEN))
 def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind: str) -> None:
     env = home(tmp_path, BROKEN[kind])
@@ -56,6 +57,7 @@ def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind:
     assert (alone.returncode, alone.stdout) == (3, "")
 
 
+@pytest.mark.nightly
 def test_a_broken_guest_harms_nobody_else(tmp_path: Path) -> None:
     env = home(tmp_path, BROKEN["raises"])
     assert call(env, MAIN, "plan", "guide", "--planner", "astar").returncode == 0

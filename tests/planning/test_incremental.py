@@ -43,6 +43,7 @@ def grid_of(rows: list[str]) -> Grid:
     return Grid(np.array([[c == "#" for c in row] for row in rows]))
 
 
+@pytest.mark.commit(3)
 @each
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_both_forms_of_the_kernels_do_the_same(
@@ -170,6 +171,7 @@ DEFECTS: dict[str, tuple[Planner, str, str, str]] = {
 }
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("name", DEFECTS)
 def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     planner, where, old, new = DEFECTS[name]
@@ -296,6 +298,7 @@ def test_walls_obstacles_and_ends(planner: Planner) -> None:
     assert not scene.grid.blocked[0, 1], "the scene itself is never touched"
 
 
+@pytest.mark.commit(1)
 @each
 def test_a_spent_budget_leaves_the_session_usable(planner: Planner) -> None:
     for number in range(40):

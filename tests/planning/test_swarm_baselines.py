@@ -43,6 +43,7 @@ def planned(planner: StepPlanner, scene: Scene, seed: int = 0) -> Plan:
     return planner.open(scene, np.random.default_rng(seed)).plan()
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     "planner",
     some(
@@ -74,6 +75,7 @@ def closed_form(name: str, dx: int, dy: int) -> float:
     return b * (a - b) * s + d * b * (b + 1) / 2 + s * (a - b) * (a - b + 1) / 2
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["dissertation", "octile", "four-connected"])
 def test_on_an_empty_map_the_sum_of_cost_to_go_has_a_closed_form(name: str) -> None:
     rng = np.random.default_rng(4)

@@ -41,6 +41,7 @@ def essence(plan: Plan) -> tuple[object, ...]:
     return plan.status, cells, plan.iterations, plan.expansions, plan.best_by_iteration, plan.detail
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some([MmasDstar, Pso]))
 @pytest.mark.parametrize("repair", some([True, False]))
 def test_the_contract_without_a_seed(kind: type[SwarmPlanner], repair: bool) -> None:
@@ -66,6 +67,7 @@ def test_the_seed_alone_decides(kind: type[SwarmPlanner]) -> None:
     assert essence(replace(silent, best_by_iteration=one.best_by_iteration)) == essence(one)
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("kind", KINDS)
 def test_swarms_make_something_better_of_what_they_began_with(kind: type[SwarmPlanner]) -> None:
     document = load("env-6")

@@ -61,6 +61,7 @@ def test_several_legs_and_legs_of_no_length() -> None:
     assert (3, 1) in set(map(tuple, walk_of(ground, ways[0]).tolist()))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("part", [1, 2, 7, 40])
 def test_in_pieces_walks_are_what_they_are_at_once(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
     cut = 0

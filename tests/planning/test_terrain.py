@@ -55,6 +55,7 @@ def cell(rng: np.random.Generator, grid: Grid) -> tuple[int, int]:
 # ---- the exact searches ------------------------------------------------------------------------
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_five_hundred_queries_each_cost_what_the_field_says(name: str) -> None:
     rng = np.random.default_rng([51, NAMES.index(name)])

@@ -117,6 +117,7 @@ def test_a_call_during_another_is_refused_by_every_planner(name: str) -> None:
     assert failures.report() == ""
 
 
+@pytest.mark.commit(6)
 @sized("cases", 15, 30)
 @pytest.mark.parametrize("name", registry.names())
 def test_ten_threads_on_one_session_get_right_answers(name: str, cases: int) -> None:

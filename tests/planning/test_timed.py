@@ -73,6 +73,7 @@ def judge(plan: Plan, want: int | None, free, cutting: bool, bodies: Sequence[Bo
 # ---- the contract, and what a person relies on ------------------------------
 
 
+@pytest.mark.commit(1)
 @sized("cases", 2, 4)
 @pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
 def test_the_contract(planner, cases: int) -> None:
@@ -140,6 +141,7 @@ def test_recorded_obstacles_of_a_scene_are_known_without_being_told() -> None:
     )
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("forecast", some(["reach", "velocity", "still"]))
 def test_simulations_among_unknown_obstacles_are_clean(forecast: str) -> None:
     grid = Grid(np.random.default_rng(9).random((20, 20)) < 0.1)

@@ -104,6 +104,7 @@ def visitor(drive: Drive, back: bool = True) -> Track:
 # ---- lawful drives -----------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 @sized("cases", 20, 60)
 def test_lawful_drives_pass(cases: int) -> None:
     rng = np.random.default_rng(21)

@@ -66,6 +66,7 @@ def test_corners_of_straight_lines_are_driven_where_the_turn_radius_is_0() -> No
 # ---- discs against discs -----------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 @sized("cases", 50, 150)
 def test_contacts_are_those_that_a_watcher_sees(cases: int) -> None:
     """Random tracks through the robot's way: refused if and only if two discs overlap while it moves."""
@@ -149,6 +150,7 @@ def test_places_agree_with_the_curve() -> None:
         assert np.abs(along - want_heading).max() < 1e-11
 
 
+@pytest.mark.nightly
 @sized("cases", 50, 150)
 def test_distances_to_squares_agree_with_sampling(cases: int) -> None:
     rng = np.random.default_rng(26)

@@ -181,6 +181,7 @@ def test_the_ground_is_that_of_the_map_as_given() -> None:
     assert judge(replace(trace, path=cheap)) == "cost"
 
 
+@pytest.mark.nightly
 @sized("cases", 60, 90)
 def test_of_one_mind_with_the_slow_monitor(cases: int) -> None:
     """Random edits thrown into lawful traces: both find a fault in the same ones."""

@@ -117,6 +117,7 @@ FAULTS: dict[str, tuple[str, Callable[[Drive], Drive]]] = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(6)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_broken_rule_is_found(fault: str) -> None:
     rule, broken = FAULTS[fault]
@@ -125,6 +126,7 @@ def test_a_broken_rule_is_found(fault: str) -> None:
     assert found.rule == rule, found
 
 
+@pytest.mark.nightly
 def test_a_straight_robot_that_turns_wider_than_its_radius_is_sound() -> None:
     for kind in ("ackermann", "omnidirectional"):
         assert check_drive(sound(kind)) is None

@@ -218,6 +218,7 @@ PHYSICAL: list[tuple[Corruption, str]] = [
 ]
 
 
+@pytest.mark.commit(6)
 @sized("cases", 40, 100)
 @pytest.mark.parametrize(("corrupt", "rule"), PHYSICAL, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_a_physical_profile_is_caught_by_its_rule(
@@ -310,6 +311,7 @@ DISSERTATION: list[tuple[Corruption, str]] = [
 ]
 
 
+@pytest.mark.commit(6)
 @pytest.mark.parametrize(("corrupt", "rule"), DISSERTATION, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_the_dissertations_profile_is_caught(corrupt: Corruption, rule: str) -> None:
     rng = np.random.default_rng(29)

@@ -168,6 +168,7 @@ CORRUPTIONS: list[tuple[Corruption, str]] = [
 ]
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize(("corrupt", "rule"), CORRUPTIONS, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_false_sum_is_caught_by_its_rule(corrupt: Corruption, rule: str) -> None:
     rng = np.random.default_rng(62)

@@ -361,6 +361,7 @@ CORRUPTIONS: list[tuple[Corruption, set[str]]] = [
 ]
 
 
+@pytest.mark.commit(10)
 @pytest.mark.parametrize(("corrupt", "rules"), CORRUPTIONS, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_a_trace_is_caught_by_its_rule(
     traces: list[Trace], corrupt: Corruption, rules: set[str]
@@ -397,6 +398,7 @@ def first_clash(at: np.ndarray, there: np.ndarray, shapes: list[tuple[Cell, ...]
     return None
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("radii", [(0.0,), (0.0, 0.8), (0.0, 0.8, 1.6)])
 def test_pairs_equal_the_definition(radii: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(33)

@@ -33,6 +33,7 @@ def count(picture: np.ndarray, colour: tuple[int, int, int], slack: int = 8) -> 
     return int((np.abs(picture.astype(int) - colour).max(axis=-1) <= slack).sum())
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("suffix", [".webp", ".gif"])
 def test_a_film_tells_the_whole_run(tmp_path: Path, suffix: str) -> None:
     trace = sample_trace()
@@ -58,6 +59,7 @@ def test_a_film_tells_the_whole_run(tmp_path: Path, suffix: str) -> None:
     assert out.read_bytes() == first_bytes
 
 
+@pytest.mark.nightly
 def test_webp_keeps_every_pixel(tmp_path: Path) -> None:
     trace = sample_trace()
     out = tmp_path / "run.webp"

@@ -57,6 +57,7 @@ def rgb(text: str) -> tuple[int, ...]:
     return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", some(["plan.png", "plan.svg", "PLAN.PNG"], 2))
 def test_the_same_plan_is_the_same_bytes(tmp_path: Path, name: str) -> None:
     first = drawn(tmp_path, name).read_bytes()
@@ -64,6 +65,7 @@ def test_the_same_plan_is_the_same_bytes(tmp_path: Path, name: str) -> None:
     assert not re.search(rb"20\d\d-\d\d-\d\dT|Matplotlib|dc:date", first)
 
 
+@pytest.mark.nightly
 def test_everything_that_matters_is_on_the_picture(tmp_path: Path) -> None:
     full = drawn(tmp_path)
     # A cell is over 6,000 pixels: that much of each ground, and enough of each mark.
@@ -76,6 +78,7 @@ def test_everything_that_matters_is_on_the_picture(tmp_path: Path) -> None:
     assert area(full, style.FREE, 0) < 1_000
 
 
+@pytest.mark.nightly
 def test_cells_cut_off_from_the_goal_look_different(tmp_path: Path) -> None:
     scene = sample_scene()
     field = sample_field(scene)

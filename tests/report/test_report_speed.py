@@ -137,6 +137,7 @@ def test_shares_of_a_drive_are_of_its_stretches() -> None:
 # ---- pictures ----
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("by", ["speed", "cause"])
 def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures: list[Any]) -> None:
     profile = sample_course()
@@ -168,6 +169,7 @@ def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures:
     assert {"0", "1"} <= {t.get_text() for t in figures[0].axes[0].texts}, "obstacles bear their numbers"
 
 
+@pytest.mark.nightly
 def test_the_picture_is_the_same_every_time(tmp_path: Path) -> None:
     for k in range(2):
         draw_sampled_path(sample_room(), sample_course(), tmp_path / f"{k}.png", by="cause")
@@ -225,6 +227,7 @@ def test_many_causes_and_laws_still_have_room(tmp_path: Path, figures: list[Any]
 # ---- drives ----
 
 
+@pytest.mark.nightly
 def test_a_drive_is_a_film_in_its_own_time(tmp_path: Path) -> None:
     drive = sample_drive()
     film_drive(drive, tmp_path / "a.webp")

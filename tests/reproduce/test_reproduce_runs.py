@@ -182,6 +182,7 @@ def test_progress_ends_at_the_total_and_knows_the_time_left(
     assert [s.done for s in told] == sorted(s.done for s in told)
 
 
+@pytest.mark.nightly
 def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, out, _ = made
     verdicts = (out / "verdicts.csv").read_bytes()
@@ -345,6 +346,7 @@ def test_printed_tables_alone_need_no_runs() -> None:
     assert isinstance(judged.verdicts("4.9")[0], Verdict)
 
 
+@pytest.mark.nightly
 def test_memory_and_times_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measured, "PLANNERS", ("ad-gso", "dijkstra"))
     monkeypatch.setattr(measured, "MAPS", ("env-6",))

@@ -20,6 +20,7 @@ def told(kind: str, signs: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> O
     return determinism.run(Ask(), Part(kind, 0, 0))
 
 
+@pytest.mark.nightly
 def test_what_is_not_in_force_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     as_it_is = determinism.plain_signs()
     assert told("as it is", as_it_is, monkeypatch).failed == 0
@@ -56,6 +57,7 @@ def test_what_was_set_beside_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.undo()
 
 
+@pytest.mark.nightly
 def test_a_setting_that_is_left_out_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     idle = dataclasses.replace(determinism.SETTINGS["threads"], env={})
     monkeypatch.setitem(determinism.SETTINGS, "threads", idle)

@@ -49,6 +49,7 @@ def test_a_message_that_lists_more_obstacles_than_there_are_names_nobody_of_them
     assert not seen.failures
 
 
+@pytest.mark.nightly
 def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         SensorMonitor, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages)

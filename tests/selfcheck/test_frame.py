@@ -357,6 +357,7 @@ def _lampyris(*words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.nightly
 def test_the_command_refuses_what_it_does_not_know() -> None:
     assert _lampyris("gridz").returncode == 2
     assert _lampyris("--size", "huge").returncode == 2
@@ -364,6 +365,7 @@ def test_the_command_refuses_what_it_does_not_know() -> None:
     assert _lampyris("grids", "--folder", ".").returncode == 2
 
 
+@pytest.mark.nightly
 def test_a_wrong_folder_is_found_before_the_first_check_runs(tmp_path: Path) -> None:
     done = _lampyris("grids", "scen", "--folder", str(tmp_path / "mistyped"))
     assert done.returncode == 2

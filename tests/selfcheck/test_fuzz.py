@@ -38,6 +38,7 @@ KEPT = Path(__file__).parents[1] / "data" / "fuzz"
 ASK = Ask()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", some(TARGETS, 4))
 def test_cases_are_varied(name: str) -> None:
     with folder() as place:
@@ -154,6 +155,7 @@ WRONG: dict[Callable[[Path], None], str] = {
 }
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize(
     ("wrong", "said"), some(WRONG.items(), len(WRONG) - 3), ids=lambda v: getattr(v, "__name__", "")
 )
@@ -184,6 +186,7 @@ def test_each_wrong_is_found(
     assert base64.b64decode(failure.data["base64"]) == mutant(ASK, "map", 7)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("slow", [1, 2, 3, 4])
 def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Others that use the machine make a reading longer, never shorter."""
@@ -224,6 +227,7 @@ def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) ->
     assert outcome.failed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", some(["png", "map", "bmp", "pgm", "ros", "npy", "csv", "text", "ros-picture"], 2)
 )
@@ -277,6 +281,7 @@ def test_a_scenario_that_cannot_be_run_is_found(monkeypatch: pytest.MonkeyPatch)
     assert {f.what for f in outcome.failures} == {"ZeroDivisionError: x"}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(fuzz_use.KINDS))
 def test_enough_inputs_are_used(kind: str) -> None:
     outcome = fuzz.run(ASK, Part(kind, 0, 60))
@@ -302,6 +307,7 @@ def test_a_use_that_raises_what_it_should_not_is_seen(monkeypatch: pytest.Monkey
     assert base64.b64decode(outcome.failures[0].data["base64"])
 
 
+@pytest.mark.nightly
 def test_a_use_that_warns_or_faults_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def warns(*_: object) -> None:
         warnings.warn("overflow in square", RuntimeWarning, stacklevel=2)
@@ -313,6 +319,7 @@ def test_a_use_that_warns_or_faults_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
         assert _use_of_maps(monkeypatch, wrong).failed > 2
 
 
+@pytest.mark.nightly
 def test_a_use_that_takes_too_much_time_or_memory_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def slow(*_: object) -> None:
         began = time.process_time()

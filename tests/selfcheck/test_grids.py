@@ -141,6 +141,7 @@ def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert any("answers no-path, the reference found" in f.what for f in made.failures)
 
 
+@pytest.mark.nightly
 def test_a_legal_way_that_is_too_long_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def back_and_forth(session: GraphSession, plan: Plan) -> Plan:
         if not plan or len(plan.path.cells) < 2:
@@ -167,6 +168,7 @@ def test_an_error_is_a_failure_and_does_not_stop_the_check(monkeypatch: pytest.M
     assert "raises ZeroDivisionError: as if" in made.failures[0].what
 
 
+@pytest.mark.nightly
 def test_a_field_that_is_off_by_one_in_one_cell_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = grids.solve_field
 

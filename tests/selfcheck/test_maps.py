@@ -31,6 +31,7 @@ def failed(outcome: Outcome) -> set[str]:
     return {f.what.split(":")[0] for f in outcome.failures}
 
 
+@pytest.mark.nightly
 def test_cases_are_varied() -> None:
     outcome = ran("closed", 40 * len(SORTS))
     assert not outcome.failed

@@ -50,6 +50,7 @@ def test_there_are_eleven() -> None:
     assert all(kind.what and kind.commit == 200 for kind in metamorphic.KINDS.values())
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(("kind", "defect"), some(SEEN_BY, 4))
 def test_a_wrong_planner_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with
@@ -80,6 +81,7 @@ def test_a_wrong_field_is_seen(kind: str, defect: str, monkeypatch: pytest.Monke
     assert ask(kind).failed
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["rotate", "swap", "pad blocked"])
 def test_a_wrong_verdict_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with

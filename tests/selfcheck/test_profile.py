@@ -23,6 +23,7 @@ def run(kind: str, count: int) -> Outcome:
     return runner.run(CHECK, Ask(), runner.Range(only=kind, cases=count)).outcome
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(["laws", "free", "exact", "monotone"]))
 def test_it_holds_and_the_cases_are_varied(kind: str) -> None:
     seen = run(kind, 200)
@@ -65,6 +66,7 @@ def stalled(made: Any) -> Any:
     return made._replace(t=t)
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("kind", ["free", "exact", "laws"])
 @pytest.mark.parametrize("change", [late, rolling, stalled])
 def test_it_sees_a_profile_that_is_wrong(kind: str, change: Change, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,15 +24,32 @@ NIGHT = {
     "oserrors": (),
     # Traces of the same monitor are judged with every commit.
     "monitor": ("drives",),
-    # The two that remain are one of each kind: an arc to a point ahead, and simulated motions.
-    "steered-drives": ("rpp", "dwa"),
-    "store": ("noise", "processes"),
-    "fuzz": ("store", "store-repair"),
-    # That the engine tells a killed defect from another: planners' are enough.
-    "mutants": ("repair", "profile", "sim", "parsers", "referee"),
-    "determinism": ("order", "studies"),
+    # The kind that remains follows an arc to a point ahead; tests/sim/test_sim_steering.py drives with all.
+    "steered-drives": ("rpp", "dwa", "mppi"),
+    "pose-drives": ("late", "disc"),
+    "store": ("bit", "noise", "page", "processes", "writers"),
+    # Kinds that share a reader with another kind, or whose reader is a library.
+    "fuzz": (
+        "store",
+        "store-repair",
+        "yaml",
+        "study-yaml",
+        "study-json",
+        "scenario-yaml",
+        "use-beside",
+        "use-robot",
+    ),
+    # tests/selfcheck/test_mutants.py judges small packages with the same engine.
+    "mutants": (),
+    # tests/cli/test_cli.py compares two processes, and plain with compiled kernels.
+    "determinism": ("hash seed", "order", "plain kernels", "studies"),
+    "grids": ("1xn", "2x4", "3x3"),
+    "repair": ("3x3",),
+    "faults": ("duplicates", "in-robot", "late", "missing", "nan"),
+    "metamorphic": ("off the way", "pad blocked", "quicker", "reflect", "relabel", "wall more"),
+    "random": ("large", "others"),
     # The others' loop is that of ``gso`` to ``pso``.
-    "swarm": ("lpso", "apso", "ipso", "pso-apf", "dstar-lpso"),
+    "swarm": ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar-lpso", "dstar16-lpso"),
 }
 """Kinds of checks that are for the night; without a name all of the check's."""
 EVERY_COMMIT = ("planner", "repair", "profile", "sim", "parsers", "referee")

@@ -173,6 +173,7 @@ def test_a_field_with_one_wrong_cell_is_seen(monkeypatch: pytest.MonkeyPatch) ->
     assert "the field has" in outcome("plain", 60).failures[0].what
 
 
+@pytest.mark.nightly
 def test_an_inexact_planner_that_denies_a_way_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = check.asked
     monkeypatch.setattr(

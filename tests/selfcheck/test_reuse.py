@@ -38,6 +38,7 @@ def test_every_planner_of_ours_is_asked() -> None:
     assert {planner.name for planner, _ in reuse.who()} == ours
 
 
+@pytest.mark.nightly
 def test_lives_are_eventful() -> None:
     seen = lives("ad-gso", "dstar-lite")
     assert not seen.failed
@@ -66,6 +67,7 @@ def test_copies_that_share(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lives("dstar", "gso").failed
 
 
+@pytest.mark.nightly
 def test_a_map_that_does_not_hear_of_walls_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     right = LivingMap.take
 

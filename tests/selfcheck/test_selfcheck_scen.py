@@ -99,6 +99,7 @@ def test_a_planner_that_goes_astray_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
     assert all("answers no-path, published" in f.what for f in made.failures)
 
 
+@pytest.mark.nightly
 def test_a_sample_of_the_published_files(movingai: Path) -> None:
     ask = Ask(folder=movingai)
     made = outcome(ask, 20)

@@ -37,6 +37,7 @@ def test_the_cases_are_varied_and_pieces_give_the_whole() -> None:
     )
 
 
+@pytest.mark.nightly
 def test_a_way_longer_than_the_seed_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = FitnessEvaluator.__init__
 
@@ -50,6 +51,7 @@ def test_a_way_longer_than_the_seed_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
     assert any("the least is" in f.what or "with its slack" in f.what for f in made.failures)
 
 
+@pytest.mark.nightly
 def test_slack_that_is_overdrawn_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = swarm._settings
 
@@ -76,6 +78,7 @@ def test_a_best_that_gets_worse_is_seen(monkeypatch: pytest.MonkeyPatch) -> None
     assert any("the best so far rose" in f.what for f in outcome("pso", 50).failures)
 
 
+@pytest.mark.nightly
 def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = SwarmSession.plan
 

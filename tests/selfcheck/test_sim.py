@@ -25,6 +25,7 @@ def run(kind: str, count: int, first: int = 0) -> Outcome:
     return runner.run(CHECK, Ask(), runner.Range(only=kind, first=first, cases=count)).outcome
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "count"), some([("edits", 24), ("fast", 60), ("walk", 48), ("drive", 4)]))
 def test_it_holds_and_steps_are_made(kind: str, count: int) -> None:
     seen = run(kind, count, first=1)
@@ -33,6 +34,7 @@ def test_it_holds_and_steps_are_made(kind: str, count: int) -> None:
     assert seen.counts["arrived"] > 0
 
 
+@pytest.mark.nightly
 def test_a_robot_that_may_step_into_anybody_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Occupancy, "robot_may", lambda self, step: True)
     seen = run("walk", 60)

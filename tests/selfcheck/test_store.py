@@ -35,6 +35,7 @@ def test_a_checksum_that_is_not_compared_is_seen(monkeypatch: pytest.MonkeyPatch
     fails("bit", 40, "reading: ")
 
 
+@pytest.mark.nightly
 def test_rows_that_are_missed_by_nobody_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A damaged page of runs may hold fewer of them, and SQLite reads on."""
 
@@ -74,6 +75,7 @@ def test_an_untyped_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     fails("bit", 5, "ValueError: broken")
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("lost", [1, 100])
 def test_rows_that_repair_does_not_save_are_seen(lost: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The check itself added what was missing, and then counted."""

@@ -92,6 +92,7 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
     assert [b.kind for b in roster.obstacles] == [b.kind for b in trace.obstacle_specs]
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("seed", some(range(30), 10))
 def test_who_yields_never_runs_into_a_robot_that_stands(seed):
     """A robot that drives through a small room full of walkers and patrols, and stands now and then."""
@@ -149,6 +150,7 @@ def test_who_is_halted_goes_back_and_who_waits_goes_on():
     assert min(seen[70:]) < 2.1  # then came again
 
 
+@pytest.mark.commit(6)
 @pytest.mark.parametrize("seed", range(20))
 def test_a_patrol_that_is_cut_off_at_the_end_of_its_route_keeps_to_it(seed):
     """A robot that jumps to and fro in front of it; the patrol is late, turns, goes back, at any time."""

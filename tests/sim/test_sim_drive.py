@@ -77,6 +77,7 @@ def random_run(seed, law="physical", **settings):
         return None
 
 
+@pytest.mark.commit(10)
 @pytest.mark.parametrize("seed", some(range(60), 30))
 def test_ours_drives_into_nobody(seed):
     run = random_run(seed)
@@ -85,6 +86,7 @@ def test_ours_drives_into_nobody(seed):
         assert run.outcome is not Outcome.COLLISION
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("law", [law for law in LAWS if law not in ("physical", "blind")])
 def test_every_law_drives_as_it_is_told(law):
     """The referee sees every drive; only our laws promise not to collide."""
@@ -229,6 +231,7 @@ def test_a_blind_law_collides_at_the_instant_of_contact():
 # ---- ways --------------------
 
 
+@pytest.mark.nightly
 @sized("cases", 100, 200)
 def test_a_way_round_obstacles_keeps_off_walls(cases):
     """What stands beside the plan's own lines must be no leave to graze walls elsewhere."""

@@ -58,6 +58,7 @@ def test_every_edit_of_a_small_room(name):
     assert min(ended.values()) > 30, ended
 
 
+@pytest.mark.nightly
 def test_every_pair_of_edits_of_a_lane():
     """4 x 2 with a body that patrols: every set walled at one tick and every set freed later."""
     cells = [(x, y) for y in range(2) for x in range(4)]
@@ -79,6 +80,7 @@ def test_every_pair_of_edits_of_a_lane():
 # ---- turned over --------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["astar", "ad-gso", "sipp", "dstar-lite"])
 def test_an_edit_at_tick_0_is_the_edited_map(name):
     planner = registry.make(name, {})
@@ -93,6 +95,7 @@ def test_an_edit_at_tick_0_is_the_edited_map(name):
         assert record(run(edited, planner, seed=seed)) == record(run(by_hand, planner, seed=seed))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["astar", "dijkstra", "jps", "dstar-lite", "lpa-star"])
 def test_a_wall_in_nobodys_way_changes_no_track(name):
     planner, checked = registry.make(name, {}), 0
@@ -126,6 +129,7 @@ def test_what_is_so_already_does_not_turn():
         assert record(edited) == record(plain)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["astar", "ad-gso", "sipp"])
 def test_what_comes_later_is_not_known_before(name):
     """Painting at the shown tick leaves what was shown as it was."""

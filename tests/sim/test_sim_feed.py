@@ -149,6 +149,7 @@ def spoilt(kind, seed, lasts=np.inf):
     return drive(scene, AStar(), seed=seed, sensor=feed, obstacle_speed=0.7), feed
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("kind", [k for k in FAULTS if k != "goal-gone"])
 def test_a_short_fault_is_survived(kind):
     for seed in range(3):

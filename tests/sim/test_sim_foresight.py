@@ -32,6 +32,7 @@ def driven(seed: int) -> Drive:
     )
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", some([4, 0, 2]))
 def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     true, refused, beside = lookahead.through_tracks, [], 0

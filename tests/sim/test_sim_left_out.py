@@ -26,6 +26,7 @@ def driven(seed: int, speed: float) -> Drive:
     )
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("seed", "speed"), some([(1, 1.0), (2, 0.4), (3, 5.0), (4, 25.0), (5, 1.0), (6, 5.0)], 3)
 )

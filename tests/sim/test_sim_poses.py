@@ -57,6 +57,7 @@ def scene_of(kind: str = "differential", shape=BOX, traffic=(), goal=(3.0, 1.5, 
 # ---- the curve --------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", DRIVES)
 def test_a_curve_passes_every_pose_of_its_path(kind: str) -> None:
     scene = scene_of(kind)
@@ -76,6 +77,7 @@ def test_a_curve_passes_every_pose_of_its_path(kind: str) -> None:
     assert np.allclose(curve.turn[~curve.in_place], -curve.curvature[~curve.in_place])
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", DRIVES)
 def test_parts_of_a_curve_backwards_and_joined_are_where_it_is(kind: str) -> None:
     scene = scene_of(kind)
@@ -121,6 +123,7 @@ def lookup(shape, kind: str = "differential") -> tuple[PoseLookup, Scene]:
     return PoseLookup(curve_of_poses(plan.pose_path, scene.grid, scene.robot)), scene
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", DRIVES)
 def test_distances_from_the_footprint_are_those_of_the_referee(kind: str) -> None:
     route, scene = lookup(ELL if kind != "ackermann" else BOX, kind)
@@ -220,6 +223,7 @@ def test_a_disc_on_a_path_of_poses_meets_obstacles_when_a_disc_does() -> None:
 # ---- drives --------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", DRIVES)
 def test_a_robot_follows_its_poses_and_arrives(kind: str) -> None:
     scene = scene_of(kind, yaw_rate_max=0.8)
@@ -282,6 +286,7 @@ def blocked_way(kind: str, **more):
     )
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", DRIVES)
 def test_a_blocked_robot_finds_another_path_from_where_it_stands(kind: str) -> None:
     made = blocked_way(kind)
@@ -333,6 +338,7 @@ def test_the_dissertations_law_and_ticks_refuse_poses() -> None:
         lampyris.simulate(scene_of(), "lattice")
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("law", ["rpp", "optimum", "constant"])
 def test_other_laws_drive_poses_as_the_referee_sees_it(law: str) -> None:
     made = lampyris.drive(scene_of("ackermann", traffic=RandomWalk(4)), "lattice", law=law, seed=2)

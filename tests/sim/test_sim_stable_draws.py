@@ -35,6 +35,7 @@ def starts(scene: Scene, seed: int) -> list[tuple[str, tuple[int, int]]]:
     return [(body.kind, space.cell(n)) for body, n in zip(crowd.obstacles, world.where, strict=True)]
 
 
+@pytest.mark.commit(24)
 @pytest.mark.parametrize("kind", MOBILITIES)
 @pytest.mark.parametrize("number", range(24))
 def test_what_is_drawn_is_accepted_on_any_map_at_any_radius(kind: str, number: int) -> None:
@@ -118,6 +119,7 @@ def painted(scene: Scene, seed: int) -> Scene:
     return replace(scene, grid=replace(scene.grid, blocked=blocked))
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_a_painted_cell_far_from_everybody_moves_nobody(seed: int) -> None:
     scene = replace(BARE, traffic=CROWD)

@@ -53,6 +53,7 @@ def _drive(scene: lampyris.Scene, controller: str, **more: Any) -> Drive:
     return drive(scene, LatticePlanner(weight=1.5), controller=controller, **settings)
 
 
+@pytest.mark.commit(5)
 @pytest.mark.parametrize("drive_type", DRIVES)
 @pytest.mark.parametrize("controller", NAMES)
 def test_arrives_and_is_accepted_by_the_referee(controller: str, drive_type: str) -> None:
@@ -69,6 +70,7 @@ def test_arrives_and_is_accepted_by_the_referee(controller: str, drive_type: str
     assert found["contacts"] == 0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("controller", NAMES)
 def test_no_contact_while_moving_among_obstacles(controller: str) -> None:
     met = 0

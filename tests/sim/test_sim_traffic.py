@@ -65,6 +65,7 @@ def test_all_walkers_are_there_at_once_and_each_on_its_own_cell():
     assert all(b.yields for b in trace.obstacle_specs)
 
 
+@pytest.mark.nightly
 def test_first_places_are_uniform():
     counts = Counter()
     grid = Grid(np.zeros((3, 4), dtype=bool))
@@ -105,6 +106,7 @@ def test_walkers_respect_the_corner_rule_of_the_scene():
     assert cut["dissertation"] > 0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("rate", [0.1, 0.5, 1.0])
 def test_rate_of_appearance(rate):
     first, last = [], []

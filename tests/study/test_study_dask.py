@@ -176,6 +176,7 @@ def test_a_scheduler_that_dies_or_that_has_no_workers_is_told() -> None:
     assert not out["rows"]
 
 
+@pytest.mark.nightly
 @needs_dask
 @pytest.mark.parametrize("version", some(["9.9.9", None]), ids=["another", "none"])
 def test_a_worker_with_another_version_is_refused(tmp_path: Path, version: str | None) -> None:

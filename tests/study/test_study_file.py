@@ -504,6 +504,7 @@ def test_the_schema_and_the_reader_are_of_one_mind() -> None:
     assert fits(read_yaml(HEAD + "planners: all", "x").data, schema, schema)
 
 
+@pytest.mark.nightly
 def test_every_table_is_closed_and_every_field_described() -> None:
     def tables(schema: Any) -> list[dict[str, Any]]:
         if isinstance(schema, list):

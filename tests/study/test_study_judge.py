@@ -25,6 +25,7 @@ from lampyris.study.design.study import StudyTraffic
 from lampyris.study.execution.worker import RunResult, run_job
 
 
+@pytest.mark.commit(12)
 @pytest.mark.parametrize("kind", ["plan", "simulate"])
 @pytest.mark.parametrize("who", sorted(registry.names()))
 def test_what_every_planner_comes_to_stands(kind: str, who: str) -> None:
@@ -44,6 +45,7 @@ def test_what_every_law_comes_to_stands(law_: str) -> None:
         assert row.metrics["speed_mean"] > 0
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("moves", ["octile", "dissertation", "four-connected", "sixteen-connected"])
 @pytest.mark.parametrize("radius", [0.0, 0.3])
 def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) -> None:

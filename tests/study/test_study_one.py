@@ -45,6 +45,7 @@ def test_a_result_is_told_under_the_key_of_its_job() -> None:
     assert all(r["error"] == "" and r["timing"]["cpu_s"] >= 0 for r in told)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 def test_what_is_kept_changes_nothing(kind: str) -> None:
     """The same bytes from a worker that has run nothing, that has run it before, and in another order."""
@@ -303,6 +304,7 @@ def test_a_map_with_other_cells_than_its_name_is_refused() -> None:
     assert result["error"].startswith("BATCH")
 
 
+@pytest.mark.nightly
 def test_memory_is_measured_if_it_is_asked_for() -> None:
     assert "memory_b" not in result_of(study_of("plan"))["timing"]
     small = result_of(study_of("plan", memory=True))["timing"]["memory_b"]

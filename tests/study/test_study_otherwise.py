@@ -61,6 +61,7 @@ def test_the_store_and_the_csv_keep_it(tmp_path: Path) -> None:
     assert found == {"far": NOTE, "astar": ""}
 
 
+@pytest.mark.nightly
 def test_the_page_the_tables_and_the_summary_say_it() -> None:
     one = study("simulate", seeds=(0, 1, 2))
     runs = runs_of(one, run_study(one).records())

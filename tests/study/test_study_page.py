@@ -50,6 +50,7 @@ def told(words: str) -> str:
     return " ".join(" ".join(read(words).words).split())
 
 
+@pytest.mark.nightly
 def test_the_same_results_are_the_same_bytes(tmp_path: Path) -> None:
     one, make = study(maps=1), by_chance(1)
     all_rows = rows(one, make)
@@ -60,6 +61,7 @@ def test_the_same_results_are_the_same_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> None:
     one, make = study(), by_chance(1)
@@ -83,6 +85,7 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
         assert wanted in words, wanted
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     one = study(
@@ -100,6 +103,7 @@ def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     assert {c.label for c in one.traffic_cases} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
+@pytest.mark.commit(1)
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("maps", "queries", "says"),
@@ -150,6 +154,7 @@ def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path) -> None:
         read(page_of(runs, summarise(runs), films=False))
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 @pytest.mark.parametrize(
     ("shape", "failing"),
@@ -184,6 +189,7 @@ def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_pat
     assert "by the true length" not in other
 
 
+@pytest.mark.nightly
 def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(
     tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -204,6 +210,7 @@ def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(
         )
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_of_very_many_entrants_there_are_tables_and_no_figures(tmp_path: Path) -> None:
     planners = tuple(f"p{k}" for k in range(90))
@@ -235,6 +242,7 @@ seeds: 2
 """
 
 
+@pytest.mark.nightly
 def test_films_are_run_again_and_are_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(SMALL)
     one = load_study(tmp_path / "s.yaml")
@@ -272,6 +280,7 @@ def test_the_film_is_of_the_world_where_one_failed() -> None:
     assert "other does not" in chosen.why
 
 
+@pytest.mark.nightly
 def test_a_drive_has_a_film_and_a_plan_or_a_failure_has_none(tmp_path: Path) -> None:
     drives = SMALL.replace("name: films", "name: films\nkind: drive").replace("seeds: 2", "seeds: 1")
     (tmp_path / "s.yaml").write_text(drives.replace("[ad-gso, astar]", "[astar]"))

@@ -65,6 +65,7 @@ def test_each_is_as_large_as_it_says_and_explains_itself(name: str, bench: Path)
     assert study.seconds is None, "reproducible"
 
 
+@pytest.mark.nightly
 def test_what_they_ask() -> None:
     compared, everyone = load_study("dissertation"), load_study("line-up")
     assert len(compared.worlds) >= 30
@@ -101,6 +102,7 @@ def test_data_are_needed_where_files_are_named(bench: Path) -> None:
     assert len({w.start for w in study.worlds}) == 100
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", bundled.names())
 def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
     """One query, one seed, the smallest crowd, and the planners that are quick."""
@@ -139,6 +141,7 @@ def test_gamma_decides_nothing_and_rho_something() -> None:
     assert ways["ad-gso rho=1.0"] != ways["ad-gso nt=10"]
 
 
+@pytest.mark.nightly
 def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> None:
     study = load_study("line-up")
     some = tuple(w for w in study.planners if w.name in ("astar", "pso", "pso-apf"))

@@ -65,6 +65,7 @@ def test_rows_are_the_same_wherever_and_in_whatever_order(where: Execution) -> N
     assert ran(study, where=where)[0] == straight
 
 
+@pytest.mark.nightly
 def test_shuffled_is_another_order_with_nothing_lost() -> None:
     jobs = list(hands.study_of(400).jobs())
     assert len(jobs) > batching.WINDOW
@@ -215,6 +216,7 @@ def test_a_job_of_which_a_worker_died_waits_until_nothing_else_is_left() -> None
     assert (batch.jobs, batch.deaths, made.more) == (first.jobs, 1, False)
 
 
+@pytest.mark.nightly
 def test_workers_that_die_of_something_else_cost_no_row(trouble: Path) -> None:
     study = hands.study_of(30)
     rows, finished = ran(study, hands.dies_five_times, where=Execution(2))
@@ -222,6 +224,7 @@ def test_workers_that_die_of_something_else_cost_no_row(trouble: Path) -> None:
     assert rows == ran(study)[0]
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     "work", [hands.garbage_at_first, hands.leaves_out_at_first], ids=["garbage", "too few"]
 )
@@ -270,6 +273,7 @@ def test_a_small_study_without_one_usable_answer_has_its_rows() -> None:
     assert finished.failed == len(rows) == 1
 
 
+@pytest.mark.nightly
 def test_processes_that_cannot_start_are_a_typed_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lampyris.study.execution.pool._warm", [])
     monkeypatch.setattr("lampyris.study.execution.pool.begin", hands.dies_at_once)
@@ -314,6 +318,7 @@ def test_results_are_found_by_key_and_no_more_than_were_asked() -> None:
     assert results_of(canonical({"results": [*results, results[0]]}), batch) == [None] * 3
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_processes_that_are_stopped_right_after_they_were_asked_end_quietly(
     monkeypatch: pytest.MonkeyPatch,
@@ -449,6 +454,7 @@ def alive(pid: int) -> bool:
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc here")
 
 
+@pytest.mark.commit(1)
 @needs_proc
 @pytest.mark.parametrize("workers", [1, 2])
 def test_ctrl_c_keeps_what_was_done(workers: int) -> None:

@@ -153,6 +153,7 @@ def naive(one: object, make: object, name: str, e: int, c: int) -> list[float]:
     return out
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_means_are_those_of_plain_loops(seed: int) -> None:
     one, make = study(queries=5, seeds=3), by_chance(seed, 0.5)
@@ -228,6 +229,7 @@ def test_seconds_stand_in_no_summary_that_is_not_asked_for_them() -> None:
     assert any("timing" in tab.name for tab in tabs(summarise(made, timing=True)))
 
 
+@pytest.mark.commit(9)
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 @pytest.mark.parametrize("failing", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("planners", [("only",), ("a", "b"), tuple("abcdefgh")])

@@ -48,6 +48,7 @@ def drawn(scene: Scene, seed: int, ticks: int) -> Any:
     return np.array(out)
 
 
+@pytest.mark.commit(8)
 @pytest.mark.parametrize("moves", ["octile", "dissertation"])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(4))

@@ -100,6 +100,7 @@ def _caught(function: str, seeds: range, n: int, sensor: float) -> list[int]:
     return found
 
 
+@pytest.mark.nightly
 def test_j1_all_three_peaks() -> None:
     found = _caught("J1", range(12), 100, 3.0)
     assert sum(k == 3 for k in found) >= 11, found
@@ -119,6 +120,7 @@ def test_j9_all_twelve_peaks() -> None:
     assert found == [12] * 10
 
 
+@pytest.mark.nightly
 def test_j9_twelve_peaks_once() -> None:
     assert _caught("J9", range(1), 500, 2.0) == [12]
 

@@ -88,7 +88,8 @@ class Engines:
         folder: Path | None = None,
         silence: float = SILENCE,
     ) -> None:
-        self._workers, self._queue, self._silence = workers, queue, silence
+        self._workers, self._queue = workers, queue
+        self.silence = silence
         self._seconds = seconds
         self._command = (*command, str(seconds), str(memory))
         self._numbers = count(1)
@@ -129,7 +130,7 @@ class Engines:
         try:
             await engine.tell(data)
             while True:
-                piece = await engine.piece(job, self._silence)
+                piece = await engine.piece(job, self.silence)
                 if piece is None:
                     whole = True
                     return
@@ -234,7 +235,7 @@ class Engines:
     def _why(self, code: int, engine: _Engine, before: int) -> LampyrisError:
         """Why an engine ended in the middle of a job; ``before``: :func:`_out_of_memory` at its beginning."""
         if engine.silent:
-            return InternalFault("ENGINE", f"nothing came of this for {self._silence:g} seconds")
+            return InternalFault("ENGINE", f"nothing came of this for {self.silence:g} seconds")
         if engine.nonsense:
             return InternalFault("ENGINE", "the process that worked on this sent something that is no answer")
         if code == -getattr(signal, "SIGXCPU", 24):
