@@ -84,6 +84,25 @@ def test_no_contact_while_moving_among_obstacles(controller: str) -> None:
     assert met >= 2
 
 
+def test_gives_up_before_a_passage_that_stays_blocked() -> None:
+    """Recoveries and the returns from them are no progress, though the robot moves."""
+    walls = np.zeros((40, 60), dtype=bool)
+    walls[:, 36:38] = True
+    walls[16:25, 36:38] = False
+    comes = tuple((46, min(2 + k, 20)) for k in range(19)) + tuple((max(45 - k, 37), 20) for k in range(900))
+    scene = lampyris.Scene(
+        lampyris.Grid(walls, resolution=0.1),
+        start_pose=(1.0, 2.0, 0.0),
+        goal_pose=(5.0, 2.0, 0.0),
+        robot=lampyris.Robot(footprint=FOOTPRINT),
+        traffic=(lampyris.Recorded(comes, radius=0.3),),
+    )
+    made = _drive(scene, "pure-pursuit", patience=2.0, give_up=12.0, obstacle_speed=1.0, on_hit="go-on")
+    assert made.outcome is Outcome.BLOCKED, made.detail
+    assert 12.0 < made.duration < 30.0
+    assert made.replans > 2
+
+
 def test_without_the_braking_rule_there_are_contacts() -> None:
     outcomes = []
     for seed in range(6):

@@ -37,6 +37,7 @@ from lampyris.sim.steering.walls import WallMap
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory, split
+from lampyris.sim.world.waiting import WAITS
 
 _AT_STOP = 0.02
 """Metres before the end of a section, as a share of the tolerance at the goal where that is less, at which it is done."""
@@ -55,6 +56,9 @@ _PATIENCE = 1.5
 
 _TURNED = 0.5
 """Radians that count as coming along."""
+
+_LEFT = 0.5
+"""Metres more than the longest recovery, by which the robot has left the place where it was kept from getting on."""
 
 _MISSES = 5
 """Times that a robot that has missed the goal plans again before it gives up."""
@@ -102,6 +106,8 @@ class SteeredSimulation(DriveSimulation):
         self._recovered = self._recovery_s = 0.0
         self._stuck = self._replan_when_standing = False
         self._seen, self._stalled = (0, 0.0, 0.0), 0.0
+        self._kept_at: RobotPose | None = None
+        self._kept, self._longest_recovery = 0.0, 0.0
         self._fresh = True
         self._stopped = True
         super()._begin()
@@ -221,7 +227,9 @@ class SteeredSimulation(DriveSimulation):
         # The later root where it brakes is behind the place where it stands.
         t = one.t + 2.0 * free / (one.v + math.sqrt(disc)) if free > 0.0 else one.t
         trajectory.cut(max(min(t, one.end), min(one.t + 1e-9, one.end)))
-        self.log.tell(trajectory.segments[-1].end, "contact", self.xy, "The robot drove into a wall.")
+        at, res = self.shape.along(self.pose, self.arc, free), self.scene.grid.resolution
+        place = (at.x / res, -at.y / res)
+        self.log.tell(trajectory.segments[-1].end, "contact", place, "The robot drove into a wall.")
         self._end(Outcome.COLLISION, f"The robot drove into a wall at {trajectory.segments[-1].end:.3f} s.")
 
     def _push(self, period: float) -> FilteredPush:
@@ -255,6 +263,7 @@ class SteeredSimulation(DriveSimulation):
                 return None
             self._stuck = False
             self._recovery = Recovery(view, self._recoveries)
+            self._longest_recovery = max(self._longest_recovery, self._recovery.left)
             self._recovery_s = self.pieces.length
             self._recoveries += 1
         steer = self._recovery.steer(view, self.pieces.length - self._recovery_s)
@@ -426,7 +435,29 @@ class SteeredSimulation(DriveSimulation):
         self._stalled += seconds
         return self._stalled > _PATIENCE * max(self.settings.patience, 1.0)
 
+    def _gives_up(self, seconds: float) -> bool:
+        """Whether the robot has stood, waited and recovered at one place for longer than ``give_up``.
+
+        A recovery moves it, and so does the way back: only farther away it has left that place.
+        """
+        if self.pose is None:
+            return False
+        if self._kept_at is not None:
+            dx, dy = self.pose.x - self._kept_at.x, self.pose.y - self._kept_at.y
+            left = self._longest_recovery + _LEFT
+            if dx * dx + dy * dy > left * left:
+                self._kept_at, self._kept, self._longest_recovery = None, 0.0, 0.0
+        if self.state.v == 0.0 or self.state.decision.cause in WAITS or self._recovery is not None:
+            if self._kept_at is None:
+                self._kept_at = self.pose
+            self._kept += seconds
+        return self.state.v == 0.0 and self._kept > self.settings.give_up
+
     def _wait(self, seconds: float) -> None:
+        if self._gives_up(seconds):
+            where = f"at {self._here()}; the limit is {self.settings.give_up:g} s"
+            self._end(Outcome.BLOCKED, f"Stood and recovered for {self._kept:.4g} s {where}.")
+            return
         if self._stalls(seconds):
             self._stalled = 0.0
             if self.state.v == 0.0:
