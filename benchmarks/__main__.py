@@ -29,6 +29,7 @@ NAMES = (
     "query",
     "timed",
     "poses",
+    "pose_maps",
     "pose_rivals",
     "steering",
     "speed",

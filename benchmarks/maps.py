@@ -91,3 +91,13 @@ def published_map(name: str) -> np.ndarray | None:
     folder = published_folder()
     path = folder / f"{name}.map" if folder else None
     return ~load_grid(path).blocked if path is not None and path.is_file() else None
+
+
+def published_maps() -> list[tuple[str, np.ndarray]]:
+    """Name and free cells of every map of both benchmarks of Moving AI Lab, the smallest first; empty if not at hand."""
+    folder = published_folder()
+    if folder is None:
+        return []
+    files = [*folder.glob("*.map"), *folder.with_name("mapf").glob("*.map")]
+    found = [(path.stem, ~load_grid(path).blocked) for path in files]
+    return sorted(found, key=lambda one: (one[1].size, one[0]))

@@ -24,6 +24,8 @@ STEPS = replace(MOVES["octile"], corner_cutting=True)
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
+_AT_ONCE = 1 << 20
+"""Cells under footprints that are looked at together."""
 
 
 class BorderedMap:
@@ -126,6 +128,12 @@ class LatticeMap(BorderedMap):
             cost += int((self.price_weight[part] * self.price[index + self.price_cell[part]]).sum())
         return cost
 
+    def cost_of(self, indices: list[int], primitives: list[int]) -> int:
+        """The cost of primitives, each of which begins at the cell of an index, in units of the lattice."""
+        if len(self.price):
+            return sum(self.cost(index, k) for index, k in zip(indices, primitives, strict=True))
+        return int(self.lattice.cost[primitives].sum()) if primitives else 0
+
     def is_free(self, cell: Cell, heading: int) -> bool:
         """Whether the footprint at the centre of a cell of the map touches no wall."""
         if not self.grid.contains(cell):
@@ -141,8 +149,10 @@ class LatticeMap(BorderedMap):
             checkpoint()
             first, last = self.lattice.stand_first[heading : heading + 2]
             free = np.ones(len(index), dtype=np.bool_)
-            for offset in self.stands[first:last].tolist():
-                free &= self.walls[index + offset] == 0
+            each = max(1, _AT_ONCE // max(last - first, 1))
+            for k in range(0, len(index), each):
+                covered = index[k : k + each, None] + self.stands[first:last]
+                free[k : k + each] = ~self.walls[covered].any(axis=1)
             found += [(cells[k], heading) for k in np.flatnonzero(free).tolist()]
         return sorted(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from lampyris.kernels.curves.sampling import sample
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose, PosePath
-from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.lattice import UNIT, StateLattice
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.primitives import Primitive, angles
 from lampyris.planning.lattice.sampled import LatticeMotion
@@ -60,44 +61,64 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
     arm : distance from the base to the farthest point of the robot, cells.
     """
     lattice, grid = lattice_map.lattice, lattice_map.grid
-    parts: list[Floats] = []
-    gears: list[int] = []
-    prices: list[float] = []
-    cells: list[Cell] = []
-    for (cell, _), k in zip(found.states, found.primitives, strict=True):
-        primitive = lattice.primitives[k]
-        x, y = lattice_map.cell(cell)
-        track = _track(primitive, arm).copy()
-        track[:, 0] += x
-        track[:, 1] = y - track[:, 1]
-        parts.append(track[:-1])
-        gears += [gear_of(primitive)] * (len(track) - 1)
-        prices += [primitive.price] * (len(track) - 1)
-        cells += _passed(track, cells)
-    x, y = lattice_map.cell(found.last[0])
-    parts.append(np.array([(x, y, lattice.angles[found.last[1]])]))
-    if not cells or cells[-1] != (x, y):
-        cells.append((x, y))
-    points = np.concatenate(parts)
+    tracks = _tracks_of(lattice, arm)
+    taken = np.array(found.primitives, dtype=np.int64)
+    counts = tracks.count[taken]
+    begin = np.concatenate(([0], np.cumsum(counts)))
+    rows = np.arange(begin[-1]) + np.repeat(tracks.first[taken] - begin[:-1], counts)
+    index = np.array([cell for cell, _ in found.states], dtype=np.int64)
+    y, x = np.divmod(index, lattice_map.stride)
+    points = np.empty((len(rows) + 1, 3))
+    points[:-1] = tracks.poses[rows]
+    points[:-1, 0] += np.repeat(x - lattice_map.border, counts)
+    points[:-1, 1] = np.repeat(y - lattice_map.border, counts) - points[:-1, 1]
+    points[-1] = (*lattice_map.cell(found.last[0]), lattice.angles[found.last[1]])
+    cells = np.floor(points[:, :2] + 0.5).astype(np.int32)
+    entered = np.append(True, (cells[1:] != cells[:-1]).any(axis=1))
     yaw = math.pi - np.remainder(math.pi - points[:, 2] - grid.origin[2], 2 * math.pi)
     metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
+    prices = tracks.price[taken]
     to_m = grid.resolution / UNIT
     path = PosePath(
         metres,
-        np.array(gears, dtype=np.int64),
+        np.repeat(tracks.gear[taken], counts),
         found.cost * to_m,
         found.lower_bound * to_m,
-        np.array(prices) if any(price != 1.0 for price in prices) else None,
+        np.repeat(prices, counts) if (prices != 1.0).any() else None,
     )
-    return path, np.array(cells, dtype=np.int32)
+    return path, np.asarray(cells[entered])
 
 
-@lru_cache(4096)
-def _track(primitive: LatticeMotion, arm: float) -> Floats:
-    """The poses along a primitive: a path has the same few again and again, and sines take most of its time."""
-    poses = primitive.poses(STEP, arm)
-    poses.setflags(write=False)
-    return poses
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tracks:
+    """The poses along each primitive of a lattice but the last, one after another.
+
+    Parameters
+    ----------
+    poses : float64 (k, 3): x, y (cells, y up) and yaw.
+    first, count : int64 (n,): where those of a primitive begin, and how many they are.
+    gear, price : int64, float64 (n,): how each is driven, and the factor of its cost.
+    """
+
+    poses: Floats
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    gear: NDArray[np.int64]
+    price: Floats
+
+
+@lru_cache(16)
+def _tracks_of(lattice: StateLattice, arm: float) -> _Tracks:
+    """The poses along the primitives: a path has the same few again and again, and sines take most of its time."""
+    tracks = [one.poses(STEP, arm)[:-1] for one in lattice.primitives]
+    count = np.array([len(track) for track in tracks], dtype=np.int64)
+    return _Tracks(
+        np.concatenate(tracks),
+        np.cumsum(count) - count,
+        count,
+        np.array([gear_of(one) for one in lattice.primitives], dtype=np.int64),
+        np.array([one.price for one in lattice.primitives]),
+    )
 
 
 def path_along(
@@ -158,13 +179,3 @@ def gear_of(primitive: LatticeMotion) -> int:
     if primitive.length == 0:
         return 0
     return -1 if primitive.reverse else 1
-
-
-def _passed(track: Floats, before: list[Cell]) -> list[Cell]:
-    """Cells along a track after those passed before, each a straight or diagonal step from the last."""
-    cells: list[Cell] = []
-    for x, y in np.floor(track[:, :2] + 0.5).astype(int).tolist():
-        last = cells[-1] if cells else before[-1] if before else None
-        if last != (x, y):
-            cells.append((x, y))
-    return cells

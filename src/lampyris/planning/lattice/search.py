@@ -121,17 +121,19 @@ class LatticeSearch:
         return cell * self._stride + self.lattice_map.lattice.primitives[primitive].start
 
     def _open(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """States that wait or were set aside, each once, with their costs and heuristics."""
+        """States that wait or were set aside, some more than once, with their costs and heuristics."""
         waiting, aside = int(self._count[kernel.WAITING]), int(self._count[kernel.INCONSISTENT])
         states = self._states[:waiting].astype(np.int64)
         states = states[self._closed[states] != self._round]
-        states = np.unique(np.concatenate((states, self._aside[:aside].astype(np.int64))))
+        states = np.concatenate((states, self._aside[:aside].astype(np.int64)))
         costs = self._mark[states] - (self._run << kernel.SHIFT)
         return states, costs, self._heuristic[states // self._stride]
 
     def _rekey(self, weight: float) -> None:
         """Order what waits by its key under a weight; states set aside wait again."""
         states, costs, heuristics = self._open()
+        states, once = np.unique(states, return_index=True)
+        costs, heuristics = costs[once], heuristics[once]
         keys = costs + (weight * heuristics).astype(np.int64)
         order = np.argsort(keys, kind="stable")  # a sorted array is a heap
         self._closed[states] = 0
@@ -156,9 +158,7 @@ class LatticeSearch:
             state = self._before(state, primitive)
             primitives.append(primitive)
             states.append(divmod(state, self._stride))
-        cost = 0
-        for (cell, _), primitive in zip(states, primitives, strict=True):
-            cost += self.lattice_map.cost(cell, primitive)
+        cost = self.lattice_map.cost_of([cell for cell, _ in states], primitives)
         _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
         # with a consistent heuristic no search finds a path of more than its weight times the least cost.
