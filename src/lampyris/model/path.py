@@ -126,6 +126,9 @@ class PosePath(Value):
     lower_bound_m : no path that the planner's bound speaks of costs less: of a lattice, any path in that lattice; of
         ``hybrid-astar``, any path of the robot at all; metres.
     prices : float64 (n - 1,): factors of the cost of each step, as files of motion primitives give them; None: 1.
+    times : float64 (n, 2): when the robot reaches each pose and when it leaves it, seconds from the start; None: the
+        planner plans no times. With times the cost is that of the time of arrival: a second of waiting costs as much
+        as one of driving ahead.
 
     Raises
     ------
@@ -137,6 +140,7 @@ class PosePath(Value):
     cost_m: float
     lower_bound_m: float
     prices: Floats | None = None
+    times: Floats | None = None
 
     def __post_init__(self) -> None:
         poses = numbers_of("pose_path", "poses", self.poses, (None, 3))
@@ -147,6 +151,13 @@ class PosePath(Value):
         if self.prices is not None:
             prices = numbers_of("pose_path", "prices", self.prices, (max(len(poses) - 1, 0),))
             object.__setattr__(self, "prices", prices)
+        if self.times is not None:
+            times = numbers_of("pose_path", "times", self.times, (len(poses), 2))
+            object.__setattr__(self, "times", times)
+            if (np.diff(times.ravel()) < 0).any():
+                raise SettingError(
+                    "ARRAY", "a time before the last one", where="pose_path.times", allowed="rising times"
+                )
         if len(poses) == 0:
             raise SettingError("ARRAY", "no pose", where="pose_path.poses", allowed="at least one")
         costs = numbers((self.lower_bound_m, self.cost_m), (2,))

@@ -11,7 +11,8 @@ from lampyris.model.grid import MAX_TERRAIN
 from lampyris.model.path import Pose, PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.referee.geometry.footprint import overlapped, placed
+from lampyris.referee.geometry.footprint import along_arc, overlapped, placed
+from lampyris.referee.pose_times import check_pose_times
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -145,27 +146,15 @@ def _check_footprint(path: PosePath, plan: Plan, scene: Scene) -> Violation | No
             heading = float(yaw)
             if i:
                 heading += float(turn[k]) * i / n
-                x, y = _along_arc(point, points[k + 1], float(turn[k]), i / n)
+                x, y = along_arc(point, points[k + 1], float(turn[k]), i / n)
             hit = overlapped(placed(polygon, float(x), float(y), heading), grid.blocked)
             if hit is not None:
                 return Violation("footprint", f"pose {k}", f"the robot overlaps the blocked cell {hit}")
     return None
 
 
-def _along_arc(start: Floats, end: Floats, turn: float, share: float) -> tuple[float, float]:
-    """A point of the arc from one point to another that turns by an angle (y down)."""
-    dx, dy = end - start
-    if abs(turn) < 1e-9:
-        return start[0] + share * dx, start[1] + share * dy
-    # The chord to the point is to the whole chord as the sines of half the angles are.
-    ratio = math.sin(turn * share / 2) / math.sin(turn / 2)
-    bend = turn * (share - 1) / 2
-    cos, sin = math.cos(bend), -math.sin(bend)  # y points down
-    return start[0] + ratio * (cos * dx - sin * dy), start[1] + ratio * (sin * dx + cos * dy)
-
-
 def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
-    """The cost is the length with its prices, and not below the bound or the straight line."""
+    """The cost is the length with its prices, or the time of arrival, and not below the bound."""
     lengths = path.step_lengths
     turned = np.abs(_angle(np.diff(path.poses[:, 2])))
     reverse = plan.attributes.get("reverse_cost", 1.0)
@@ -178,13 +167,15 @@ def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     penalty, slack = plan.attributes.get("cost_penalty", 0.0), COST_SLACK
     if scene.grid.terrain is not None and penalty:
         costs, slack = costs * (1.0 + penalty * _mean_terrain(path, scene) / MAX_TERRAIN), TERRAIN_SLACK
+    if path.lower_bound_m > path.cost_m:
+        return Violation("bound", "pose_path", "the lower bound is above the cost")
+    if path.times is not None:
+        return check_pose_times(path, costs, plan, scene)
     cost = math.fsum(costs.tolist())
     driven = path.gears[path.gears != 0]
     cost += plan.attributes.get("switch_cost", 0.0) * int(np.count_nonzero(driven[1:] != driven[:-1]))
     if abs(cost - path.cost_m) > slack * max(cost, scene.grid.resolution):
         return Violation("cost", "pose_path", f"it says {path.cost_m:.9g} m, its poses come to {cost:.9g}")
-    if path.lower_bound_m > path.cost_m:
-        return Violation("bound", "pose_path", "the lower bound is above the cost")
     return None
 
 
@@ -196,7 +187,7 @@ def _mean_terrain(path: PosePath, scene: Scene) -> Floats:
     turn = _angle(np.diff(path.poses[:, 2]))
     means = np.zeros(len(turn))
     for k in range(len(turn)):
-        marks = [_along_arc(points[k], points[k + 1], float(turn[k]), i / CHORDS) for i in range(CHORDS + 1)]
+        marks = [along_arc(points[k], points[k + 1], float(turn[k]), i / CHORDS) for i in range(CHORDS + 1)]
         total = weighed = 0.0
         for (ax, ay), (bx, by) in pairwise(marks):
             stops = {0.0, 1.0}

@@ -196,16 +196,11 @@ class LatticeSession(PoseSession[LatticeSearch]):
         """The answer between states that are free."""
         assert isinstance(self._settings, LatticePlanner)
         name, lattice_map = self._settings.name, search.lattice_map
-        goal_cells = frozenset(cell for cell, _ in goals)
-        if self._heuristic is None or self._heuristic[0] != goal_cells:
-            self._heuristic = (
-                goal_cells,
-                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)), self._field),
-            )
-        heuristic = self._heuristic[1]
-        known = [(lattice_map.index(cell), h) for cell, h in goals if heuristic[lattice_map.index(cell)] >= 0]
+        known = self._known_goals(search, goals)
         if not known:
             return Plan(Status.NO_PATH, name, detail=_NO_PATH)
+        assert self._heuristic is not None
+        heuristic = self._heuristic[1]
         search.begin(heuristic, [(lattice_map.index(cell), h) for cell, h in starts], known)
         outcome = search.improve(self._settings.weight, limit)
         found = search.result()
@@ -215,6 +210,18 @@ class LatticeSession(PoseSession[LatticeSearch]):
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)
         return self._plan_of(found, search, detail)
+
+    def _known_goals(self, search: LatticeSearch, goals: list[State]) -> list[tuple[int, int]]:
+        """Of the goals those that the heuristic, which is made where it is not there, is known at."""
+        lattice_map = search.lattice_map
+        goal_cells = frozenset(cell for cell, _ in goals)
+        if self._heuristic is None or self._heuristic[0] != goal_cells:
+            self._heuristic = (
+                goal_cells,
+                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)), self._field),
+            )
+        heuristic = self._heuristic[1]
+        return [(lattice_map.index(cell), h) for cell, h in goals if heuristic[lattice_map.index(cell)] >= 0]
 
     def _none_found(self, outcome: int, expansions: int) -> Plan:
         """The answer where a search found no path."""

@@ -75,3 +75,15 @@ def _holds(vertices: Floats, centres: NDArray[np.integer]) -> NDArray[np.bool_]:
         crosses = ((ay > y) != (by > y)) & (x < ax + (bx - ax) * (y - ay) / (by - ay))
     found: NDArray[np.bool_] = crosses.sum(axis=1) % 2 == 1
     return found
+
+
+def along_arc(start: Floats, end: Floats, turn: float, share: float) -> tuple[float, float]:
+    """A point of the arc from one point to another that turns by an angle (y down)."""
+    dx, dy = end - start
+    if abs(turn) < 1e-9:
+        return start[0] + share * dx, start[1] + share * dy
+    # The chord to the point is to the whole chord as the sines of half the angles are.
+    ratio = math.sin(turn * share / 2) / math.sin(turn / 2)
+    bend = turn * (share - 1) / 2
+    cos, sin = math.cos(bend), -math.sin(bend)  # y points down
+    return start[0] + ratio * (cos * dx - sin * dy), start[1] + ratio * (sin * dx + cos * dy)

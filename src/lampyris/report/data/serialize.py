@@ -72,8 +72,10 @@ def plan_record(
 def pose_record(path: PosePath) -> dict[str, Any]:
     """A path of poses: metres of the map frame and radians."""
     prices = {} if path.prices is None else {"prices": path.prices.tolist()}
+    times = {} if path.times is None else {"times_s": path.times.tolist()}
     return {
         **prices,
+        **times,
         "poses": path.poses.tolist(),
         "gears": path.gears.tolist(),
         "length_m": path.length_m,

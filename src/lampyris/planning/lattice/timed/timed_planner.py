@@ -1,0 +1,120 @@
+"""The planner ``lattice-sipp``: the earliest arrival of a robot with a shape among obstacles with known tracks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from lampyris._core.settings import number
+from lampyris.kernels.lattice.search import EXHAUSTED, FOUND, LIMIT
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Recorded
+from lampyris.planning.base import Traits
+from lampyris.planning.lattice.lattice_planner import LatticeSession, State
+from lampyris.planning.lattice.search import LatticeSearch
+from lampyris.planning.lattice.settings import LatticeSettings
+from lampyris.planning.lattice.timed.discs import motion_discs
+from lampyris.planning.lattice.timed.obstacles import known_obstacles
+from lampyris.planning.lattice.timed.search import TimedFound, TimedSearch
+from lampyris.planning.lattice.timed.times import pose_times
+from lampyris.typing import Floats
+
+_CLOSED = "There is a path, but moving obstacles close every one at all times."
+_AT_START = "A moving obstacle is on the footprint at the start when the robot would begin."
+
+
+@dataclass(frozen=True, slots=True)
+class LatticeSipp(LatticeSettings):
+    """SIPP on the state lattice: poses and times among recorded obstacles, waiting where that helps.
+
+    A motion takes as long as its cost in ``lattice`` says: a metre in reverse ``reverse_cost`` times as long as one ahead,
+    a radian turned in place as long as ``turn_cost`` metres. The robot starts, stops and waits at once, at any pose of the
+    lattice. Time is planned only where an obstacle of the scene (:class:`lampyris.Recorded`) ever passes; obstacles of
+    other kinds are left out, which a note says. The arrival is at most ``weight`` times the earliest, counted from the
+    start.
+
+    Parameters
+    ----------
+    speed : share of the robot's top speed at which it drives.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    weight: float = number(1.1, 1.0, 1e3)
+    speed: float = number(1.0, 0.01, 1.0)
+
+    name: ClassVar[str] = "lattice-sipp"
+    traits: ClassVar[Traits] = Traits(optimal=False, sees_traffic=True, plans_headings=True)
+    summary: ClassVar[str] = "SIPP on the state lattice: poses and times among obstacles with known tracks."
+    source: ClassVar[str] = (
+        "Phillips, Likhachev 2011; continuous time, footprints and the bound on the lattice are ours."
+    )
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSippSession:
+        """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
+        return LatticeSippSession(self, scene)
+
+
+class LatticeSippSession(LatticeSession):
+    """Remembers the map, the robot and the heuristic of the goal.
+
+    Parameters
+    ----------
+    settings : the planner.
+    scene : what to plan in; its recorded obstacles are where they are at time 0 in every call.
+    """
+
+    def __init__(self, settings: LatticeSipp, scene: Scene) -> None:
+        super().__init__(settings, scene)
+        self._sipp = settings
+        recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
+        self._unknown = len(scene.traffic) > len(recorded)
+        self._obstacles = known_obstacles(recorded, scene.grid.resolution)
+
+    def _searched(
+        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
+    ) -> Plan:
+        lattice_map = search.lattice_map
+        known = self._known_goals(search, goals)
+        if not known:
+            return self._none_found(EXHAUSTED, 0)
+        assert self._heuristic is not None
+        discs = motion_discs(self._lattice, self._sipp.speed)
+        timed = TimedSearch(lattice_map, discs, self._obstacles, self._sipp.speed)
+        begins = [(lattice_map.index(cell), h) for cell, h in starts]
+        found = timed.find(self._heuristic[1], begins, known, self._settings.weight, limit)
+        if found.path is not None:
+            return self._timed_plan(found, search)
+        if found.outcome == LIMIT:
+            return self._none_found(LIMIT, found.expansions)
+        # Is it walls, or moving obstacles?
+        search.begin(self._heuristic[1], begins, known)
+        if search.improve(1e3, None) == FOUND:
+            detail = _AT_START if found.expansions == 0 else _CLOSED
+            return Plan(Status.HEMMED_IN, self._settings.name, expansions=found.expansions, detail=detail)
+        return self._none_found(EXHAUSTED, found.expansions)
+
+    def _timed_plan(self, found: TimedFound, search: LatticeSearch) -> Plan:
+        """The plan of a path with its times."""
+        assert found.path is not None
+        plan = self._plan_of(found.path, search, "")
+        assert plan.pose_path is not None
+        scene, lattice = self._scene, self._lattice
+        tick = scene.grid.resolution / scene.robot.v_max
+        arm = scene.robot.radius / scene.grid.resolution
+        times: Floats = tick * pose_times(
+            found, lattice, motion_discs(lattice, self._sipp.speed).duration, arm
+        )
+        notes = plan.notes
+        if self._unknown:
+            notes = (*notes, "moving obstacles whose tracks are not known are left out")
+        speed = self._sipp.speed * scene.robot.v_max
+        path = replace(plan.pose_path, times=times)
+        waits = float((times[:, 1] - times[:, 0]).sum())
+        attributes = dict(plan.attributes) | {"speed": speed, "waits_s": waits}
+        return replace(plan, pose_path=path, notes=notes, attributes=attributes, expansions=found.expansions)
