@@ -233,6 +233,8 @@ def _poses() -> None:
     plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
     api.speed_profile(scene, plan)
     api.plan(_scene(robot=robot), "pad", weight=1.0)
+    passing = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
+    api.plan(_scene(robot=robot, traffic=(passing,)), "lattice-sipp")
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
     x, y = scene.start
     onto = replace(scene, traffic=(Recorded(tuple((x + k, y) for k in (3, 2, 1, 0))),))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import lampyris
+from lampyris.errors import UsageError
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
@@ -258,6 +259,12 @@ def test_a_budget_and_unknown_obstacles_are_said() -> None:
     assert session.plan(budget=Budget(expansions=3)).status is Status.LIMIT
     unknown = replace(scene, traffic=(lampyris.RandomWalk(1),))
     assert any("not known" in note for note in planned(unknown).notes)
+
+
+def test_a_drive_refuses_it() -> None:
+    scene, _ = corridor()
+    with pytest.raises(UsageError, match="decides its speed"):
+        lampyris.drive(scene, "lattice-sipp")
 
 
 def test_the_same_answer_in_plain_and_compiled_form(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -78,6 +78,22 @@ def demand_cells(planner: Planner, doing: str) -> None:
         )
 
 
+def demand_untimed(planner: Planner) -> None:
+    """Refuse a planner of poses and times where the robot drives by a speed law of its own.
+
+    Raises
+    ------
+    UsageError : ``PLANNER``.
+    """
+    if planner.traits.plans_headings and planner.traits.sees_traffic:
+        raise UsageError(
+            "PLANNER",
+            f"{planner.name} plans when the robot is where; a drive decides its speed by itself",
+            allowed="a planner without times, such as lattice",
+            setting="planner",
+        )
+
+
 def _options_given(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:
     """Names of the function's own arguments that were given another value than they have by themselves."""
     defaults = _defaults(verb)

@@ -24,7 +24,7 @@ STEPS = replace(MOVES["octile"], corner_cutting=True)
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
-_AT_ONCE = 1 << 20
+_CHUNK = 1 << 20
 """Cells under footprints that are looked at together."""
 
 
@@ -149,7 +149,7 @@ class LatticeMap(BorderedMap):
             checkpoint()
             first, last = self.lattice.stand_first[heading : heading + 2]
             free = np.ones(len(index), dtype=np.bool_)
-            each = max(1, _AT_ONCE // max(last - first, 1))
+            each = max(1, _CHUNK // max(last - first, 1))
             for k in range(0, len(index), each):
                 covered = index[k : k + each, None] + self.stands[first:last]
                 free[k : k + each] = ~self.walls[covered].any(axis=1)

@@ -36,6 +36,7 @@ from lampyris.model.trace import Outcome
 from lampyris.motion.laws.registry import SpeedLaw, name_of
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.least_steps import demand_at_least, least_metres
+from lampyris.planning.selection import demand_untimed
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
@@ -134,6 +135,7 @@ class DriveSimulation(Exclusive):
         self.sensor: Sensor = (
             sensor.fresh() if isinstance(sensor, FaultySensor) else sensor or PerfectSensor()
         )
+        demand_untimed(planner)
         poses = planner.traits.plans_headings
         self._demand_law(law, poses)
         # An obstacle may be within the circle around a footprint and not on the robot.
