@@ -12,7 +12,7 @@ from lampyris.model.path import Pose, PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.referee.geometry.footprint import along_arc, overlapped, placed
-from lampyris.referee.pose_times import check_pose_times
+from lampyris.referee.geometry.pose_times import check_pose_times
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 

@@ -165,6 +165,11 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         waits = ticks[-1] - ticks[0] - len(ticks) + 1
         rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting"))
         waiting = ", without the waiting" if waits else ""
+    if found.pose_path is not None and found.pose_path.times is not None:
+        times = found.pose_path.times
+        stands = float((times[:, 1] - times[:, 0]).sum())
+        rows.append(("arrival", f"after {times[-1, 0]:.4g} s, of which the robot waits {stands:.4g} s"))
+        waiting = ", without the planned times"
     if found.any_angle_length is not None and found.waypoints is not None:
         words = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
         rows.append(("any angle", words))

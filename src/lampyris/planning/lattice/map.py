@@ -131,8 +131,10 @@ class LatticeMap(BorderedMap):
     def cost_of(self, indices: list[int], primitives: list[int]) -> int:
         """The cost of primitives, each of which begins at the cell of an index, in units of the lattice."""
         if len(self.price):
-            return sum(self.cost(index, k) for index, k in zip(indices, primitives, strict=True))
-        return int(self.lattice.cost[primitives].sum()) if primitives else 0
+            costs = [self.cost(index, k) for index, k in zip(indices, primitives, strict=True)]
+        else:
+            costs = self.lattice.cost[primitives].tolist() if primitives else []
+        return int(np.array(costs, dtype=np.int64).sum())
 
     def is_free(self, cell: Cell, heading: int) -> bool:
         """Whether the footprint at the centre of a cell of the map touches no wall."""

@@ -95,7 +95,8 @@ def times_along(poses: Floats, lasts: float, *, in_place: bool) -> Floats:
             bent, chord * np.where(bent, half, 1.0) / np.where(bent, elementary.sin(half), 1.0), chord
         )
     run = np.concatenate(([0.0], np.cumsum(steps)))
-    return run * (lasts / run[-1])
+    times: Floats = run * (lasts / run[-1])
+    return times
 
 
 def _placed(poses: Floats, cover: Floats, begin: Floats, end: Floats) -> Floats:

@@ -36,7 +36,7 @@ class TimedFound:
     departures: tuple[float, ...] = ()
 
 
-class TimedSearch:
+class IntervalSearch:
     """One map, one robot, and obstacles with known tracks.
 
     Parameters

@@ -18,7 +18,7 @@ from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.timed.discs import motion_discs
 from lampyris.planning.lattice.timed.obstacles import known_obstacles
-from lampyris.planning.lattice.timed.search import TimedFound, TimedSearch
+from lampyris.planning.lattice.timed.search import IntervalSearch, TimedFound
 from lampyris.planning.lattice.timed.times import pose_times
 from lampyris.typing import Floats
 
@@ -85,7 +85,7 @@ class LatticeSippSession(LatticeSession):
             return self._none_found(EXHAUSTED, 0)
         assert self._heuristic is not None
         discs = motion_discs(self._lattice, self._sipp.speed)
-        timed = TimedSearch(lattice_map, discs, self._obstacles, self._sipp.speed)
+        timed = IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed)
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
         found = timed.find(self._heuristic[1], begins, known, self._settings.weight, limit)
         if found.path is not None:

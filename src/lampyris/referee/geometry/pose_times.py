@@ -102,7 +102,8 @@ class _Meeting:
 
     def _reach(self, seconds: Floats) -> Floats:
         """Metres that the obstacle moves at most in half of so many seconds."""
-        return math.sqrt(2.0) * self._cell * seconds / self._tick / 2
+        reach: Floats = math.sqrt(2.0) * self._cell * seconds / self._tick / 2
+        return reach
 
     def _search(self, pose: int, drives: bool, begin: float, end: float, moved: float) -> float | None:
         """When they overlap within one span, by halving it where they are near."""
@@ -134,5 +135,6 @@ class _Meeting:
         centre = self._track[low] + (ticks - low)[:, None] * (self._track[high] - self._track[low])
         if self._outline is None:
             away = (centre - place) * self._cell
-            return np.hypot(away[:, 0], away[:, 1]) - self._robot.radius - self._radius
+            gaps: Floats = np.hypot(away[:, 0], away[:, 1]) - self._robot.radius - self._radius
+            return gaps
         return signed_distance(self._outline, place * self._cell, yaw, centre * self._cell) - self._radius
