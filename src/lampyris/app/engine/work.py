@@ -60,7 +60,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         record["speed"] = profile_record(profile, caps=True)
     if found.pose_path is not None:
         record["pose_cells"] = _pose_cells(found.pose_path, scenario.scene.grid)
-    if scenario.scene.traffic and scenario.drive is None:
+    if scenario.scene.traffic:
         with suppress(LampyrisError):  # the run says why
             record["obstacle_specs"] = standing_records(scenario)
     record["notes"] = [
@@ -76,9 +76,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 
 def _pose_cells(path: PosePath, grid: Grid) -> list[list[float]]:
-    """Poses as the page draws them: x and y in cells, y down, and the yaw from the rows to their right."""
+    """Poses as the page draws them: x and y in cells, y down, the yaw from the rows to their right, and how the step to
+    the next pose is driven: 1 ahead, -1 in reverse, 0 turned in place (the last as the one before)."""
     points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
-    table = np.column_stack((points, path.poses[:, 2] - grid.origin[2]))
+    gears = np.concatenate((path.gears, path.gears[-1:] if len(path.gears) else np.ones(1)))
+    table = np.column_stack((points, path.poses[:, 2] - grid.origin[2], gears))
     return cast(list[list[float]], np.round(table, 4).tolist())
 
 
@@ -94,6 +96,13 @@ def simulated(scenario: Scenario, look: Look, head: Mapping[str, Any]) -> Iterat
     yield json_frame("H", {**head, **header(run, scenario)})
     yield from watch(run, look)
     yield json_frame("Z", ending(finish(run), head))
+
+
+def drive(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Drives in continuous time: see :func:`lampyris.app.engine.driving.drive`. What drives is loaded when it is asked for."""
+    from lampyris.app.engine.driving import drive as driven
+
+    yield from driven(question, look)
 
 
 def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
@@ -137,6 +146,7 @@ def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "plan": plan,
     "simulate": simulate,
+    "drive": drive,
     "layer": layer,
     "compare": compare,
     "export": export,

@@ -68,6 +68,7 @@ the secret."""
 ASKED: Final[Mapping[str, Form]] = {
     "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
     "simulate": {"scenario": TABLE},
+    "drive": {"scenario": TABLE},
     "layer": {"scenario": TABLE, "layer": TEXT, "obstacle_cells": LIST, "tick": WHOLE},
     "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
     "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},

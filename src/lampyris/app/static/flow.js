@@ -2,6 +2,7 @@
 // flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
 
 import { Gone, ServerError } from "./api.js";
+import { LINES } from "./colours.js";
 import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
@@ -10,9 +11,9 @@ import { outlineOf, plansPoses } from "./shape.js";
 import { first, blank } from "./state.js";
 
 /** Keys that decide a run. */
-const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
+const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "drive", "controllers", "zones"];
 /** Of these, the ones that decide a plan at the start as well. */
-const UNPLANNED = new Set(["simulate"]);
+const UNPLANNED = new Set(["simulate", "drive", "controllers"]);
 /**
  * Milliseconds after which a plan that is no longer wanted is stopped instead of waited for. An engine that is
  * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
@@ -27,12 +28,10 @@ export function mount(page) {
   const plans = new Plans(page);
   const runs = new Runs(page);
   page.replan = () => plans.want();
-  page.simulate = async (how) => {
-    if (plansPoses(page)) page.say(NO_RUN);
-    else await runs.begin(how ?? {});
-  };
+  page.simulate = (how) => runs.begin(how ?? {});
   page.stop = () => runs.stop();
-  page.asked = () => asked(store.scenario, plansPoses(page));
+  page.drives = () => plansPoses(page) || Boolean(store.scenario.drive);
+  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), page.drives() && !ticks);
 
   /** What the ground on the screen is made of. */
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
@@ -156,7 +155,7 @@ export function mount(page) {
     if (!decisive.length) return;
     if (page.run || runs.busy) {
       const tick = page.play.tick;
-      if (page.run && decisive.length === 1 && decisive[0] === "edits" && (tick > 0 || page.play.playing)) {
+      if (page.run && decisive.length === 1 && decisive[0] === "edits" && !page.run.step && (tick > 0 || page.play.playing)) {
         void runs.begin({ tick, play: page.play.playing, cut: true });
       } else runs.clear();
     }
@@ -181,9 +180,10 @@ export function mount(page) {
     // A comparison draws ways of its own.
     if (run && run !== runs.own) return;
     running = run !== null && page.play.tick > 0;
-    if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
+    if (run?.step && running) map.ways = waysOfDrive(run, plan);
+    else if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
     else map.ways = plan && plan.cells.length > 2 ? [wayOf(plan, page)] : [];
-    map.shape = shapeOf(page);
+    map.shape = shapeOf(page, running);
     map.refresh();
   };
   for (const name of ["plan", "run", "end"]) page.on(name, drawWays);
@@ -217,9 +217,10 @@ function drawnIn(ground) {
   return ground.obstacle_cells.length ? [{ kind: "random-walk", count: ground.obstacle_cells.length, starts: ground.obstacle_cells }] : [];
 }
 
-/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @returns {Scenario} */
-export function asked(scenario, poses) {
-  const made = /** @type {any} */ ({ ...scenario, simulate: scenario.simulate ?? {} });
+/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @param {boolean} [drives] whether it is driven in continuous time, and not simulated in ticks @returns {Scenario} */
+export function asked(scenario, poses, drives = false) {
+  const made = /** @type {any} */ ({ ...scenario, simulate: drives ? undefined : scenario.simulate ?? {}, drive: drives ? scenario.drive ?? {} : undefined });
+  delete made.controllers;
   for (const end of ["start", "goal"]) {
     const yaw = made[`${end}_yaw`];
     if (poses && made[end] && yaw !== null) made[end] = { cell: made[end], yaw };
@@ -234,7 +235,6 @@ export function asked(scenario, poses) {
 
 /** Keys of what is shown at the ends. */
 const SHOWN = ["start", "goal", "start_yaw", "goal_yaw", "robot", "planner"];
-const NO_RUN = "Planners of poses plan here, with a speed at each pose; they are not simulated in ticks. To drive the plan, save the scenario and use lampyris drive.";
 
 /** Ends of a file that are in metres as cells of the map. @param {Scenario} scenario @param {Ground} ground @returns {Scenario} */
 function settled(scenario, ground) {
@@ -252,8 +252,16 @@ function settled(scenario, ground) {
   return made;
 }
 
-/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @returns {import("./shape.js").Shape | null} */
-function shapeOf(page) {
+/** What a drive follows, and what others drove: its path as planned if its controller may leave it, else the path driven in the end. @param {Run} run @param {Plan | null} plan @returns {import("./ways.js").Way[]} */
+function waysOfDrive(run, plan) {
+  const planned = run.label !== "exact" && plan?.pose_cells?.map(([x, y]) => [x, y]).flat();
+  const cells = planned || run.robot.subarray(0, 2 * run.ticks);
+  const others = run.rivals.map((one, k) => ({ cells: one.robot.subarray(0, 2 * one.ticks), colour: LINES[(k + 1) % LINES.length][0], wide: 2.5 }));
+  return [{ cells, faint: true }, ...others];
+}
+
+/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {boolean} [faint] something else matters more now @returns {import("./shape.js").Shape | null} */
+function shapeOf(page, faint = false) {
   const { ground, plan, store } = page;
   if (!ground || !plansPoses(page)) return null;
   const { scenario } = store;
@@ -262,7 +270,7 @@ function shapeOf(page) {
     const yaw = scenario[`${end}_yaw`];
     return at ? [{ end, at, heading: yaw === null ? null : yaw - ground.origin[2] }] : [];
   });
-  return { outline: outlineOf(scenario.robot, ground.resolution), poses: plan?.pose_cells ?? [], ends };
+  return { outline: outlineOf(scenario.robot, ground.resolution), poses: plan?.pose_cells ?? [], ends, faint };
 }
 
 /** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */
@@ -334,7 +342,7 @@ class Plans {
     const page = this._page;
     /** @type {any} */
     let plan = null;
-    for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: [] }, signal)) {
+    for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(true), record: false, layers: [] }, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
       if (kind === "Z") plan = json(bytes);
     }

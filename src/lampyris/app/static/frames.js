@@ -102,13 +102,52 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
+/**
+ * Samples of a drive, put into the run.
+ * @param {Uint8Array} bytes
+ * @param {Run} run
+ */
+export function addSamples(bytes, run) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const first = view.getUint32(0, true);
+  const n = view.getUint16(4, true);
+  const bodies = view.getUint16(6, true);
+  const size = 8 + n * (21 + 8 * bodies);
+  if (first !== run.ticks || bytes.length !== size) throw new Error(`${n} samples from ${first} on in ${bytes.length} bytes`);
+  const last = first + n;
+  let at = 8;
+  /** @param {number} many */
+  const next = (many) => new Float32Array(bytes.slice(at, (at += 4 * many)).buffer);
+  /** @type {Float32Array} */
+  const robot = run.robot instanceof Float32Array ? run.robot : new Float32Array(0);
+  run.robot = grown(robot, 2 * last);
+  run.yaw = grown(run.yaw, last);
+  run.speed = grown(run.speed, last);
+  run.cause = grown(run.cause, last);
+  run.near = grown(run.near, last);
+  run.robot.set(next(2 * n), 2 * first);
+  run.yaw.set(next(n), first);
+  run.speed.set(next(n), first);
+  run.cause.set(bytes.subarray(at, (at += n)), first);
+  const places = next(2 * n * bodies);
+  for (let k = 0; k < n; k++) run.places.push(places.subarray(2 * bodies * k, 2 * bodies * (k + 1)));
+  run.near.set(next(n), first);
+  run.ticks = last;
+}
+
+/** Ticks of a run as a time, or as their number. @param {Run | null} run @param {number} tick */
+export function timeOf(run, tick) {
+  return run?.step ? `${(tick * run.step).toFixed(1)} s` : String(tick);
+}
+
 /** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {Run} */
 export function newRun(head) {
   return {
-    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
+    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.controller ?? head.planner ?? "", law: head.law ?? "",
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
+    step: head.step, yaw: new Float32Array(0), rivals: [],
   };
 }
 

@@ -3,7 +3,7 @@
 
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { addEvents, addSamples, addTicks, json, newRun } from "./frames.js";
 import { sentence } from "./make.js";
 
 /** Runs: one at a time. */
@@ -25,13 +25,23 @@ export class Runs {
 
   stop() {
     if (this._abort) this._page.play.hold(false);
+    const rivals = this._abort !== null && this.own !== null && this.own.step !== undefined;
     this._abort?.abort();
     this._abort = null;
-    if (this.own && !this.own.done) {
+    this._progress("");
+    if (this.own && (!this.own.done || rivals)) {
       this.own.done = true;
       this._page.tell("end");
     }
     this._page.busy("run", false);
+  }
+
+  /** What a drive is computed for. @param {string} what */
+  _progress(what) {
+    const page = this._page;
+    if (page.driving === what) return;
+    page.driving = what;
+    page.tell("progress");
   }
 
   /** The run is no longer the scenario's. */
@@ -88,6 +98,8 @@ export class Runs {
     // The old run may not go on past the moment from which the new one differs.
     if (tick > 0) page.play.hold(true);
     const scenario = page.asked();
+    const drives = page.drives();
+    if (drives) this._progress("Driving\u2026");
     const who = { planner: scenario.planner.name, law: scenario.law?.name };
     let run = newRun(who);
     /** Shown once it has come as far as what is shown now: until there both are the same. */
@@ -105,13 +117,15 @@ export class Runs {
       page.tell("run", { tick: Math.min(at, Math.max(0, run.ticks - 1)), play: plays });
     };
     try {
-      for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
+      for await (const { kind, bytes } of page.api.frames(drives ? "/api/drive" : "/api/simulate", { scenario }, abort.signal)) {
         if (abort.signal.aborted) return;
         if (kind === "X") throw new ServerError(200, json(bytes));
         else if (kind === "H") run = newRun({ ...who, ...json(bytes) });
         else if (kind === "T") addTicks(bytes, run);
+        else if (kind === "D") addSamples(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
         else if (kind === "C") addCaps(bytes, run);
+        else if (kind === "P" && drives) this._heard(json(bytes));
         else if (kind === "Z") {
           run.end = json(bytes);
           run.done = true;
@@ -128,6 +142,7 @@ export class Runs {
       if (!published) publish();
       run.done = true;
       page.tell("end");
+      if (drives) await this._rivals(run, scenario, abort.signal);
     } catch (error) {
       if (abort.signal.aborted) return;
       run.done = true;
@@ -145,8 +160,41 @@ export class Runs {
     } finally {
       if (this._abort === abort) {
         this._abort = null;
+        this._progress("");
         page.busy("run", false);
       }
     }
+  }
+
+  /** The same drive by the other controllers, one after the other. @param {Run} run @param {Scenario} scenario @param {AbortSignal} signal */
+  async _rivals(run, scenario, signal) {
+    const page = this._page;
+    for (const { name, settings } of page.store.scenario.controllers ?? []) {
+      this._progress(`Driving with ${name}\u2026`);
+      let rival = newRun({ controller: name });
+      const drive = { ...scenario.drive, controller: name, controller_settings: settings };
+      try {
+        for await (const { kind, bytes } of page.api.frames("/api/drive", { scenario: { ...scenario, drive } }, signal)) {
+          if (kind === "X") throw new ServerError(200, json(bytes));
+          else if (kind === "H") rival = newRun(json(bytes));
+          else if (kind === "D") addSamples(bytes, rival);
+          else if (kind === "E") addEvents(bytes, rival);
+          else if (kind === "P") this._heard(json(bytes));
+          else if (kind === "Z") rival.end = json(bytes);
+        }
+      } catch (error) {
+        if (signal.aborted || error instanceof Gone) throw error;
+        // The others go on; the table says why this one has no numbers.
+        rival.end = { outcome: "refused", sentence: sentence(error) };
+      }
+      rival.done = true;
+      run.rivals.push(rival);
+      page.tell("end");
+    }
+  }
+
+  /** How far a drive is. @param {{what: string, done?: number}} told */
+  _heard({ what, done }) {
+    if (what.startsWith("driving")) this._progress(`${what.replace("driv", "Driv")}${done ? `, ${done} s so far` : ""}\u2026`);
   }
 }

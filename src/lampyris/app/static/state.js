@@ -13,7 +13,7 @@ export function blank() {
   return {
     version: 1, map: "env-3", start: null, goal: null, start_yaw: null, goal_yaw: null, robot: {}, preset: "robot", moves: null,
     planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
-    simulate: { ticks: null, patience: null },
+    simulate: { ticks: null, patience: null }, drive: null, controllers: [],
   };
 }
 
@@ -142,6 +142,7 @@ export function tidy(made, from) {
   return {
     ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), ...ends("start"), ...ends("goal"),
     obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
+    controllers: list(made.controllers).filter((one) => typeof one?.name === "string"),
   };
 }
 

@@ -4,7 +4,9 @@
 
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
+import { timeOf } from "./frames.js";
 import { el } from "./make.js";
+import { resultsOf } from "./results.js";
 import { mark } from "./timeline.js";
 
 /** Milliseconds between two changes of what is seen. */
@@ -30,10 +32,13 @@ class Status {
     this.facts = el("dl", { class: "facts" });
     /** @type {Map<string, {dt: HTMLElement, dd: HTMLElement}>} */
     this._rows = new Map();
+    /** What the controllers of a drive achieved. */
+    this.results = el("div", { class: "wide st-results", hidden: true });
+    this._table = "";
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.results, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -49,7 +54,7 @@ class Status {
     this._busy = false;
 
     page.on("tick", () => this.later());
-    for (const name of ["plan", "run", "ticks", "end", "play", "ground", "theme"]) page.on(name, () => this.later(true));
+    for (const name of ["plan", "run", "ticks", "end", "play", "ground", "theme", "progress"]) page.on(name, () => this.later(true));
     page.on("busy", (busy) => {
       this._busy = Boolean(busy);
       this.later(true);
@@ -73,6 +78,7 @@ class Status {
     if (run) this._ofRun(run);
     else this._ofPlan();
     this._events(run);
+    this._results(run);
   }
 
   // ---- a plan --------------------
@@ -91,7 +97,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
+    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 
@@ -145,16 +151,18 @@ class Status {
     this._otherwise(end.notes);
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
-    else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
+    else if (event && (run.step ? tick - event.tick < 1 / run.step : event.tick === tick) && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
-    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+    const drive = run.step !== undefined;
+    set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+      : drive ? "Space pauses, the keys , and . go a twentieth of a second."
       : "Paint a wall (B), and it replans. Space pauses, the keys , and . go tick by tick.");
 
     /** @type {Array<[string, string]>} */
-    const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
+    const rows = [drive ? ["Time", `${timeOf(run, tick)} of ${timeOf(run, run.ticks - 1)}`] : ["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
     const near = run.near[tick];
     if (run.bodies.length) {
-      const there = run.places[tick].length / 2;
+      const there = drive ? run.places[tick].filter((x, k) => k % 2 === 0 && x > -1).length : run.places[tick].length / 2;
       rows.push(["Obstacles", whole(there)]);
       rows.push(["Nearest", near < Infinity ? `${brief(near)} m` : "\u2013"]);
     }
@@ -162,7 +170,8 @@ class Status {
     rows.push(["Waits so far", whole(this._counts.wait ?? 0)]);
     const m = end.metrics ?? {};
     if (over) {
-      rows.push(["Outcome", String(end.outcome ?? "")]);
+      rows.push(["Outcome", String(end.outcome ?? "").replaceAll("_", " ")]);
+      if (drive) rows.push(...driveFacts(end));
       if (Number.isFinite(m.cost)) rows.push(["Cost driven", `${brief(m.cost)} cells`]);
       if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
       if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
@@ -213,8 +222,8 @@ class Status {
         this.page.play.seek(event.tick);
       };
       lines.push(
-        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to tick ${event.tick}` },
-          glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, String(event.tick)),
+        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to ${run.step ? "" : "tick "}${timeOf(run, event.tick)}` },
+          glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, timeOf(run, event.tick)),
           el("span", {}, event.sentence || look.label))),
       );
     }
@@ -223,6 +232,17 @@ class Status {
   }
 
   // ---- what is seen and said --------------------
+
+  /** Measures of a drive, and of those of other controllers beside it. @param {Run | null} run */
+  _results(run) {
+    const some = run?.step && run.done ? [run, ...run.rivals] : [];
+    const key = some.map((one) => `${one.job} ${one.label} ${one.end?.outcome} ${one.end?.digest}`).join();
+    if (key === this._table) return;
+    this._table = key;
+    const made = resultsOf(some);
+    this.results.hidden = !made;
+    this.results.replaceChildren(...(made ? [made] : []));
+  }
 
   /** A remark on what was not done as asked. @param {string[]} [notes] */
   _otherwise(notes = []) {
@@ -276,6 +296,8 @@ const ABOUT = {
   Gates: "Openings one cell wide", Time: "How long the robot takes for the path", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
   "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
+  Took: "Time from start to end, beside that of the fastest drive of the first path without obstacles",
+  "Limited by": "What limited the speed, by its share of the time",
   Nearest: "Free distance from the robot's rim to the nearest obstacle's, each at least as large as its cell; 0: in cells side by side",
 };
 
@@ -292,13 +314,36 @@ const REMEDY = {
   limit: "Give the planner a larger budget, or take another planner (Planner).",
 };
 
+/** What a drive measures beside the table of its controllers. @param {Record<string, any>} end @returns {Array<[string, string]>} */
+function driveFacts(end) {
+  /** @type {Array<[string, string]>} */
+  const rows = [];
+  if (Number.isFinite(end.duration)) rows.push(["Took", `${brief(end.duration)} s${end.optimum ? `, ${(end.duration / end.optimum).toFixed(2)} x the optimum` : ""}`]);
+  if (Number.isFinite(end.fastest)) rows.push(["Fastest", `${brief(end.fastest)} m/s`]);
+  if (end.limited_by?.length) rows.push(["Limited by", end.limited_by.slice(0, 3).map((/** @type {[string, number]} */ [cause, share]) => `${cause} ${Math.round(100 * share)} %`).join(", ")]);
+  return rows;
+}
+
 /** What the robot does when nothing happens. @param {Run} run @param {number} tick @param {string} cause */
 function going(run, tick, cause) {
   const { robot } = run;
   if (tick === 0) return "The robot stands at the start.";
   const still = robot[2 * tick] === robot[2 * tick - 2] && robot[2 * tick + 1] === robot[2 * tick - 1];
+  if (run.step && run.speed[tick] > 0) {
+    const way = gearOf(run, tick);
+    if (way !== "ahead") return way === "turns" ? "The robot turns in place." : PHRASES[cause]?.replace(/^The robot drives/, "The robot reverses") ?? "The robot reverses.";
+  }
   if (still) return cause === "wait" || cause === "waiting" ? "The robot waits." : `The robot stands: ${cause}.`;
   return PHRASES[cause] ?? (cause ? `The robot drives; what bounds its speed: ${cause}.` : "The robot drives.");
+}
+
+/** How a robot moves at a sample of a drive. @param {Run} run @param {number} tick @returns {"ahead" | "in reverse" | "turns"} */
+function gearOf({ robot, yaw }, tick) {
+  const from = Math.max(tick - 1, 0);
+  const [dx, dy] = [robot[2 * tick] - robot[2 * from], robot[2 * tick + 1] - robot[2 * from + 1]];
+  if (Math.abs(dx) + Math.abs(dy) < 1e-5) return Math.abs(yaw[tick] - yaw[from]) > 1e-5 ? "turns" : "ahead";
+  // To the side is neither: an omnidirectional robot drives it as it drives ahead.
+  return dx * Math.cos(yaw[tick]) - dy * Math.sin(yaw[tick]) < -0.7 * Math.hypot(dx, dy) ? "in reverse" : "ahead";
 }
 
 /** What causes mean for who does not know the words. @type {Record<string, string>} */
