@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import os
 import re
 import shutil
@@ -31,7 +32,7 @@ CAR: dict[str, Any] = {
     "footprint": [[3.6, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.6, -0.9]], "drive": "ackermann", "turn_radius": 5.0,
     "v_max": 3.0, "a_max": 1.0, "d_max": 2.0,
 }  # fmt: skip
-PEDESTRIANS = 4
+PEDESTRIANS = 5
 SHARE = 0.62
 """Of the drive that is over in its picture."""
 
@@ -50,11 +51,11 @@ def scenario() -> dict[str, Any]:
     """A car that parks in reverse among pedestrians, driven by three controllers."""
     return {
         "version": 1, "map": {"rows": car_park(), "name": "car park", "resolution": 0.25},
-        "start": {"cell": [16, 83], "yaw": 0.0}, "goal": {"cell": [60, 7], "yaw": -1.5707963}, "robot": CAR,
-        "planner": {"name": "lattice", "settings": {"weight": 1.05}}, "preset": "robot", "seed": 3,
+        "start": {"cell": [16, 83], "yaw": 0.0}, "goal": {"cell": [60, 7], "yaw": -math.pi / 2}, "robot": CAR,
+        "planner": {"name": "lattice", "settings": {"weight": 1.05}}, "preset": "robot", "seed": 5,
         "obstacles": [{"kind": "random-walk", "count": PEDESTRIANS, "radius": 0.3}], "edits": [],
         "drive": {"controller": "rpp", "obstacle_speed": 0.8},
-        "controllers": [{"name": "exact", "settings": {}}, {"name": "dwa", "settings": {}}],
+        "controllers": [{"name": "exact", "settings": {}}, {"name": "pure-pursuit", "settings": {}}],
     }  # fmt: skip
 
 
@@ -80,13 +81,10 @@ def drive_page(page: Any) -> None:
     page.get_by_role("group", name="Drive", exact=True).scroll_into_view_if_needed()
     page.get_by_role("button", name="Drive", exact=True).click()
     page.locator(".st-results th[scope=col]").nth(2).wait_for(timeout=120_000)
-    page.keyboard.press("Space")
     page.get_by_role("slider", name="Moment").focus()
     page.keyboard.press("Home")
-    last = int(page.get_by_role("slider", name="Moment").get_attribute("aria-valuemax"))
     for _ in range(round(SHARE * 20)):
         page.keyboard.press("PageUp")
-    assert last > 0
 
 
 def main() -> None:

@@ -17,10 +17,10 @@ from lampyris.app.engine.progress import Share
 from lampyris.app.engine.simulation import obstacle_record
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
+from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.motion.laws import registry as laws
-from lampyris.planning import registry
 from lampyris.report.data.following import following
 from lampyris.report.data.gaps import gaps_between
 from lampyris.report.data.metrics import drive_shares, worth_telling
@@ -30,6 +30,8 @@ STEP: Final = 0.05
 """Seconds between two samples of a drive, unless that makes more than :data:`MOST_PLACES`."""
 MOST_PLACES: Final = 4_000_000
 """Samples times robots and obstacles: 32 MB."""
+MOST_POSES: Final = 20_000
+"""Poses of the paths of one drive."""
 PIECE: Final = 2_000
 """Samples of one frame."""
 
@@ -128,13 +130,43 @@ def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> 
         "goal": list(made.scene.goal),
         "causes": causes,
         "step": step,
-        "poses": scenario.planner in registry.pose_names(),
+        "paths": paths_of(made),
         "obstacle_specs": [
             {**obstacle_record(one), "radius": track.radius}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)
         ],
         "notes": list(scenario.notes),
     }
+
+
+def paths_of(made: Drive) -> list[dict[str, Any]]:
+    """The paths that the robot was to follow: since when (``t``, seconds), and their ``poses`` half a cell apart as the
+    page draws them: x, y, yaw and gear as :func:`lampyris.app.engine.work.plan` gives those of plans; along cells x and y alone.
+    """
+    if made.paths:
+        curves, since = made.paths, made.path_times
+    else:
+        curves = made.curves
+        since = tuple(float(made.t[np.argmax(made.leg == k)]) if (made.leg == k).any() else math.inf for k in range(len(curves)))
+    found, left = [], MOST_POSES
+    for curve, t in zip(curves, since, strict=True):
+        if not len(curve.lengths) or not math.isfinite(t):
+            continue
+        poses = _poses(curve)
+        left -= len(poses)
+        if left >= 0:
+            found.append({"t": t, "poses": poses})
+    return found
+
+
+def _poses(curve: Curve) -> list[list[float]]:
+    many = max(math.ceil(2 * curve.length / curve.resolution), 1) + 1
+    s = np.union1d(np.linspace(0.0, curve.length, many), curve.begins)
+    columns = [curve.at(s)[0]]
+    if isinstance(curve, PoseCurve):
+        columns += [curve.yaw_at(s)[:, None], curve.gears[curve.pieces_at(s)][:, None]]
+    rows: list[list[float]] = np.round(np.hstack(columns), 4).tolist()
+    return rows
 
 
 def _samples(made: Drive, t: Any, yaw: Any, first: int, causes: list[str]) -> bytes:

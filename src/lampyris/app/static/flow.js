@@ -175,15 +175,18 @@ export function mount(page) {
   // The way of the plan, by its speeds. While a run is on its way: the run's own, as far as it has come; what it
   // has driven is drawn over it. The plan's would lead through walls that were painted since.
   let running = false;
+  /** The path that a drive follows at the shown moment. @type {number[][]} */
+  let followed = [];
   const drawWays = () => {
     const { plan, run } = page;
     // A comparison draws ways of its own.
     if (run && run !== runs.own) return;
     running = run !== null && page.play.tick > 0;
-    if (run?.step && running) map.ways = waysOfDrive(run, plan);
+    followed = run?.step && running ? pathAt(run, page.play.tick) : [];
+    if (run?.step && running) map.ways = waysOfDrive(run, followed);
     else if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
     else map.ways = plan && plan.cells.length > 2 ? [wayOf(plan, page)] : [];
-    map.shape = shapeOf(page, running);
+    map.shape = shapeOf(page, followed.length ? followed : undefined);
     map.refresh();
   };
   for (const name of ["plan", "run", "end"]) page.on(name, drawWays);
@@ -194,7 +197,8 @@ export function mount(page) {
     drawWays();
   });
   page.on("tick", () => {
-    if (running !== (page.run !== null && page.play.tick > 0)) drawWays();
+    const { run, play } = page;
+    if (running !== (run !== null && play.tick > 0) || (run?.step && running && followed !== pathAt(run, play.tick))) drawWays();
   });
 }
 
@@ -252,16 +256,24 @@ function settled(scenario, ground) {
   return made;
 }
 
-/** What a drive follows, and what others drove: its path as planned if its controller may leave it, else the path driven in the end. @param {Run} run @param {Plan | null} plan @returns {import("./ways.js").Way[]} */
-function waysOfDrive(run, plan) {
-  const planned = run.label !== "exact" && plan?.pose_cells?.map(([x, y]) => [x, y]).flat();
-  const cells = planned || run.robot.subarray(0, 2 * run.ticks);
+/** @type {number[][]} */
+const NO_PATH = [];
+
+/** The path that a drive follows at a moment. @param {Run} run @param {number} tick @returns {number[][]} */
+function pathAt({ paths, step = 1 }, tick) {
+  const over = paths.filter(({ t }) => t <= tick * step + 1e-9);
+  return over.length ? over[over.length - 1].poses : NO_PATH;
+}
+
+/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./ways.js").Way[]} */
+function waysOfDrive(run, path) {
+  const cells = path.flatMap(([x, y]) => [x, y]);
   const others = run.rivals.map((one, k) => ({ cells: one.robot.subarray(0, 2 * one.ticks), colour: LINES[(k + 1) % LINES.length][0], wide: 2.5 }));
   return [{ cells, faint: true }, ...others];
 }
 
-/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {boolean} [faint] something else matters more now @returns {import("./shape.js").Shape | null} */
-function shapeOf(page, faint = false) {
+/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {number[][]} [path] what a drive follows, if one is shown @returns {import("./shape.js").Shape | null} */
+function shapeOf(page, path) {
   const { ground, plan, store } = page;
   if (!ground || !plansPoses(page)) return null;
   const { scenario } = store;
@@ -270,7 +282,7 @@ function shapeOf(page, faint = false) {
     const yaw = scenario[`${end}_yaw`];
     return at ? [{ end, at, heading: yaw === null ? null : yaw - ground.origin[2] }] : [];
   });
-  return { outline: outlineOf(scenario.robot, ground.resolution), poses: plan?.pose_cells ?? [], ends, faint };
+  return { outline: outlineOf(scenario.robot, ground.resolution), poses: path ?? plan?.pose_cells ?? [], ends, faint: path !== undefined };
 }
 
 /** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */

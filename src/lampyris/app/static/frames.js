@@ -147,7 +147,7 @@ export function newRun(head) {
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
-    step: head.step, yaw: new Float32Array(0), rivals: [],
+    step: head.step, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
   };
 }
 

@@ -68,12 +68,13 @@ function drawRobot(pen, view, at, heading, radius, outline, colour) {
   pen.lineWidth = 1.5;
   pen.fill();
   pen.stroke();
-  // An arrow within the front half.
+  // An arrow at its front.
   const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
-  const half = Math.min(0.55 * Math.max(wide, SEEN), 0.5 * nose);
+  const half = Math.min(0.6 * Math.max(wide, SEEN), 0.5 * nose);
+  const back = Math.max(0.2 * nose, 0.85 * nose - 1.6 * half);
   pen.fillStyle = "#fff";
   pen.beginPath();
-  for (const [ahead, left] of [[0.85 * nose, 0], [0.2 * nose, half], [0.2 * nose, -half]]) pen.lineTo(x + ahead * cos - left * sin, y - ahead * sin - left * cos);
+  for (const [ahead, left] of [[0.85 * nose, 0], [back, half], [back, -half]]) pen.lineTo(x + ahead * cos - left * sin, y - ahead * sin - left * cos);
   pen.fill();
 }
 

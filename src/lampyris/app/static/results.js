@@ -5,14 +5,15 @@ import { el, told } from "./make.js";
 
 /** Measures of following a path: name, heading, digits. The names are those of lampyris.report.data.following. @type {Array<[string, string, number]>} */
 const ROWS = [
-  ["cross_track_max", "Off path, most (m)", 3], ["cross_track_mean", "Off path, mean (m)", 3], ["yaw_error_max", "Yaw error, most (rad)", 2],
-  ["yaw_error_mean", "Yaw error, mean (rad)", 2], ["jerk_mean", "Jerk (m/s³)", 2], ["yaw_acceleration_mean", "Steering (rad/s²)", 2],
+  ["cross_track_max", "Off path, m", 3], ["cross_track_mean", "on average", 3], ["yaw_error_max", "Yaw error, rad", 2],
+  ["yaw_error_mean", "on average", 2], ["jerk_mean", "Jerk, m/s³", 2], ["yaw_acceleration_mean", "Steering, rad/s²", 2],
   ["stops", "Stops", 0], ["contacts", "Contacts", 0],
 ];
 /** What a heading means. @type {Record<string, string>} */
 const ABOUT = {
-  cross_track_max: "Distance from the base to the nearest point of the path that it followed then", yaw_error_max: "Between the robot's yaw and that of the path",
-  jerk_mean: "Changes of the acceleration, summed up, by the duration", yaw_acceleration_mean: "Changes of the yaw rate, summed up, by the duration: the steering effort",
+  cross_track_max: "Greatest distance from the base to the nearest point of the path that it followed then", cross_track_mean: "The same distance, on average",
+  yaw_error_max: "Greatest difference between the robot's yaw and that of the path",
+  yaw_error_mean: "The same difference, on average", jerk_mean: "Changes of the acceleration, summed up, by the duration", yaw_acceleration_mean: "Changes of the yaw rate, summed up, by the duration: the steering effort",
   stops: "How often it came to rest before the end", contacts: "Contacts while it moved",
 };
 
@@ -26,7 +27,7 @@ export function resultsOf(runs) {
   const refused = ended.filter(({ end }) => end?.outcome === "refused");
   return el("div", { class: "stack" },
     el("table", { class: "data measures controllers" },
-      el("caption", null, filter ? `How controllers followed the path; commands ${filter === "none" ? "not filtered" : "filtered by the braking rule"}` : "How the controller followed the path"),
+      el("caption", null, filter ? `How the path was followed; commands ${filter === "none" ? "not filtered" : "filtered by the braking rule"}` : "How the path was followed"),
       el("thead", null, el("tr", null, el("td", null), ...ended.map((run) => {
         const head = el("th", { scope: "col" }, el("i", { class: "swatch" }), run.label);
         /** @type {HTMLElement} */ (head.firstElementChild).style.background = LINES[runs.indexOf(run) % LINES.length][0];
@@ -34,7 +35,7 @@ export function resultsOf(runs) {
       }))),
       el("tbody", null,
         row("Outcome", (end) => String(end.outcome).replaceAll("_", " ")),
-        row("Time (s)", (end) => told(end.duration, 1)),
+        row("Time, s", (end) => told(end.duration, 1)),
         ...ROWS.map(([key, title, digits]) => row(title, (end) => told(end.following?.[key], digits), ABOUT[key])))),
     ...refused.map((one) => el("p", { class: "hint bad" }, `${one.label}: ${one.end?.sentence}`)));
 }

@@ -186,6 +186,7 @@ export class Runs {
         if (signal.aborted || error instanceof Gone) throw error;
         // The others go on; the table says why this one has no numbers.
         rival.end = { outcome: "refused", sentence: sentence(error) };
+        page.fault(error);
       }
       rival.done = true;
       run.rivals.push(rival);

@@ -40,13 +40,14 @@
 /**
  * A simulation as far as it has come. Arrays grow; `ticks` says how much of them is filled. `cut`: a wall was painted
  * at its last tick, and what came after it is taken off. Of a drive in continuous time the ticks are samples, `step` seconds
- * apart, with the robot's `yaw` on the screen; `rivals` are the drives of other controllers in the same scene.
+ * apart, with the robot's `yaw` on the screen; `rivals` are the drives of other controllers in the
+ * same scene, `paths` what the robot was to follow, each from `t` seconds on.
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array | Float32Array, speed: Float32Array, cause: Uint8Array, causes: string[],
  *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Array<Int16Array | Float32Array>,
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
- *   end: Record<string, any> | null, cut?: boolean, step?: number, yaw: Float32Array, rivals: Run[],
+ *   end: Record<string, any> | null, cut?: boolean, step?: number, yaw: Float32Array, rivals: Run[], paths: Array<{t: number, poses: number[][]}>,
  * }} Run
  */
 
