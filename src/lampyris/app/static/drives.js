@@ -24,7 +24,7 @@ export function mount(page, into) {
   const timed = field({
     name: "continuous time", type: "flag", default: false, choices: null, least: null, most: null, allowed: "",
     about: "Drive in continuous time, with bounded accelerations, instead of a simulation in ticks.",
-  }, (value) => store.set({ drive: value ? {} : null }));
+  }, (value) => store.set({ drive: value ? {} : undefined }));
   const pick = el("select", { "aria-label": "Controller" }, ...[EXACT, ...page.hello.controllers.map((/** @type {any} */ row) => row.name)]
     .map((name) => el("option", { value: name }, name)));
   pick.addEventListener("change", () => {

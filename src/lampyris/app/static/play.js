@@ -193,7 +193,7 @@ export class Player {
       shares.set(this._shares);
       this._shares = shares;
       this._trail.cells = way;
-      this._trail.shares = run.rivals.length ? null : shares;
+      this._trail.shares = run.rivals?.length ? null : shares;
     }
     let fastest = this._fastest;
     for (let k = this._copied; k < run.ticks; k++) {
@@ -274,7 +274,7 @@ export class Player {
     if (!run.step) return;
     moment.others = run.rivals.map((one, line) => ({ one, line: line + 1 })).filter(({ one }) => one.ticks > 0)
       .map(({ one, line }) => ({ robot: placeAt(one, k + f), line, heading: headingAt(one, k + f) }));
-    const shares = run.rivals.length ? null : this._shares;
+    const shares = run.rivals?.length ? null : this._shares;
     if (this._trail.shares !== shares) this._trail.version++;
     this._trail.shares = shares;
   }

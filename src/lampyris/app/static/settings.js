@@ -119,9 +119,9 @@ function plannerPart(page, into) {
     const poses = (/** @type {string} */ name) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
     if (poses(planner.name) && !poses(pick.value)) {
       drive = page.store.scenario.drive;
-      page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} }, drive: null });
+      page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} }, drive: undefined });
     } else {
-      const kept = poses(pick.value) ? { drive: page.store.scenario.drive ?? drive } : {};
+      const kept = poses(pick.value) ? { drive: page.store.scenario.drive ?? drive ?? undefined } : {};
       page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} }, ...kept });
     }
   });

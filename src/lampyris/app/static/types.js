@@ -20,7 +20,7 @@
  *   start_yaw: number | null, goal_yaw: number | null, start_m?: number[], goal_m?: number[],
  *   robot: Record<string, any>, preset: string, moves: string | null, planner: Who, law: Who | null,
  *   seed: number, obstacles: Array<Record<string, any>>, edits: Edit[],
- *   simulate?: {ticks: number | null, patience: number | null}, drive?: Record<string, any> | null, controllers?: Who[],
+ *   simulate?: {ticks: number | null, patience: number | null}, drive?: Record<string, any>, controllers?: Who[],
  * }} Scenario
  */
 
