@@ -57,11 +57,15 @@ def samples(frames: list[tuple[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.vstack([part[k] for part in parts]) for k, name in enumerate(names)}
 
 
-@pytest.mark.parametrize("controller", ["exact", "rpp"])
+SMALL = {"samples": 60, "steps": 30, "hold": 3, "smooth": False}
+
+
+@pytest.mark.parametrize("controller", ["exact", "rpp", "mppi"])
 def test_a_drive_is_that_of_the_command_line_and_its_samples_are_where_it_was(
     controller: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    scenario = car(drive={"controller": controller})
+    settings = {"controller_settings": SMALL} if controller == "mppi" else {}
+    scenario = car(drive={"controller": controller, **settings})
     frames = ask("drive", scenario)
     assert [kind for kind, _ in frames] == ["H", "D", "E", "Z"]
     head, end, seen = only(frames, "H"), only(frames, "Z"), samples(frames)
@@ -134,8 +138,16 @@ def test_a_robot_that_cannot_set_off_has_one_sample() -> None:
     [
         ({"drive": {"controller": "nobody"}}, "DRIVE_SETTING", "/drive/controller"),
         ({"drive": {"period": -1}}, "", "/drive/period"),
-        ({"drive": {"controller": "mppi", "controller_settings": {"sample": 9}}}, "CONTROLLER_SETTING", "/drive"),
-        ({"drive": {"controller": "mppi", "controller_settings": {"samples": 9}}}, "CONTROLLER_SETTING", "/drive"),
+        (
+            {"drive": {"controller": "mppi", "controller_settings": {"sample": 9}}},
+            "CONTROLLER_SETTING",
+            "/drive",
+        ),
+        (
+            {"drive": {"controller": "mppi", "controller_settings": {"samples": 9}}},
+            "CONTROLLER_SETTING",
+            "/drive",
+        ),
         ({"drive": {"controller": "rpp", "tracking": "velocity"}}, "", ""),
         ({"drive": {"controller": "rpp"}, "planner": "astar", "robot": {}}, "", ""),
         ({"edits": [{"tick": 3, "blocked": [[1, 1]], "freed": []}]}, "EDITS", "/edits/0"),
@@ -155,7 +167,9 @@ def test_a_scenario_that_says_nothing_of_drives_is_not_driven() -> None:
 
 def test_it_says_how_far_it_is_and_stops_when_nobody_waits() -> None:
     told: list[dict[str, Any]] = []
-    with mock.patch.object(driving, "Share", lambda what: lambda done: told.append({"what": what, "done": done})):
+    with mock.patch.object(
+        driving, "Share", lambda what: lambda done: told.append({"what": what, "done": done})
+    ):
         ask("drive", car(drive={"controller": "rpp"}))
     assert told[0]["what"] == "driving with rpp"
     assert told[-1]["done"] > 3
@@ -166,7 +180,9 @@ def test_it_says_how_far_it_is_and_stops_when_nobody_waits() -> None:
 
     many = len(told)
     with (
-        mock.patch.object(driving, "Share", lambda what: lambda done: told.append({"what": what, "done": done})),
+        mock.patch.object(
+            driving, "Share", lambda what: lambda done: told.append({"what": what, "done": done})
+        ),
         pytest.raises(Cancelled),
     ):
         list(work.answer({"verb": "drive", "job": 1, "scenario": car(drive={"controller": "rpp"})}, look))

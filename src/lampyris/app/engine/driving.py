@@ -47,7 +47,10 @@ def drive(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[byt
     scenario = scenario_of_request(question)
     if scenario.drive is None:
         raise UsageError(
-            "DRIVE", "a scenario without `drive`", where="scenario: /drive", allowed="settings of a drive, or {}"
+            "DRIVE",
+            "a scenario without `drive`",
+            where="scenario: /drive",
+            allowed="settings of a drive, or {}",
         )
     made = driven(scenario, look)
     head = {"job": question.get("job"), "controller": made.controller, "planner": scenario.planner}
@@ -147,7 +150,10 @@ def paths_of(made: Drive) -> list[dict[str, Any]]:
         curves, since = made.paths, made.path_times
     else:
         curves = made.curves
-        since = tuple(float(made.t[np.argmax(made.leg == k)]) if (made.leg == k).any() else math.inf for k in range(len(curves)))
+        since = tuple(
+            float(made.t[np.argmax(made.leg == k)]) if (made.leg == k).any() else math.inf
+            for k in range(len(curves))
+        )
     found, left = [], MOST_POSES
     for curve, t in zip(curves, since, strict=True):
         if not len(curve.lengths) or not math.isfinite(t):

@@ -150,7 +150,9 @@ def _moving(scenario: Scenario, look: Look) -> Drive:
     """
     made = driven(scenario, look)
     if not made.curves:
-        raise UsageError("EXPORT", f"nothing to show: {made.sentence}", where="scenario", allowed="a robot that sets off")
+        raise UsageError(
+            "EXPORT", f"nothing to show: {made.sentence}", where="scenario", allowed="a robot that sets off"
+        )
     return made
 
 

@@ -49,7 +49,8 @@ export function mount(page, into) {
   const stop = button("Stop", () => page.stop(), { hidden: true });
   const said = el("p", { class: "hint", role: "status" });
   const controllers = el("div", { class: "stack" }, pick, about, own.root, others);
-  made.append(timed.row, controllers, form.root, el("div", { class: "row" }, go, stop), said);
+  // The buttons come first: what a field says of itself goes when it is left, and would move them away under a press.
+  made.append(el("div", { class: "row" }, go, stop), said, timed.row, controllers, form.root);
 
   const show = () => {
     const poses = plansPoses(page);
@@ -58,7 +59,7 @@ export function mount(page, into) {
     timed.row.hidden = poses;
     timed.put(drives);
     controllers.hidden = !poses;
-    form.root.hidden = go.hidden = !drives;
+    form.root.hidden = go.hidden = said.hidden = !drives;
     pick.value = controller;
     const row = page.hello.controllers.find((/** @type {any} */ one) => one.name === controller);
     about.textContent = row ? `${row.summary[0].toUpperCase()}${row.summary.slice(1)} (${row.source}).` : ABOUT_EXACT;
