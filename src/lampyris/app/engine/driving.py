@@ -168,7 +168,7 @@ def paths_of(made: Drive) -> list[dict[str, Any]]:
 def _poses(curve: Curve) -> list[list[float]]:
     many = max(math.ceil(2 * curve.length / curve.resolution), 1) + 1
     s = np.union1d(np.linspace(0.0, curve.length, many), curve.begins)
-    columns = [curve.at(s)[0]]
+    columns: list[Any] = [curve.at(s)[0]]
     if isinstance(curve, PoseCurve):
         columns += [curve.yaw_at(s)[:, None], curve.gears[curve.pieces_at(s)][:, None]]
     rows: list[list[float]] = np.round(np.hstack(columns), 4).tolist()

@@ -1,5 +1,6 @@
 // Drives: how a robot drives in continuous time, by which controller, and which others are compared with it.
 
+import { driver } from "./driven.js";
 import { field } from "./fields.js";
 import { block, button, el, fill } from "./make.js";
 import { Form } from "./settings.js";
@@ -15,6 +16,7 @@ export function mount(page, into) {
   const made = block(into, "drives", "Drive");
   if (!made) return;
   into.querySelector(":scope > .planner")?.after(made);
+  page.driver = driver;
   const { store } = page;
   const now = () => store.scenario.drive ?? {};
   /** Settings of controllers that were left, so that going back finds them. @type {Map<string, Record<string, unknown>>} */
@@ -34,7 +36,7 @@ export function mount(page, into) {
     const chosen = pick.value === EXACT ? {} : { controller: pick.value, ...(Object.keys(settings).length ? { controller_settings: settings } : {}) };
     store.set({ drive: { ...rest, ...chosen }, controllers: (store.scenario.controllers ?? []).filter(({ name }) => name !== pick.value) });
   });
-  const about = el("p", { class: "told" });
+  const about = el("p");
   const own = new Form(page, (settings) => {
     const { controller_settings, ...rest } = now();
     return { drive: { ...rest, ...(Object.keys(settings).length ? { controller_settings: settings } : {}) } };

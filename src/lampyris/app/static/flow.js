@@ -2,7 +2,6 @@
 // flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
 
 import { Gone, ServerError } from "./api.js";
-import { LINES } from "./colours.js";
 import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
@@ -182,8 +181,8 @@ export function mount(page) {
     // A comparison draws ways of its own.
     if (run && run !== runs.own) return;
     running = run !== null && page.play.tick > 0;
-    followed = run?.step && running ? pathAt(run, page.play.tick) : [];
-    if (run?.step && running) map.ways = waysOfDrive(run, followed);
+    followed = (run?.step && running && page.driver?.pathAt(run, page.play.tick)) || [];
+    if (run?.step && running) map.ways = page.driver?.waysOf(run, followed) ?? [];
     else if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
     else map.ways = plan && plan.cells.length > 2 ? [wayOf(plan, page)] : [];
     map.shape = shapeOf(page, followed.length ? followed : undefined);
@@ -198,7 +197,7 @@ export function mount(page) {
   });
   page.on("tick", () => {
     const { run, play } = page;
-    if (running !== (run !== null && play.tick > 0) || (run?.step && running && followed !== pathAt(run, play.tick))) drawWays();
+    if (running !== (run !== null && play.tick > 0) || (run?.step && running && followed !== page.driver?.pathAt(run, play.tick))) drawWays();
   });
 }
 
@@ -254,22 +253,6 @@ function settled(scenario, ground) {
     made[end] = [x, ground.height - 1 - up];
   }
   return made;
-}
-
-/** @type {number[][]} */
-const NO_PATH = [];
-
-/** The path that a drive follows at a moment. @param {Run} run @param {number} tick @returns {number[][]} */
-function pathAt({ paths, step = 1 }, tick) {
-  const over = paths.filter(({ t }) => t <= tick * step + 1e-9);
-  return over.length ? over[over.length - 1].poses : NO_PATH;
-}
-
-/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./ways.js").Way[]} */
-function waysOfDrive(run, path) {
-  const cells = path.flatMap(([x, y]) => [x, y]);
-  const others = run.rivals.map((one, k) => ({ cells: one.robot.subarray(0, 2 * one.ticks), colour: LINES[(k + 1) % LINES.length][0], wide: 2.5 }));
-  return [{ cells, faint: true }, ...others];
 }
 
 /** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {number[][]} [path] what a drive follows, if one is shown @returns {import("./shape.js").Shape | null} */

@@ -102,39 +102,6 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
-/**
- * Samples of a drive, put into the run.
- * @param {Uint8Array} bytes
- * @param {Run} run
- */
-export function addSamples(bytes, run) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const first = view.getUint32(0, true);
-  const n = view.getUint16(4, true);
-  const bodies = view.getUint16(6, true);
-  const size = 8 + n * (21 + 8 * bodies);
-  if (first !== run.ticks || bytes.length !== size) throw new Error(`${n} samples from ${first} on in ${bytes.length} bytes`);
-  const last = first + n;
-  let at = 8;
-  /** @param {number} many */
-  const next = (many) => new Float32Array(bytes.slice(at, (at += 4 * many)).buffer);
-  /** @type {Float32Array} */
-  const robot = run.robot instanceof Float32Array ? run.robot : new Float32Array(0);
-  run.robot = grown(robot, 2 * last);
-  run.yaw = grown(run.yaw, last);
-  run.speed = grown(run.speed, last);
-  run.cause = grown(run.cause, last);
-  run.near = grown(run.near, last);
-  run.robot.set(next(2 * n), 2 * first);
-  run.yaw.set(next(n), first);
-  run.speed.set(next(n), first);
-  run.cause.set(bytes.subarray(at, (at += n)), first);
-  const places = next(2 * n * bodies);
-  for (let k = 0; k < n; k++) run.places.push(places.subarray(2 * bodies * k, 2 * bodies * (k + 1)));
-  run.near.set(next(n), first);
-  run.ticks = last;
-}
-
 /** Ticks of a run as a time, or as their number. @param {Run | null} run @param {number} tick */
 export function timeOf(run, tick) {
   return run?.step ? `${(tick * run.step).toFixed(1)} s` : String(tick);
@@ -170,7 +137,7 @@ export function addEvents(bytes, run) {
  * @param {number} need
  * @returns {T}
  */
-function grown(array, need) {
+export function grown(array, need) {
   if (need <= array.length) return array;
   const Kind = /** @type {new (n: number) => T} */ (array.constructor);
   const longer = new Kind(Math.max(need, 2 * array.length, 256));

@@ -3,8 +3,6 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
-import { headingAt, placeAt } from "./runs.js";
-
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
 
 /** Ticks a second at speed 1. */
@@ -270,10 +268,10 @@ export class Player {
   /** Headings of a drive, and where those of other controllers are. @param {Run} run @param {number} k @param {number} f */
   _turn(run, k, f) {
     const { moment } = this.page.map;
-    moment.heading = run.step ? headingAt(run, k + f) : undefined;
+    moment.heading = undefined;
     if (!run.step) return;
-    moment.others = run.rivals.map((one, line) => ({ one, line: line + 1 })).filter(({ one }) => one.ticks > 0)
-      .map(({ one, line }) => ({ robot: placeAt(one, k + f), line, heading: headingAt(one, k + f) }));
+    moment.heading = this.page.driver?.headingAt(run, k + f);
+    moment.others = this.page.driver?.othersAt(run, k + f);
     const shares = run.rivals?.length ? null : this._shares;
     if (this._trail.shares !== shares) this._trail.version++;
     this._trail.shares = shares;

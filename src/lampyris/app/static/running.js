@@ -3,7 +3,8 @@
 
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addEvents, addSamples, addTicks, json, newRun } from "./frames.js";
+import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { brought } from "./later.js";
 import { sentence } from "./make.js";
 
 /** Runs: one at a time. */
@@ -117,15 +118,16 @@ export class Runs {
       page.tell("run", { tick: Math.min(at, Math.max(0, run.ticks - 1)), play: plays });
     };
     try {
+      if (drives && !page.driver) page.driver = (await brought(page, "driven"))[0].driver;
       for await (const { kind, bytes } of page.api.frames(drives ? "/api/drive" : "/api/simulate", { scenario }, abort.signal)) {
         if (abort.signal.aborted) return;
         if (kind === "X") throw new ServerError(200, json(bytes));
         else if (kind === "H") run = newRun({ ...who, ...json(bytes) });
         else if (kind === "T") addTicks(bytes, run);
-        else if (kind === "D") addSamples(bytes, run);
+        else if (kind === "D") page.driver?.addSamples(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
         else if (kind === "C") addCaps(bytes, run);
-        else if (kind === "P" && drives) this._heard(json(bytes));
+        else if (kind === "P" && drives) this._progress(page.driver?.progressOf(json(bytes)) || page.driving);
         else if (kind === "Z") {
           run.end = json(bytes);
           run.done = true;
@@ -142,7 +144,7 @@ export class Runs {
       if (!published) publish();
       run.done = true;
       page.tell("end");
-      if (drives) await this._rivals(run, scenario, abort.signal);
+      if (drives) await page.driver?.rivals(page, run, scenario, abort.signal, (what) => this._progress(what));
     } catch (error) {
       if (abort.signal.aborted) return;
       run.done = true;
@@ -164,38 +166,5 @@ export class Runs {
         page.busy("run", false);
       }
     }
-  }
-
-  /** The same drive by the other controllers, one after the other. @param {Run} run @param {Scenario} scenario @param {AbortSignal} signal */
-  async _rivals(run, scenario, signal) {
-    const page = this._page;
-    for (const { name, settings } of page.store.scenario.controllers ?? []) {
-      this._progress(`Driving with ${name}\u2026`);
-      let rival = newRun({ controller: name });
-      const drive = { ...scenario.drive, controller: name, controller_settings: settings };
-      try {
-        for await (const { kind, bytes } of page.api.frames("/api/drive", { scenario: { ...scenario, drive } }, signal)) {
-          if (kind === "X") throw new ServerError(200, json(bytes));
-          else if (kind === "H") rival = newRun(json(bytes));
-          else if (kind === "D") addSamples(bytes, rival);
-          else if (kind === "E") addEvents(bytes, rival);
-          else if (kind === "P") this._heard(json(bytes));
-          else if (kind === "Z") rival.end = json(bytes);
-        }
-      } catch (error) {
-        if (signal.aborted || error instanceof Gone) throw error;
-        // The others go on; the table says why this one has no numbers.
-        rival.end = { outcome: "refused", sentence: sentence(error) };
-        page.fault(error);
-      }
-      rival.done = true;
-      run.rivals.push(rival);
-      page.tell("end");
-    }
-  }
-
-  /** How far a drive is. @param {{what: string, done?: number}} told */
-  _heard({ what, done }) {
-    if (what.startsWith("driving")) this._progress(`${what.replace("driv", "Driv")}${done ? `, ${done} s so far` : ""}\u2026`);
   }
 }

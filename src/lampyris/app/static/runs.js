@@ -81,13 +81,6 @@ export function placeAt(run, t) {
   return [robot[2 * k] + (f ? f * (robot[2 * k + 2] - robot[2 * k]) : 0), robot[2 * k + 1] + (f ? f * (robot[2 * k + 3] - robot[2 * k + 1]) : 0)];
 }
 
-/** The robot's heading on the screen at a moment of a drive. @param {Run} run @param {number} t */
-export function headingAt(run, t) {
-  const last = Math.max(run.ticks - 1, 0);
-  const k = Math.min(Math.floor(t), last);
-  return run.yaw[k] + (k < last ? (t - k) * (run.yaw[k + 1] - run.yaw[k]) : 0);
-}
-
 /** Where a run's bodies are; not there: NaN. @param {Run} run @param {number} t @returns {Float32Array} */
 export function bodiesAt(run, t) {
   const out = new Float32Array(2 * run.bodies.length).fill(NaN);

@@ -6,7 +6,6 @@ import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
 import { el } from "./make.js";
-import { resultsOf } from "./results.js";
 import { mark } from "./timeline.js";
 
 /** Milliseconds between two changes of what is seen. */
@@ -152,7 +151,7 @@ class Status {
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && (run.step ? tick - event.tick < 1 / run.step : event.tick === tick) && event.sentence) this._now(event.sentence, event.word === "hit");
-    else this._now(going(run, tick, cause));
+    else this._now(page.driver?.turned(run, tick) || going(run, tick, cause));
     const drive = run.step !== undefined;
     set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
       : drive ? "Space pauses, the keys , and . go a twentieth of a second."
@@ -171,7 +170,7 @@ class Status {
     const m = end.metrics ?? {};
     if (over) {
       rows.push(["Outcome", String(end.outcome ?? "").replaceAll("_", " ")]);
-      if (drive) rows.push(...driveFacts(end));
+      if (drive) rows.push(...(page.driver?.factsOf(end) ?? []));
       if (Number.isFinite(m.cost)) rows.push(["Cost driven", `${brief(m.cost)} cells`]);
       if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
       if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
@@ -239,7 +238,7 @@ class Status {
     const key = some.map((one) => `${one.job} ${one.label} ${one.end?.outcome} ${one.end?.digest}`).join();
     if (key === this._table) return;
     this._table = key;
-    const made = resultsOf(some);
+    const made = this.page.driver?.resultsOf(some);
     this.results.hidden = !made;
     this.results.replaceChildren(...(made ? [made] : []));
   }
@@ -314,36 +313,13 @@ const REMEDY = {
   limit: "Give the planner a larger budget, or take another planner (Planner).",
 };
 
-/** What a drive measures beside the table of its controllers. @param {Record<string, any>} end @returns {Array<[string, string]>} */
-function driveFacts(end) {
-  /** @type {Array<[string, string]>} */
-  const rows = [];
-  if (Number.isFinite(end.duration)) rows.push(["Took", `${brief(end.duration)} s${end.optimum ? `, ${(end.duration / end.optimum).toFixed(2)} x the optimum` : ""}`]);
-  if (Number.isFinite(end.fastest)) rows.push(["Fastest", `${brief(end.fastest)} m/s`]);
-  if (end.limited_by?.length) rows.push(["Limited by", end.limited_by.slice(0, 3).map((/** @type {[string, number]} */ [cause, share]) => `${cause} ${Math.round(100 * share)} %`).join(", ")]);
-  return rows;
-}
-
 /** What the robot does when nothing happens. @param {Run} run @param {number} tick @param {string} cause */
 function going(run, tick, cause) {
   const { robot } = run;
   if (tick === 0) return "The robot stands at the start.";
   const still = robot[2 * tick] === robot[2 * tick - 2] && robot[2 * tick + 1] === robot[2 * tick - 1];
-  if (run.step && run.speed[tick] > 0) {
-    const way = gearOf(run, tick);
-    if (way !== "ahead") return way === "turns" ? "The robot turns in place." : PHRASES[cause]?.replace(/^The robot drives/, "The robot reverses") ?? "The robot reverses.";
-  }
   if (still) return cause === "wait" || cause === "waiting" ? "The robot waits." : `The robot stands: ${cause}.`;
   return PHRASES[cause] ?? (cause ? `The robot drives; what bounds its speed: ${cause}.` : "The robot drives.");
-}
-
-/** How a robot moves at a sample of a drive. @param {Run} run @param {number} tick @returns {"ahead" | "in reverse" | "turns"} */
-function gearOf({ robot, yaw }, tick) {
-  const from = Math.max(tick - 1, 0);
-  const [dx, dy] = [robot[2 * tick] - robot[2 * from], robot[2 * tick + 1] - robot[2 * from + 1]];
-  if (Math.abs(dx) + Math.abs(dy) < 1e-5) return Math.abs(yaw[tick] - yaw[from]) > 1e-5 ? "turns" : "ahead";
-  // To the side is neither: an omnidirectional robot drives it as it drives ahead.
-  return dx * Math.cos(yaw[tick]) - dy * Math.sin(yaw[tick]) < -0.7 * Math.hypot(dx, dy) ? "in reverse" : "ahead";
 }
 
 /** What causes mean for who does not know the words. @type {Record<string, string>} */

@@ -100,7 +100,7 @@
  *   turn: () => number,
  *   open: (map: unknown, turn?: number) => Promise<boolean>,
  *   adopt: (scenario: Scenario, turn?: number) => Promise<boolean>,
- *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string,
+ *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string, driver: typeof import("./driven.js").driver | null,
  *   link: () => Promise<string>,
  *   show: (section: string) => void | Promise<void>,
  *   use: (tool: string) => void, met: () => string,
@@ -110,7 +110,7 @@
  * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
  * `turn`: a number for a wish for a map; of several the newest counts, `open` and `adopt` say whether it was this one.
  * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it; `ticks`: without
- * what it says of drives. `drives`: whether a run is a drive in continuous time. `driving`: what is computed before there is something to play. `link`: this state's
+ * what it says of drives. `drives`: whether a run is a drive in continuous time. `driver`: what is done with drives, once it is loaded. `driving`: what is computed before there is something to play. `link`: this state's
  * address, with the token of this start. `busy`: somebody works, or no longer does. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
  * `met`: who meets in a comparison, as a part of the link.
  */
