@@ -52,8 +52,9 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
     ----------
     question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
         simulation, or that sample of the drive, and not the plan. ``settings``: ``layer`` of a picture of the
-        plan (luciferin, cost or none), or of a film or a moment (none, or any of
-        :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; planners, laws and seeds of the report of a comparison.
+        plan (luciferin, cost or none), or of a film or a moment of a simulation (none, or any of
+        :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; planners, laws and seeds
+        of the report of a comparison.
 
     Raises
     ------
