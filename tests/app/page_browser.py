@@ -15,7 +15,7 @@ import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-SOON = 600_000
+SOON = 60_000
 """Milliseconds that a tab waits for what is to come: a step has taken ten seconds where CI runs."""
 
 

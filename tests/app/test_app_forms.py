@@ -69,6 +69,7 @@ LAW = {"name": "physical", "settings": {}, "label": "b"}
 BODIES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("plan", {"scenario": SCENARIO, "record": False, "layers": ["gates"]}),
     ("simulate", {"scenario": SCENARIO}),
+    ("drive", {"scenario": {key: value for key, value in SCENARIO.items() if key not in ("simulate", "edits")} | {"drive": {}}}),
     ("layer", {"scenario": SCENARIO, "layer": "cost", "obstacle_cells": [[1, 1]], "tick": 0}),
     ("layer", {"scenario": SCENARIO, "layer": "reach", "obstacle_cells": [[1, 1]], "tick": 1}),
     ("compare", {"scenario": SCENARIO, "planners": [WHO], "laws": [LAW], "seeds": [1]}),

@@ -111,6 +111,17 @@ def at_first(all_: dict[str, str]) -> set[str]:
     return seen
 
 
+def test_scripts_are_sent_without_lines_of_comments_and_every_line_keeps_its_number() -> None:
+    sent = run(World().ask("GET", "/static/map.js", own())).body.decode().split("\n")
+    there = sources()["map.js"].split("\n")
+    assert len(sent) == len(there)
+    assert [line for line in sent if line.strip()] != [line for line in there if line.strip()]
+    for ours, line in zip(sent, there, strict=True):
+        assert ours in (line, ""), line
+        assert ours or not line.strip() or line.strip().startswith(("//", "/**", "*")), line
+    assert not any(line.strip().startswith("//") for line in sent)
+
+
 @pytest.mark.parametrize("path", ["/static/map.js", "/api/hello", "/api/maps"])
 def test_only_what_is_the_same_for_everybody_is_compressed(path: str) -> None:
     """Beside a secret, or beside what a stranger chose, compressing tells of it."""

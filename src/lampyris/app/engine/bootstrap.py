@@ -18,7 +18,9 @@ from lampyris.io.maps.recipes.make import RECIPES
 from lampyris.io.maps.recipes.recipe import Recipe
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.simulation import SimulationSettings
+from lampyris.model.settings.steering import CONTROLLERS, Steering
 from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
@@ -38,6 +40,12 @@ def hello() -> dict[str, Any]:
         "simulate": [
             _setting(key, v, SimulationSettings, key) for key, v in defaults_of(SimulationSettings).items()
         ],
+        "drive": [
+            _setting(key, v, DriveSettings, key)
+            for key, v in defaults_of(DriveSettings).items()
+            if key not in ("controller", "controller_settings")
+        ],
+        "controllers": [_controller(kind) for kind in CONTROLLERS.values()],
         "moves": list(MOVES),
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),
@@ -71,6 +79,16 @@ def _law(row: laws.Law) -> dict[str, Any]:
             for key, value in laws.settings_of(row.name).items()
         ],
         "rules": laws.rules_of(row.name),
+    }
+
+
+def _controller(kind: type[Steering]) -> dict[str, Any]:
+    """A controller that steers."""
+    return {
+        "name": kind.name,
+        "summary": kind.summary,
+        "source": kind.source,
+        "settings": [_setting(key, value, kind, key) for key, value in defaults_of(kind).items()],
     }
 
 

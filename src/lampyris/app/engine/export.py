@@ -11,6 +11,7 @@ from typing import Any, Final
 from lampyris import api, scenarios
 from lampyris.app.engine.cache import known
 from lampyris.app.engine.comparison import ComparisonResults, compare, comparison
+from lampyris.app.engine.driving import driven, step_of
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.engine.layers import layer_of
 from lampyris.app.engine.progress import Share, tell
@@ -19,13 +20,16 @@ from lampyris.errors import UsageError
 from lampyris.io.scenario.save import json_of, plain, yaml_of
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.io.text.strict_yaml import MAX_BYTES, MAX_VALUES
+from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.planning import registry
 from lampyris.planning.field.solve import solve_field
-from lampyris.report.data.csv import write_plan_csv, write_trace_csv
+from lampyris.report.data.csv import write_drive_csv, write_plan_csv, write_trace_csv
 from lampyris.report.data.measures import trace_metrics
+from lampyris.report.film.drive_film import FPS as DRIVE_FPS
+from lampyris.report.film.drive_film import DriveRenderer, film_drive
 from lampyris.report.film.film_frames import Landscape, TraceRenderer
 from lampyris.report.film.simulation_film import FPS, check, film, frames_of
 from lampyris.report.html.render import render
@@ -47,9 +51,10 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
     Parameters
     ----------
     question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
-        simulation and not the plan. ``settings``: ``layer`` of a picture of the plan (luciferin, cost or
-        none), or of a film or a moment (none, or any of :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and
-        ``scale`` of a film; planners, laws and seeds of the report of a comparison.
+        simulation, or that sample of the drive, and not the plan. ``settings``: ``layer`` of a picture of the
+        plan (luciferin, cost or none), or of a film or a moment of a simulation (none, or any of
+        :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; planners, laws and seeds
+        of the report of a comparison.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def simulated(scenario: Scenario, look: Look) -> Trace:
 def _picture(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
     tick = settings.get("tick")
     if tick is not None:
-        return _moment(settings, scenario, simulated(scenario, look), tick)
+        return _moment(settings, scenario, look, tick)
     layer = settings.get("layer") or LAYERS[0]
     scene, own = scenario.scene, scenario.settings
     found, profile = planned(scenario)
@@ -111,8 +116,8 @@ def _picture(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> byt
     )
 
 
-def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick: Any) -> bytes:
-    """A tick of a simulation, as its film shows it."""
+def _moment(settings: Mapping[str, Any], scenario: Scenario, look: Look, tick: Any) -> bytes:
+    """A tick of a simulation or a sample of a drive, as its film shows it."""
     if settings["what"] != "png":
         raise UsageError(
             "EXPORT",
@@ -125,13 +130,48 @@ def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     from PIL import Image
 
-    stage = TraceRenderer(trace, None, landscape=_landscape(settings, scenario, trace))
+    if scenario.drive is not None:
+        made = _moving(scenario, look)
+        shown = DriveRenderer(made, None, 1, DRIVE_FPS).frame(min(tick * step_of(made), made.duration))
+    else:
+        trace = simulated(scenario, look)
+        stage = TraceRenderer(trace, None, landscape=_landscape(settings, scenario, trace))
+        shown = stage.frame(float(min(tick, trace.ticks)))
     out = io.BytesIO()
-    Image.fromarray(stage.frame(float(min(tick, trace.ticks)))).save(out, format="PNG")
+    Image.fromarray(shown).save(out, format="PNG")
     return out.getvalue()
 
 
+def _moving(scenario: Scenario, look: Look) -> Drive:
+    """A drive in which the robot set off.
+
+    Raises
+    ------
+    UsageError : EXPORT: it never did.
+    """
+    made = driven(scenario, look)
+    if not made.curves:
+        raise UsageError(
+            "EXPORT", f"nothing to show: {made.sentence}", where="scenario", allowed="a robot that sets off"
+        )
+    return made
+
+
+def _drive_film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    made = _moving(scenario, look)
+    given = {key: settings[key] for key in ("fps", "scale") if settings.get(key) is not None}
+    share = Share("drawing")
+
+    def drawn(done: int) -> None:
+        share(done)
+        look()
+
+    return _written(settings["what"], lambda path: film_drive(made, path, progress=drawn, **given))
+
+
 def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    if scenario.drive is not None:
+        return _drive_film(settings, scenario, look)
     return _film_of(scenario, simulated(scenario, look), settings, look)
 
 
@@ -180,6 +220,9 @@ def _film_of(scenario: Scenario, trace: Trace, settings: Mapping[str, Any], look
 
 
 def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    if scenario.drive is not None:
+        made = _moving(scenario, look)
+        return _written("csv", lambda path: write_drive_csv(path, made))
     if scenario.simulated:
         trace = simulated(scenario, look)
         return _written("csv", lambda path: write_trace_csv(path, trace))
@@ -214,6 +257,11 @@ def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> byte
             look()
         runs = results.runs()
         return page_of(runs, summarise(runs), films=False).encode()
+    if scenario.drive is not None:
+        raise UsageError(
+            "EXPORT", "a report of a drive", where="what", allowed="png, svg, webp, gif, csv, scenario",
+            todo="take the film and the CSV, or simulate in ticks",
+        )  # fmt: skip
     return run_page(scenario, look).encode()
 
 

@@ -3,6 +3,7 @@
 ======  ================================================================================================
 ``H``   JSON: what is to come
 ``T``   ticks of a simulation: see :func:`ticks_frame`
+``D``   samples of a drive in continuous time: see :func:`drive_frame`
 ``C``   what each rule alone allows at ticks of a simulation: see :func:`caps_frame`
 ``E``   JSON: a list of events
 ``L``   a value for every cell: see :func:`layer_frame`
@@ -76,6 +77,34 @@ def ticks_frame(
         + speed.astype("<f4").tobytes()
         + cause.astype(np.uint8).tobytes()
         + places.astype("<i2").tobytes()
+        + near.astype("<f4").tobytes(),
+    )
+
+
+def drive_frame(
+    first: int, robot: Floats, speed: Floats, cause: NDArray[np.uint8], places: Floats, near: Floats
+) -> bytes:
+    """Samples ``first``, ``first + 1``, ... of a drive in continuous time.
+
+    A head (first u32, samples u16, obstacles u16); then f32: x and y of each sample, yaw, speed; u8: what limits the
+    speed; f32: places of the obstacles, free distances.
+
+    Parameters
+    ----------
+    robot : (n, 3): cells (y down) and the yaw from the rows to their right, which goes on beyond a full turn.
+    speed : (n,) m/s. cause : (n,), indices into the header's ``causes``.
+    places : (n, obstacles, 2) cells, :data:`NOWHERE` where an obstacle has not appeared.
+    near : (n,) metres between the robot's outline and the nearest obstacle; infinity without obstacles.
+    """
+    n, obstacles = places.shape[:2]
+    return frame(
+        "D",
+        struct.pack("<IHH", first, n, obstacles)
+        + robot[:, :2].astype("<f4").tobytes()
+        + robot[:, 2].astype("<f4").tobytes()
+        + speed.astype("<f4").tobytes()
+        + cause.astype(np.uint8).tobytes()
+        + places.astype("<f4").tobytes()
         + near.astype("<f4").tobytes(),
     )
 

@@ -55,7 +55,7 @@ def begin(scenario: Scenario) -> Simulation:
     if scenario.drive is not None:
         raise UsageError(
             "DRIVE", "a drive in continuous time", where="scenario: /drive", allowed="a simulation in ticks",
-            todo="take `drive` out, or run the scenario with the command line",
+            todo="drive it, or take `drive` out",
         )  # fmt: skip
     return Simulation(
         api.among(scenario.scene, None),

@@ -12,19 +12,22 @@ import numpy as np
 from lampyris import api
 from lampyris.app.engine.comparison import ComparisonResults, comparison
 from lampyris.app.engine.comparison import compare as compared
-from lampyris.app.engine.frames import json_frame, layer_frame
+from lampyris.app.engine.frames import frame, json_frame, layer_frame
 from lampyris.app.engine.layers import layer_of, own_order, scene_at
 from lampyris.app.engine.parse import scenario_of_request
-from lampyris.app.engine.recipes import make
 from lampyris.app.engine.simulation import begin, ending, finish, header, standing_records, watch
-from lampyris.errors import LampyrisError, UsageError
-from lampyris.io.scenario.scenario import Scenario
+from lampyris.errors import FileError, LampyrisError, UsageError
+from lampyris.io.maps.formats.document import grid_codes
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.maps.recipes.regions import keep_largest
+from lampyris.io.scenario.scenario import Made, Scenario
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
 from lampyris.planning import registry
 from lampyris.report.data.serialize import plan_record, profile_record
 from lampyris.scenarios import speed_law, without_effect
+from lampyris.typing import Cell
 
 Look: TypeAlias = Callable[[], None]
 """Raises when nobody waits for the answer any more."""
@@ -60,7 +63,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         record["speed"] = profile_record(profile, caps=True)
     if found.pose_path is not None:
         record["pose_cells"] = _pose_cells(found.pose_path, scenario.scene.grid)
-    if scenario.scene.traffic and scenario.drive is None:
+    if scenario.scene.traffic:
         with suppress(LampyrisError):  # the run says why
             record["obstacle_specs"] = standing_records(scenario)
     record["notes"] = [
@@ -76,9 +79,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 
 def _pose_cells(path: PosePath, grid: Grid) -> list[list[float]]:
-    """Poses as the page draws them: x and y in cells, y down, and the yaw from the rows to their right."""
+    """Poses as the page draws them: x and y in cells, y down, the yaw from the rows to their right, and how the step to
+    the next pose is driven: 1 ahead, -1 in reverse, 0 turned in place (the last as the one before)."""
     points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
-    table = np.column_stack((points, path.poses[:, 2] - grid.origin[2]))
+    gears = np.concatenate((path.gears, path.gears[-1:] if len(path.gears) else np.ones(1)))
+    table = np.column_stack((points, path.poses[:, 2] - grid.origin[2], gears))
     return cast(list[list[float]], np.round(table, 4).tolist())
 
 
@@ -94,6 +99,13 @@ def simulated(scenario: Scenario, look: Look, head: Mapping[str, Any]) -> Iterat
     yield json_frame("H", {**head, **header(run, scenario)})
     yield from watch(run, look)
     yield json_frame("Z", ending(finish(run), head))
+
+
+def drive(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Drives in continuous time: see :func:`lampyris.app.engine.driving.drive`. What drives is loaded when it is asked for."""
+    from lampyris.app.engine.driving import drive as driven
+
+    yield from driven(question, look)
 
 
 def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
@@ -134,9 +146,50 @@ def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     yield json_frame("Z", {})
 
 
+def make(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A map as the library gives one: ``H``, ``B`` of its cells, with terrain one more; then ``Z``.
+
+    Parameters
+    ----------
+    question : ``map``: {recipe, size, seed, settings, resolution}, as a scenario says it.
+
+    Raises
+    ------
+    LampyrisError : what is wrong with it, at its place in a scenario.
+    """
+    spec = question.get("map")
+    if not isinstance(spec, dict) or "recipe" not in spec:
+        raise FileError("MAP", f"{spec!r:.60}", where="map", allowed="{recipe, size, seed, settings}")
+    # Ends anywhere: what is looked at is the map.
+    scenario = scenario_of_request({"scenario": {"version": 1, "map": spec, "start": [0, 0], "goal": [1, 1]}})
+    grid, source = scenario.scene.grid, scenario.map
+    assert isinstance(source, Made)
+    start, goal = far_ends(grid)
+    look()
+    yield json_frame("H", {
+        "id": "", "name": f"{source.recipe}, seed {source.seed}", "kind": "recipe", "width": grid.width,
+        "height": grid.height, "resolution": grid.resolution, "origin": list(grid.origin),
+        "hash": map_hash(grid), "start": start, "goal": goal, "notes": list(scenario.notes),
+        "free": 1.0 - float(np.count_nonzero(grid.blocked)) / grid.blocked.size,
+    })  # fmt: skip
+    yield frame("B", np.ascontiguousarray(grid_codes(grid)).tobytes())
+    if grid.terrain is not None:
+        yield frame("B", grid.terrain.tobytes())
+    yield json_frame("Z", {})
+
+
+def far_ends(grid: Grid) -> tuple[Cell, Cell]:
+    """A start and a goal that can reach each other, so that there is something to see at once: the cells of
+    the largest free region that are nearest to the upper left and to the lower right corner."""
+    y, x = np.nonzero(~keep_largest(grid.blocked))
+    first, last = int(np.argmin(x + y)), int(np.argmax(x + y))
+    return (int(x[first]), int(y[first])), (int(x[last]), int(y[last]))
+
+
 _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "plan": plan,
     "simulate": simulate,
+    "drive": drive,
     "layer": layer,
     "compare": compare,
     "export": export,

@@ -24,7 +24,6 @@ from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
-from starlette.staticfiles import StaticFiles
 
 from lampyris.app.engine.frames import error_frame, fault_of
 from lampyris.app.server.answers import STATUS, Streamed
@@ -44,6 +43,7 @@ from lampyris.app.server.request_parsing import (
     check_kind,
     said,
 )
+from lampyris.app.server.scripts import PageFiles
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -68,6 +68,7 @@ the secret."""
 ASKED: Final[Mapping[str, Form]] = {
     "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
     "simulate": {"scenario": TABLE},
+    "drive": {"scenario": TABLE},
     "layer": {"scenario": TABLE, "layer": TEXT, "obstacle_cells": LIST, "tick": WHOLE},
     "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
     "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},
@@ -166,7 +167,7 @@ class Desk:
         """Everything that may be asked. A page in a frame of its own (``/view``) has a ticket in place of a token."""
         return [
             Route("/", self.page, middleware=PACKED),
-            Mount("/static", StaticFiles(packages=[("lampyris.app", "static")]), middleware=PACKED),
+            Mount("/static", PageFiles(packages=[("lampyris.app", "static")]), middleware=PACKED),
             Route("/view/{ticket}", self.view),
             Route("/api/hello", self.hello, middleware=PACKED),
             Route("/api/maps", self.maps),

@@ -48,10 +48,10 @@ export function whyOf(run, k, brief) {
 
 /**
  * On a chart of free distances: less than a cell, a near miss; and none at all. That is no contact: bodies are at least
- * as large as their cells, so that it is 0 between cells side by side.
- * @param {any} u the chart @param {number} cell @param {boolean} dark
+ * as large as their cells, so that it is 0 between cells side by side. In a drive it is contact.
+ * @param {any} u the chart @param {number} cell @param {boolean} dark @param {string} none what 0 is called
  */
-export function closeness(u, cell, dark) {
+export function closeness(u, cell, dark, none) {
   const ratio = window.devicePixelRatio || 1;
   const pen = /** @type {CanvasRenderingContext2D} */ (u.ctx);
   const { left, top, width } = u.bbox;
@@ -65,6 +65,6 @@ export function closeness(u, cell, dark) {
   pen.font = `${10 * ratio}px system-ui, sans-serif`;
   pen.textAlign = "right";
   if (touch - miss > 12 * ratio) pen.fillText("near miss", left + width - 4 * ratio, miss + 10 * ratio);
-  pen.fillText("0: side by side", left + width - 4 * ratio, touch + 10 * ratio);
+  pen.fillText(none, left + width - 4 * ratio, touch + 10 * ratio);
   pen.restore();
 }

@@ -63,7 +63,7 @@ export class Stroke {
     const { run, play } = page;
     const over = run !== null && run.done && !run.cut && play.tick >= run.ticks - 1;
     // What has been driven stays as it is: the wall comes at the next tick. Behind the end nothing would change.
-    this._tick = run && (play.tick > 0 || play.playing) && !over ? Math.floor(play.tick) + 1 : 0;
+    this._tick = run && !run.step && (play.tick > 0 || play.playing) && !over ? Math.floor(play.tick) + 1 : 0;
     if (over) play.seek(0);
     play.hold(true);
     this._before = new Uint8Array(page.base?.length ?? 0);

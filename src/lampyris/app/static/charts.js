@@ -174,7 +174,7 @@ class Charts {
     }
     this._walked = n;
     const x = this._way.slice(0, n);
-    if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k;
+    if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k * (run.step ?? 1);
     // A step needs an x that grows; a robot that waits does not.
     else for (let k = 1; k < n; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + 1e-9;
     const among = run.bodies.length > 0;
@@ -183,7 +183,7 @@ class Charts {
     const word = (/** @type {number} */ k) => run.causes[causes[k]] ?? "";
     return {
       x, v: run.speed.subarray(0, n), near, causes, word, why: (k) => whyOf(run, k, brief), units: run.units, caps: capsOf(run, n), run: true,
-      along: this.over === "time" ? "ticks" : "m",
+      along: this.over === "path" ? "m" : run.step ? "s" : "ticks",
     };
   }
 
@@ -256,7 +256,7 @@ class Charts {
       ],
       series: [{}, line, ...caps],
       hooks: {
-        draw: [(/** @type {any} */ u) => (i ? closeness(u, this.page.ground?.resolution ?? 1, this.page.dark) : this._strip(u))],
+        draw: [(/** @type {any} */ u) => (i ? closeness(u, this.page.ground?.resolution ?? 1, this.page.dark, this.page.run?.step ? "0: contact" : "0: side by side") : this._strip(u))],
         setCursor: [(/** @type {any} */ u) => this._read(u.cursor.idx)],
       },
     };
@@ -338,7 +338,7 @@ class Charts {
   _read(k) {
     const { shown } = this;
     const there = shown && k !== null && k !== undefined && k < shown.x.length;
-    const at = !there ? "" : this.over === "time" && shown.run ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
+    const at = !there ? "" : shown.along === "ticks" ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
     const texts = there
       ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units.replace("velocity units", "vu")}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m free to the nearest`]
       : this.names;

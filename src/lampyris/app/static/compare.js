@@ -165,7 +165,7 @@ class Comparison {
     const all = who.planners.length * who.laws.length * who.seeds;
     try {
       tell(this.progress, `0 of ${all} runs`);
-      const frames = page.api.frames("/api/compare", { scenario: page.asked(), ...who }, asked.signal);
+      const frames = page.api.frames("/api/compare", { scenario: page.asked(true), ...who }, asked.signal);
       const found = await gather(frames, (some) => tell(this.progress, `${some.ended} of ${all} runs`));
       this.found = found;
       tell(this.progress, "");

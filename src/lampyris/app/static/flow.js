@@ -10,9 +10,9 @@ import { outlineOf, plansPoses } from "./shape.js";
 import { first, blank } from "./state.js";
 
 /** Keys that decide a run. */
-const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
+const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "drive", "controllers", "zones"];
 /** Of these, the ones that decide a plan at the start as well. */
-const UNPLANNED = new Set(["simulate"]);
+const UNPLANNED = new Set(["simulate", "drive", "controllers"]);
 /**
  * Milliseconds after which a plan that is no longer wanted is stopped instead of waited for. An engine that is
  * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
@@ -27,12 +27,10 @@ export function mount(page) {
   const plans = new Plans(page);
   const runs = new Runs(page);
   page.replan = () => plans.want();
-  page.simulate = async (how) => {
-    if (plansPoses(page)) page.say(NO_RUN);
-    else await runs.begin(how ?? {});
-  };
+  page.simulate = (how) => runs.begin(how ?? {});
   page.stop = () => runs.stop();
-  page.asked = () => asked(store.scenario, plansPoses(page));
+  page.drives = () => plansPoses(page) || Boolean(store.scenario.drive);
+  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), page.drives() && !ticks);
 
   /** What the ground on the screen is made of. */
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
@@ -156,7 +154,7 @@ export function mount(page) {
     if (!decisive.length) return;
     if (page.run || runs.busy) {
       const tick = page.play.tick;
-      if (page.run && decisive.length === 1 && decisive[0] === "edits" && (tick > 0 || page.play.playing)) {
+      if (page.run && decisive.length === 1 && decisive[0] === "edits" && !page.run.step && (tick > 0 || page.play.playing)) {
         void runs.begin({ tick, play: page.play.playing, cut: true });
       } else runs.clear();
     }
@@ -176,14 +174,18 @@ export function mount(page) {
   // The way of the plan, by its speeds. While a run is on its way: the run's own, as far as it has come; what it
   // has driven is drawn over it. The plan's would lead through walls that were painted since.
   let running = false;
+  /** The path that a drive follows at the shown moment. @type {number[][]} */
+  let followed = [];
   const drawWays = () => {
     const { plan, run } = page;
     // A comparison draws ways of its own.
     if (run && run !== runs.own) return;
     running = run !== null && page.play.tick > 0;
-    if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
+    followed = (run?.step && running && page.driver?.pathAt(run, page.play.tick)) || [];
+    if (run?.step && running) map.ways = page.driver?.waysOf(run, followed) ?? [];
+    else if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
     else map.ways = plan && plan.cells.length > 2 ? [wayOf(plan, page)] : [];
-    map.shape = shapeOf(page);
+    map.shape = shapeOf(page, followed.length ? followed : undefined);
     map.refresh();
   };
   for (const name of ["plan", "run", "end"]) page.on(name, drawWays);
@@ -194,7 +196,8 @@ export function mount(page) {
     drawWays();
   });
   page.on("tick", () => {
-    if (running !== (page.run !== null && page.play.tick > 0)) drawWays();
+    const { run, play } = page;
+    if (running !== (run !== null && play.tick > 0) || (run?.step && running && followed !== page.driver?.pathAt(run, play.tick))) drawWays();
   });
 }
 
@@ -217,9 +220,10 @@ function drawnIn(ground) {
   return ground.obstacle_cells.length ? [{ kind: "random-walk", count: ground.obstacle_cells.length, starts: ground.obstacle_cells }] : [];
 }
 
-/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @returns {Scenario} */
-export function asked(scenario, poses) {
-  const made = /** @type {any} */ ({ ...scenario, simulate: scenario.simulate ?? {} });
+/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @param {boolean} [drives] whether it is driven in continuous time, and not simulated in ticks @returns {Scenario} */
+export function asked(scenario, poses, drives = false) {
+  const made = /** @type {any} */ ({ ...scenario, simulate: drives ? undefined : scenario.simulate ?? {}, drive: drives ? scenario.drive ?? {} : undefined });
+  delete made.controllers;
   for (const end of ["start", "goal"]) {
     const yaw = made[`${end}_yaw`];
     if (poses && made[end] && yaw !== null) made[end] = { cell: made[end], yaw };
@@ -234,7 +238,6 @@ export function asked(scenario, poses) {
 
 /** Keys of what is shown at the ends. */
 const SHOWN = ["start", "goal", "start_yaw", "goal_yaw", "robot", "planner"];
-const NO_RUN = "Planners of poses plan here, with a speed at each pose; they are not simulated in ticks. To drive the plan, save the scenario and use lampyris drive.";
 
 /** Ends of a file that are in metres as cells of the map. @param {Scenario} scenario @param {Ground} ground @returns {Scenario} */
 function settled(scenario, ground) {
@@ -252,8 +255,8 @@ function settled(scenario, ground) {
   return made;
 }
 
-/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @returns {import("./shape.js").Shape | null} */
-function shapeOf(page) {
+/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {number[][]} [path] what a drive follows, if one is shown @returns {import("./shape.js").Shape | null} */
+function shapeOf(page, path) {
   const { ground, plan, store } = page;
   if (!ground || !plansPoses(page)) return null;
   const { scenario } = store;
@@ -262,7 +265,7 @@ function shapeOf(page) {
     const yaw = scenario[`${end}_yaw`];
     return at ? [{ end, at, heading: yaw === null ? null : yaw - ground.origin[2] }] : [];
   });
-  return { outline: outlineOf(scenario.robot, ground.resolution), poses: plan?.pose_cells ?? [], ends };
+  return { outline: outlineOf(scenario.robot, ground.resolution), poses: path ?? plan?.pose_cells ?? [], ends, faint: path !== undefined };
 }
 
 /** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */
@@ -334,7 +337,7 @@ class Plans {
     const page = this._page;
     /** @type {any} */
     let plan = null;
-    for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: [] }, signal)) {
+    for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(true), record: false, layers: [] }, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
       if (kind === "Z") plan = json(bytes);
     }

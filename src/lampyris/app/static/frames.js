@@ -102,13 +102,19 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
+/** Ticks of a run as a time, or as their number. @param {Run | null} run @param {number} tick */
+export function timeOf(run, tick) {
+  return run?.step ? `${(tick * run.step).toFixed(1)} s` : String(tick);
+}
+
 /** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {Run} */
 export function newRun(head) {
   return {
-    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
+    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.controller ?? head.planner ?? "", law: head.law ?? "",
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
+    step: head.step, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
   };
 }
 
@@ -131,7 +137,7 @@ export function addEvents(bytes, run) {
  * @param {number} need
  * @returns {T}
  */
-function grown(array, need) {
+export function grown(array, need) {
   if (need <= array.length) return array;
   const Kind = /** @type {new (n: number) => T} */ (array.constructor);
   const longer = new Kind(Math.max(need, 2 * array.length, 256));

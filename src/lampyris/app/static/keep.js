@@ -21,7 +21,7 @@ const GROUPS = [
 
 /** What the server does, and what it counts meanwhile. @type {Record<string, [string, string]>} */
 const STAGES = {
-  compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], drawing: ["Drawing the film", "frames"],
+  compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], driving: ["Driving", "second"], drawing: ["Drawing the film", "frames"],
   writing: ["Writing the file", ""], comparing: ["Running", "runs"],
 };
 const TYPES = /** @type {Record<string, string>} */ ({
@@ -102,7 +102,7 @@ class Keep {
     this._beat = beat;
     beat();
     try {
-      const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
+      const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(what === "compared"), what: what === "compared" ? "report" : what });
       if (what === "compared") body.settings = meeting(page);
       const moment = this.now.checked && what === "png" && page.run;
       if (moment) body.tick = Math.round(page.play.tick);
@@ -144,7 +144,7 @@ class Keep {
 
   /** How far it is. Nobody knows when a run will end, so that its ticks are counted alone. @param {{what: string, done?: number, of?: number | null}} said */
   _share({ what, done = 0, of }) {
-    const [doing, unit] = STAGES[what] ?? [what, ""];
+    const [doing, unit] = STAGES[what.split(" ")[0]] ?? [what, ""];
     const share = of && what !== "running" ? Math.round((100 * done) / of) : null;
     this.stage = share !== null ? `${doing}: ${done} of ${of} ${unit}, ${share} %` : done ? `${doing}: ${unit} ${done}` : doing;
     if (share === null) this.bar.removeAttribute("value");
@@ -174,6 +174,7 @@ function shows(page, now) {
   const layer = beneath(page);
   const under = layer !== "none" ? `with ${layer} beneath` : shown ? `without a layer (they know cost and luciferin, not ${shown})` : "without a layer";
   const films = shown ? ` Films have ${shown} beneath.` : "";
+  if (page.drives()) return `Pictures show the plan of ${name}, ${under}; films and the PNG of a moment the drive of its own controller, without a layer.`;
   const some = page.map.moment.others?.length ? ` Of those compared they show ${name} alone; the file Comparison has them all.` : "";
   return `Pictures show the plan of ${name}, ${under}${now && page.run ? "; the PNG the shown moment of its run, as films do" : ""}.${films}${some}`;
 }

@@ -139,7 +139,7 @@ export class Source {
   async _fetch(name, signal) {
     const { page } = this;
     const tick = Math.floor(page.play.tick + 1e-6);
-    const body = { scenario: page.asked(), layer: name, obstacle_cells: name === "reach" ? bodiesNow(page) : null, tick };
+    const body = { scenario: page.asked(true), layer: name, obstacle_cells: name === "reach" ? bodiesNow(page) : null, tick };
     /** @type {Layer | null} */
     let layer = null;
     /** @type {any} */
@@ -171,7 +171,7 @@ function bodiesNow(page) {
   if (!places) return null;
   /** @type {Array<[number, number]>} */
   const cells = [];
-  for (let b = 0; b < places.length; b += 2) if (places[b] >= 0) cells.push([places[b], places[b + 1]]);
+  for (let b = 0; b < places.length; b += 2) if (places[b] >= -0.5) cells.push([Math.round(places[b]), Math.round(places[b + 1])]);
   return cells;
 }
 
@@ -348,7 +348,7 @@ class Layers {
     }
     this._gatesOf = key;
     try {
-      for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: ["gates"] })) {
+      for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(true), record: false, layers: ["gates"] })) {
         if (kind === "X") throw new ServerError(200, json(bytes));
         if (kind !== "H" && kind !== "Z") continue;
         const { gates } = json(bytes);

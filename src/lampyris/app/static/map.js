@@ -174,7 +174,7 @@ export class MapView {
     pen.drawImage(this._base, 0, 0);
     pen.setTransform(this._ratio, 0, 0, this._ratio, 0, 0);
     if (trail) this._trail.draw(pen, view, trail, on);
-    drawMoment(pen, view, this.moment, this.robotRadius, this._sprites);
+    drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
     if (this.onFrame) this.onFrame(performance.now() - began);

@@ -3,6 +3,7 @@
 import { KINDS, LINES, OTHER_KIND, ROBOT } from "./colours.js";
 import { kindMark, robotMark } from "./marks.js";
 import { penOf } from "./cells.js";
+import { traceOutline } from "./shape.js";
 
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */
@@ -11,14 +12,15 @@ const FAINT = 0.45;
 
 /**
  * What moves, at one moment. Places in cells, whole or between two. `still`: bodies that wait for a run to begin, faint.
+ * `heading`: of the robot of a drive, radians counterclockwise on the screen.
  * @typedef {{
  *   robot: [number, number] | null, bodies: Float32Array | null, kinds: string[], radii: number[],
- *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number}>,
+ *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number, heading?: number}>, heading?: number,
  * }} Moment
  */
 
-/** @param {Pen} pen @param {View} view @param {Moment} moment @param {number} robotRadius cells @param {Sprites} sprites */
-export function drawMoment(pen, view, moment, robotRadius, sprites) {
+/** @param {Pen} pen @param {View} view @param {Moment} moment @param {number} robotRadius cells @param {Sprites} sprites @param {import("./shape.js").Outline | null} outline the robot's footprint; null: a disc */
+export function drawMoment(pen, view, moment, robotRadius, sprites, outline) {
   if (moment.bodies) {
     pen.globalAlpha = moment.bodies === moment.still ? FAINT : 1;
     drawBodies(pen, view, moment, moment.bodies, sprites);
@@ -26,12 +28,54 @@ export function drawMoment(pen, view, moment, robotRadius, sprites) {
   }
   const r = Math.max(6, view.scale * 0.42);
   for (const other of moment.others ?? []) {
-    robotMark(pen, ...view.pixel(other.robot[0], other.robot[1]), r, LINES[other.line % LINES.length][0]);
+    const colour = LINES[other.line % LINES.length][0];
+    if (other.heading === undefined) robotMark(pen, ...view.pixel(other.robot[0], other.robot[1]), r, colour);
+    else drawRobot(pen, view, other.robot, other.heading, robotRadius, outline, colour);
   }
   if (!moment.robot) return;
+  if (moment.heading !== undefined) {
+    drawRobot(pen, view, moment.robot, moment.heading, robotRadius, outline, ROBOT);
+    return;
+  }
   const [x, y] = view.pixel(moment.robot[0], moment.robot[1]);
   if (robotRadius * view.scale > 8) disc(pen, x, y, robotRadius * view.scale, ROBOT);
   robotMark(pen, x, y, r, ROBOT);
+}
+
+/** Sides of the least robot that is seen, pixels. */
+const SEEN = 7;
+
+/**
+ * A robot to scale at its heading, with an arrow ahead. Where it would be too small to be seen, a mark with the arrow.
+ * @param {Pen} pen @param {View} view @param {[number, number]} at @param {number} heading @param {number} radius cells
+ * @param {import("./shape.js").Outline | null} outline @param {string} colour
+ */
+function drawRobot(pen, view, at, heading, radius, outline, colour) {
+  const [x, y] = view.pixel(at[0], at[1]);
+  const nose = Math.max(SEEN, view.scale * (outline ? Math.max(...outline.map(([ahead]) => ahead)) : radius));
+  const wide = view.scale * (outline ? Math.max(...outline.map(([, left]) => Math.abs(left))) : radius);
+  pen.lineJoin = "round";
+  pen.fillStyle = colour;
+  if (outline && wide > 2) traceOutline(pen, view, outline, at[0], at[1], heading);
+  else {
+    pen.beginPath();
+    pen.arc(x, y, Math.max(SEEN, radius * view.scale), 0, 2 * Math.PI);
+  }
+  pen.strokeStyle = "#fff";
+  pen.lineWidth = 3.5;
+  pen.stroke();
+  pen.strokeStyle = "#20242c";
+  pen.lineWidth = 1.5;
+  pen.fill();
+  pen.stroke();
+  // An arrow at its front.
+  const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+  const half = Math.min(0.6 * Math.max(wide, SEEN), 0.5 * nose);
+  const back = Math.max(0.2 * nose, 0.85 * nose - 1.6 * half);
+  pen.fillStyle = "#fff";
+  pen.beginPath();
+  for (const [ahead, left] of [[0.85 * nose, 0], [back, half], [back, -half]]) pen.lineTo(x + ahead * cos - left * sin, y - ahead * sin - left * cos);
+  pen.fill();
 }
 
 /** @param {Pen} pen @param {View} view @param {Moment} moment @param {Float32Array} bodies @param {Sprites} sprites */

@@ -69,7 +69,8 @@ export class Player {
   }
 
   toggle() {
-    if (this.playing) this.pause();
+    if (this.page.driving && !this.page.run) this.page.stop();
+    else if (this.playing) this.pause();
     else this.start();
   }
 
@@ -143,7 +144,7 @@ export class Player {
     }
     // What has not been simulated yet is waited for, and the picture stands still.
     if (this.tick < this.last) {
-      this.tick = Math.min(this.tick + (passed / 1000) * PACE * this.speed, this.last);
+      this.tick = Math.min(this.tick + (passed / 1000) * (run.step ? 1 / run.step : PACE) * this.speed, this.last);
       this._show();
     }
     if (run.done && this.tick >= this.last) this.pause();
@@ -190,7 +191,7 @@ export class Player {
       shares.set(this._shares);
       this._shares = shares;
       this._trail.cells = way;
-      this._trail.shares = shares;
+      this._trail.shares = run.rivals?.length ? null : shares;
     }
     let fastest = this._fastest;
     for (let k = this._copied; k < run.ticks; k++) {
@@ -213,6 +214,8 @@ export class Player {
     const { moment } = page.map;
     if (!run || run.ticks === 0) {
       moment.robot = null;
+      moment.heading = undefined;
+      if (moment.others?.some(({ heading }) => heading !== undefined)) moment.others = [];
       this._wait();
       moment.trail = null;
     } else {
@@ -222,6 +225,7 @@ export class Player {
       const f = k + 1 < run.ticks ? t - k : 0;
       this._place(run, k, f);
       moment.robot = this._robot;
+      this._turn(run, k, f);
       this._obstacles(run, k, f);
       moment.bodies = this._bodies;
       moment.trail = this._trail;
@@ -261,6 +265,18 @@ export class Player {
     this._trail.count = k + (f ? 2 : 1);
   }
 
+  /** Headings of a drive, and where those of other controllers are. @param {Run} run @param {number} k @param {number} f */
+  _turn(run, k, f) {
+    const { moment } = this.page.map;
+    moment.heading = undefined;
+    if (!run.step) return;
+    moment.heading = this.page.driver?.headingAt(run, k + f);
+    moment.others = this.page.driver?.othersAt(run, k + f);
+    const shares = run.rivals?.length ? null : this._shares;
+    if (this._trail.shares !== shares) this._trail.version++;
+    this._trail.shares = shares;
+  }
+
   /** Everybody else. @param {Run} run @param {number} k @param {number} f */
   _obstacles(run, k, f) {
     const { moment } = this.page.map;
@@ -276,7 +292,7 @@ export class Player {
     const next = f ? run.places[k + 1] : here;
     for (let b = 0; b < out.length; b += 2) {
       // Off the map: not there. Whoever comes at the next tick is not seen before it.
-      if (b >= here.length || here[b] < 0) {
+      if (b >= here.length || here[b] < -0.75) {
         out[b] = out[b + 1] = NaN;
       } else {
         out[b] = here[b] + f * (next[b] - here[b]);

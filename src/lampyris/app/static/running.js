@@ -4,6 +4,7 @@
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
 import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { brought } from "./later.js";
 import { sentence } from "./make.js";
 
 /** Runs: one at a time. */
@@ -25,13 +26,23 @@ export class Runs {
 
   stop() {
     if (this._abort) this._page.play.hold(false);
+    const rivals = this._abort !== null && this.own !== null && this.own.step !== undefined;
     this._abort?.abort();
     this._abort = null;
-    if (this.own && !this.own.done) {
+    this._progress("");
+    if (this.own && (!this.own.done || rivals)) {
       this.own.done = true;
       this._page.tell("end");
     }
     this._page.busy("run", false);
+  }
+
+  /** What a drive is computed for. @param {string} what */
+  _progress(what) {
+    const page = this._page;
+    if (page.driving === what) return;
+    page.driving = what;
+    page.tell("progress");
   }
 
   /** The run is no longer the scenario's. */
@@ -88,6 +99,8 @@ export class Runs {
     // The old run may not go on past the moment from which the new one differs.
     if (tick > 0) page.play.hold(true);
     const scenario = page.asked();
+    const drives = page.drives();
+    if (drives) this._progress("Driving\u2026");
     const who = { planner: scenario.planner.name, law: scenario.law?.name };
     let run = newRun(who);
     /** Shown once it has come as far as what is shown now: until there both are the same. */
@@ -105,13 +118,16 @@ export class Runs {
       page.tell("run", { tick: Math.min(at, Math.max(0, run.ticks - 1)), play: plays });
     };
     try {
-      for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
+      if (drives && !page.driver) page.driver = (await brought(page, "driven"))[0].driver;
+      for await (const { kind, bytes } of page.api.frames(drives ? "/api/drive" : "/api/simulate", { scenario }, abort.signal)) {
         if (abort.signal.aborted) return;
         if (kind === "X") throw new ServerError(200, json(bytes));
         else if (kind === "H") run = newRun({ ...who, ...json(bytes) });
         else if (kind === "T") addTicks(bytes, run);
+        else if (kind === "D") page.driver?.addSamples(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
         else if (kind === "C") addCaps(bytes, run);
+        else if (kind === "P" && drives) this._progress(page.driver?.progressOf(json(bytes)) || page.driving);
         else if (kind === "Z") {
           run.end = json(bytes);
           run.done = true;
@@ -128,6 +144,7 @@ export class Runs {
       if (!published) publish();
       run.done = true;
       page.tell("end");
+      if (drives) await page.driver?.rivals(page, run, scenario, abort.signal, (what) => this._progress(what));
     } catch (error) {
       if (abort.signal.aborted) return;
       run.done = true;
@@ -145,6 +162,7 @@ export class Runs {
     } finally {
       if (this._abort === abort) {
         this._abort = null;
+        this._progress("");
         page.busy("run", false);
       }
     }

@@ -110,10 +110,20 @@ function plannerPart(page, into) {
   into.append(pick, facts, form.root);
   /** Settings of planners that were left, so that going back finds them. @type {Map<string, Record<string, unknown>>} */
   const left = new Map();
+  /** Of planners of poses that were left. @type {Record<string, any> | null | undefined} */
+  let drive = null;
   pick.addEventListener("change", () => {
     const { planner } = page.store.scenario;
     left.set(planner.name, planner.settings);
-    page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} } });
+    // Planners of poses always drive in continuous time; the others do if they are told to.
+    const poses = (/** @type {string} */ name) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
+    if (poses(planner.name) && !poses(pick.value)) {
+      drive = page.store.scenario.drive;
+      page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} }, drive: undefined });
+    } else {
+      const kept = poses(pick.value) ? { drive: page.store.scenario.drive ?? drive ?? undefined } : {};
+      page.store.set({ planner: { name: pick.value, settings: left.get(pick.value) ?? {} }, ...kept });
+    }
   });
   return () => {
     const now = page.store.scenario.planner;
@@ -201,7 +211,7 @@ function isOn(rule, now) {
 }
 
 /** Settings of one planner or law. */
-class Form {
+export class Form {
   /** @param {Page} page @param {(settings: Record<string, unknown>) => any} patch @param {string} key */
   constructor(page, patch, key) {
     this._page = page;

@@ -6,7 +6,7 @@ import { GOAL, ROBOT, START, THEMES } from "./colours.js";
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** Vertices in cells, x ahead and y to the left of the base. @typedef {Array<[number, number]>} Outline */
 /** Start or goal with its heading, radians counterclockwise on the screen; null: any. @typedef {{end: "start" | "goal", at: Cell, heading: number | null}} End */
-/** `poses`: x, y in cells, y down, and the heading. @typedef {{outline: Outline | null, poses: number[][], ends: End[]}} Shape */
+/** `poses`: x, y in cells, y down, the heading, and how the step to the next is driven: 1 ahead, -1 in reverse, 0 in place. @typedef {{outline: Outline | null, poses: number[][], ends: End[], faint?: boolean}} Shape */
 
 /** Pixels from an end to its handle, at least; a handle keeps clear of the footprint. */
 const ARM = 30;
@@ -50,7 +50,7 @@ export function handleOf(view, shape, end) {
 
 /** @param {Pen} pen @param {View} view @param {Shape} shape @param {boolean} dark */
 export function drawShape(pen, view, shape, dark) {
-  const { outline, poses, ends } = shape;
+  const { outline, poses, ends, faint } = shape;
   if (outline) {
     pen.strokeStyle = THEMES[dark ? "dark" : "light"].ink;
     pen.fillStyle = ROBOT;
@@ -60,20 +60,21 @@ export function drawShape(pen, view, shape, dark) {
       const [x, y] = view.pixel(cx, cy);
       if (Math.hypot(x - px, y - py) < APART) continue;
       [px, py] = [x, y];
-      trace(pen, view, outline, cx, cy, heading);
-      pen.globalAlpha = 0.12;
+      traceOutline(pen, view, outline, cx, cy, heading);
+      pen.globalAlpha = faint ? 0.05 : 0.12;
       pen.fill();
-      pen.globalAlpha = 0.45;
+      pen.globalAlpha = faint ? 0.18 : 0.45;
       pen.stroke();
     }
     pen.globalAlpha = 1;
   }
+  drawReversals(pen, view, poses);
   for (const end of ends) {
     const colour = end.end === "start" ? START : GOAL;
     pen.strokeStyle = pen.fillStyle = colour;
     pen.lineWidth = 2;
     if (outline && end.heading !== null) {
-      trace(pen, view, outline, end.at[0], end.at[1], end.heading);
+      traceOutline(pen, view, outline, end.at[0], end.at[1], end.heading);
       pen.stroke();
     }
     const [x, y] = view.pixel(end.at[0], end.at[1]);
@@ -92,8 +93,41 @@ export function drawShape(pen, view, shape, dark) {
   }
 }
 
+/** What is driven in reverse, as a light dashed line on the path; where the robot changes direction, a diamond. @param {Pen} pen @param {View} view @param {number[][]} poses */
+function drawReversals(pen, view, poses) {
+  const places = poses.map(([x, y]) => view.pixel(x, y));
+  for (const [colour, wide] of /** @type {const} */ ([["#20242c", 3], ["#fff", 1.8]])) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = wide;
+    pen.setLineDash([5, 5]);
+    pen.beginPath();
+    for (let k = 0; k + 1 < poses.length; k++) {
+      if (poses[k][3] !== -1) continue;
+      if (!k || poses[k - 1][3] !== -1) pen.moveTo(...places[k]);
+      pen.lineTo(...places[k + 1]);
+    }
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+  pen.lineWidth = 1.5;
+  let last = 0;
+  poses.forEach(([, , , gear], k) => {
+    if (gear && last && gear !== last) {
+      const [x, y] = places[k];
+      pen.beginPath();
+      for (const [dx, dy] of [[0, -5.5], [5.5, 0], [0, 5.5], [-5.5, 0]]) pen.lineTo(x + dx, y + dy);
+      pen.closePath();
+      pen.fillStyle = "#fff";
+      pen.strokeStyle = "#20242c";
+      pen.fill();
+      pen.stroke();
+    }
+    if (gear) last = gear;
+  });
+}
+
 /** The path of an outline at a pose. @param {Pen} pen @param {View} view @param {Outline} outline @param {number} cx @param {number} cy @param {number} heading */
-function trace(pen, view, outline, cx, cy, heading) {
+export function traceOutline(pen, view, outline, cx, cy, heading) {
   const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
   pen.beginPath();
   for (const [x, y] of outline) pen.lineTo(...view.pixel(cx + x * cos - y * sin, cy - x * sin - y * cos));

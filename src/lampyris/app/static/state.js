@@ -138,10 +138,12 @@ export function tidy(made, from) {
     return { [end]: cell(given), [`${end}_yaw`]: Number.isFinite(yaw) ? yaw : null, ...(given?.pose || given?.m ? { [`${end}_m`]: given.pose ?? given.m } : {}) };
   };
   const list = (/** @type {any} */ some) => (Array.isArray(some) ? some : []);
+  const rivals = list(made.controllers).filter((one) => typeof one?.name === "string");
   const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: cellsOf(one?.blocked), freed: cellsOf(one?.freed) }));
   return {
     ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), ...ends("start"), ...ends("goal"),
     obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
+    drive: made.drive ?? undefined, controllers: rivals.length ? rivals : undefined,
   };
 }
 

@@ -4,6 +4,7 @@
 
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
+import { timeOf } from "./frames.js";
 import { el } from "./make.js";
 import { mark } from "./timeline.js";
 
@@ -30,10 +31,13 @@ class Status {
     this.facts = el("dl", { class: "facts" });
     /** @type {Map<string, {dt: HTMLElement, dd: HTMLElement}>} */
     this._rows = new Map();
+    /** What the controllers of a drive achieved. */
+    this.results = el("div", { class: "wide st-results", hidden: true });
+    this._table = "";
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.results, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -49,7 +53,7 @@ class Status {
     this._busy = false;
 
     page.on("tick", () => this.later());
-    for (const name of ["plan", "run", "ticks", "end", "play", "ground", "theme"]) page.on(name, () => this.later(true));
+    for (const name of ["plan", "run", "ticks", "end", "play", "ground", "theme", "progress"]) page.on(name, () => this.later(true));
     page.on("busy", (busy) => {
       this._busy = Boolean(busy);
       this.later(true);
@@ -73,6 +77,7 @@ class Status {
     if (run) this._ofRun(run);
     else this._ofPlan();
     this._events(run);
+    this._results(run);
   }
 
   // ---- a plan --------------------
@@ -91,7 +96,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
+    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 
@@ -145,16 +150,18 @@ class Status {
     this._otherwise(end.notes);
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
-    else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
-    else this._now(going(run, tick, cause));
-    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+    else if (event && (run.step ? tick - event.tick < 1 / run.step : event.tick === tick) && event.sentence) this._now(event.sentence, event.word === "hit");
+    else this._now(page.driver?.turned(run, tick) || going(run, tick, cause));
+    const drive = run.step !== undefined;
+    set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+      : drive ? "Space pauses, the keys , and . go a twentieth of a second."
       : "Paint a wall (B), and it replans. Space pauses, the keys , and . go tick by tick.");
 
     /** @type {Array<[string, string]>} */
-    const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
+    const rows = [drive ? ["Time", `${timeOf(run, tick)} of ${timeOf(run, run.ticks - 1)}`] : ["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
     const near = run.near[tick];
     if (run.bodies.length) {
-      const there = run.places[tick].length / 2;
+      const there = drive ? run.places[tick].filter((x, k) => k % 2 === 0 && x > -1).length : run.places[tick].length / 2;
       rows.push(["Obstacles", whole(there)]);
       rows.push(["Nearest", near < Infinity ? `${brief(near)} m` : "\u2013"]);
     }
@@ -162,7 +169,8 @@ class Status {
     rows.push(["Waits so far", whole(this._counts.wait ?? 0)]);
     const m = end.metrics ?? {};
     if (over) {
-      rows.push(["Outcome", String(end.outcome ?? "")]);
+      rows.push(["Outcome", String(end.outcome ?? "").replaceAll("_", " ")]);
+      if (drive) rows.push(...(page.driver?.factsOf(end) ?? []));
       if (Number.isFinite(m.cost)) rows.push(["Cost driven", `${brief(m.cost)} cells`]);
       if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
       if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
@@ -213,8 +221,8 @@ class Status {
         this.page.play.seek(event.tick);
       };
       lines.push(
-        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to tick ${event.tick}` },
-          glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, String(event.tick)),
+        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to ${run.step ? "" : "tick "}${timeOf(run, event.tick)}` },
+          glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, timeOf(run, event.tick)),
           el("span", {}, event.sentence || look.label))),
       );
     }
@@ -223,6 +231,17 @@ class Status {
   }
 
   // ---- what is seen and said --------------------
+
+  /** Measures of a drive, and of those of other controllers beside it. @param {Run | null} run */
+  _results(run) {
+    const some = run?.step && run.done ? [run, ...run.rivals] : [];
+    const key = some.map((one) => `${one.job} ${one.label} ${one.end?.outcome} ${one.end?.digest}`).join();
+    if (key === this._table) return;
+    this._table = key;
+    const made = this.page.driver?.resultsOf(some);
+    this.results.hidden = !made;
+    this.results.replaceChildren(...(made ? [made] : []));
+  }
 
   /** A remark on what was not done as asked. @param {string[]} [notes] */
   _otherwise(notes = []) {
@@ -276,6 +295,8 @@ const ABOUT = {
   Gates: "Openings one cell wide", Time: "How long the robot takes for the path", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
   "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
+  Took: "Time from start to end, beside that of the fastest drive of the first path without obstacles",
+  "Limited by": "What limited the speed, by its share of the time",
   Nearest: "Free distance from the robot's rim to the nearest obstacle's, each at least as large as its cell; 0: in cells side by side",
 };
 

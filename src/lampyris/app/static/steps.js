@@ -71,7 +71,7 @@ class Steps {
     const { page } = this;
     this.open.disabled = true;
     try {
-      const plan = await planned(page, { scenario: page.asked(), record: true, layers: [] });
+      const plan = await planned(page, { scenario: page.asked(true), record: true, layers: [] });
       if (!plan.jumps?.length) {
         page.say(plan.sentence || "There is no step to show.");
         return;

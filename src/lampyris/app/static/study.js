@@ -74,7 +74,7 @@ class Study {
     tell(this.words, "Sending.");
     try {
       const { job } = await page.api.json("/api/study", {
-        scenario: page.asked(), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
+        scenario: page.asked(true), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
       });
       this._watch(String(job));
     } catch (error) {

@@ -6,13 +6,14 @@
 import { EVENTS } from "./colours.js";
 import { el, icon } from "./make.js";
 import { gateOutline } from "./marks.js";
+import { timeOf } from "./frames.js";
 import { RATES } from "./play.js";
 
 /** @typedef {import("./play.js").Player} Player */
 
 const ICONS = {
   play: "M6 4l10 6-10 6z", pause: "M7 4v12M13 4v12", again: "M5 10a5.5 5.5 0 1 0 1.8-4.1M6.5 2.5v3.6h3.6",
-  back: "M14 5l-7 5 7 5zM5 5v10", on: "M6 5l7 5-7 5zM15 5v10",
+  stop: "M6 6h8v8H6z", back: "M14 5l-7 5 7 5zM5 5v10", on: "M6 5l7 5-7 5zM15 5v10",
 };
 /** Milliseconds between two sayings of where it is while it plays. */
 const SAID = 120;
@@ -75,7 +76,7 @@ class Timeline {
       this._say(true);
     });
     page.on("rate", (rate) => (this.rate.value = String(rate)));
-    for (const name of ["run", "ticks", "end"]) page.on(name, () => this._changed());
+    for (const name of ["run", "ticks", "end", "progress"]) page.on(name, () => this._changed());
     page.on("theme", () => this._want());
     track.addEventListener("keydown", (event) => this._key(event));
     track.addEventListener("pointerdown", (event) => this._grab(event));
@@ -134,21 +135,22 @@ class Timeline {
       return;
     }
     const more = run.done ? "" : "+";
-    this.where.textContent = `${tick} / ${this.last}${more}`;
+    const [at, all] = [timeOf(run, tick), timeOf(run, this.last)];
+    this.where.textContent = `${at} / ${all}${more}`;
     this.track.setAttribute("aria-valuenow", String(Math.min(tick, this.last)));
-    this.track.setAttribute("aria-valuetext", `tick ${tick} of ${this.last}${run.done ? "" : ", more to come"}`);
+    this.track.setAttribute("aria-valuetext", `${run.step ? "" : "tick "}${at} of ${all}${run.done ? "" : ", more to come"}`);
   }
 
   _button() {
     const { play, run } = this.page;
     const over = Boolean(run?.done) && play.tick >= this.last && this.last > 0;
-    const mode = play.playing ? "pause" : over ? "again" : "play";
+    const mode = this.page.driving && !run ? "stop" : play.playing ? "pause" : over ? "again" : "play";
     if (mode === this._mode) return;
     this._mode = mode;
-    const label = { pause: "Pause", again: "Play again", play: "Play" }[mode];
+    const label = { pause: "Pause", again: "Play again", play: "Play", stop: "Stop" }[mode];
     this.main.setAttribute("aria-label", label);
     this.main.title = `${label} (space)`;
-    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]), mode === "pause" ? "Pause" : "Play");
+    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]), mode === "again" ? "Play" : label);
     this.main.classList.toggle("filled", mode === "play");
   }
 
@@ -228,7 +230,7 @@ class Timeline {
         found = event;
       }
     }
-    this.tip.textContent = found ? `${found.tick}: ${found.sentence || EVENTS[found.word].label}` : `${tick}`;
+    this.tip.textContent = found ? `${timeOf(run, found.tick)}: ${found.sentence || EVENTS[found.word].label}` : timeOf(run, tick);
     this.tip.style.transform = `translateX(${Math.round(x)}px) translateX(${x > this.width / 2 ? "-100%" : "0"})`;
     this.tip.hidden = false;
   }

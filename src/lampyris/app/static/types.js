@@ -13,13 +13,14 @@
 /**
  * What a scenario file says, as far as the page changes it. Keys it does not know are kept as they are. `start_yaw`,
  * `goal_yaw`: headings for planners of poses, radians in the map frame; `start_m`, `goal_m`: ends in metres of a file
- * that is being opened.
+ * that is being opened. `drive`: settings of a drive in continuous time, which planners of poses always make; `controllers`:
+ * what else drives beside its own one, to be compared; of the page alone, and in no file.
  * @typedef {{
  *   version: 1, name?: string, map: unknown, map_hash?: string, start: Cell | null, goal: Cell | null,
  *   start_yaw: number | null, goal_yaw: number | null, start_m?: number[], goal_m?: number[],
  *   robot: Record<string, any>, preset: string, moves: string | null, planner: Who, law: Who | null,
  *   seed: number, obstacles: Array<Record<string, any>>, edits: Edit[],
- *   simulate?: {ticks: number | null, patience: number | null},
+ *   simulate?: {ticks: number | null, patience: number | null}, drive?: Record<string, any>, controllers?: Who[],
  * }} Scenario
  */
 
@@ -38,13 +39,15 @@
 
 /**
  * A simulation as far as it has come. Arrays grow; `ticks` says how much of them is filled. `cut`: a wall was painted
- * at its last tick, and what came after it is taken off.
+ * at its last tick, and what came after it is taken off. Of a drive in continuous time the ticks are samples, `step` seconds
+ * apart, with the robot's `yaw` on the screen; `rivals` are the drives of other controllers in the
+ * same scene, `paths` what the robot was to follow, each from `t` seconds on.
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
- *   robot: Int16Array, speed: Float32Array, cause: Uint8Array, causes: string[],
- *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Int16Array[],
+ *   robot: Int16Array | Float32Array, speed: Float32Array, cause: Uint8Array, causes: string[],
+ *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Array<Int16Array | Float32Array>,
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
- *   end: Record<string, any> | null, cut?: boolean,
+ *   end: Record<string, any> | null, cut?: boolean, step?: number, yaw: Float32Array, rivals: Run[], paths: Array<{t: number, poses: number[][]}>,
  * }} Run
  */
 
@@ -78,7 +81,7 @@
  * Told by name: "ground" (a map came or its cells changed; detail, when none could be had: why), "plan" (page.plan is new; detail: Plan or null),
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
- * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
+ * (detail: boolean), "progress" (page.driving changed), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
  * "token" (another address was opened), "help", "map" (the view panned or zoomed).
  * Changes of the scenario are told by `store.listen(changed keys)`.
  *
@@ -97,7 +100,7 @@
  *   turn: () => number,
  *   open: (map: unknown, turn?: number) => Promise<boolean>,
  *   adopt: (scenario: Scenario, turn?: number) => Promise<boolean>,
- *   asked: () => Scenario,
+ *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string, driver: typeof import("./driven.js").driver | null,
  *   link: () => Promise<string>,
  *   show: (section: string) => void | Promise<void>,
  *   use: (tool: string) => void, met: () => string,
@@ -106,7 +109,8 @@
  * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
  * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
  * `turn`: a number for a wish for a map; of several the newest counts, `open` and `adopt` say whether it was this one.
- * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
+ * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it; `ticks`: without
+ * what it says of drives. `drives`: whether a run is a drive in continuous time. `driver`: what is done with drives, once it is loaded. `driving`: what is computed before there is something to play. `link`: this state's
  * address, with the token of this start. `busy`: somebody works, or no longer does. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
  * `met`: who meets in a comparison, as a part of the link.
  */

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pydantic import Field
 
 from lampyris.io.scenario.declared_table import table_of
-from lampyris.io.scenario.schema_types import Table
+from lampyris.io.scenario.schema_types import Settings, Table
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.simulation import SimulationSettings
@@ -23,7 +23,7 @@ else:
     class DriveTable(_Drive):
         """How to drive in continuous time."""
 
-        controller_settings: dict[str, float | str | bool | None] = Field(
+        controller_settings: Settings = Field(
             {}, description="Settings of the controller that steers, by name."
         )
 
