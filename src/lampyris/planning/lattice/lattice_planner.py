@@ -21,7 +21,7 @@ from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
 from lampyris.model.path import PosePath, path_of
 from lampyris.model.plan import Plan, Status
-from lampyris.model.robot import Polygon
+from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.goal_field import GoalField
@@ -138,11 +138,15 @@ def lattice_for(
 
 def outline(scene: Scene) -> Polygon:
     """The robot's footprint, or a polygon around its disc; metres."""
-    robot = scene.robot
+    return outline_of_robot(scene.robot, scene.grid.resolution)
+
+
+def outline_of_robot(robot: Robot, resolution: float) -> Polygon:
+    """See :func:`outline`; a point counts as a disc of a thousandth of a cell."""
     if robot.footprint is not None:
         return robot.footprint
     inner, _ = elementary.direction(math.pi / DISC_VERTICES)
-    radius = max(robot.radius, 1e-3 * scene.grid.resolution) / inner
+    radius = max(robot.radius, 1e-3 * resolution) / inner
     turns = np.arange(DISC_VERTICES) * (2 * math.pi / DISC_VERTICES)
     vertices = radius * np.column_stack((elementary.cos(turns), elementary.sin(turns)))
     return tuple((x, y) for x, y in vertices.tolist())
