@@ -46,8 +46,6 @@ DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
 _NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
-_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
-"""Settings by which the referee judges a path."""
 
 State = tuple[Cell, int]
 
@@ -98,6 +96,16 @@ class LatticePlanner(LatticeSettings):
                 where=self.name,
                 allowed="a file, or MotionPrimitives",
             )
+
+    @property
+    def promised_bound(self) -> float:
+        """A path that is found costs at most so many times its lower bound."""
+        return self.weight
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """See :class:`lampyris.planning.lattice.settings.LatticeSettings`."""
+        sampled = {} if self.primitives is None else {"sampled": 1.0}
+        return {**LatticeSettings.judged_by(self, resolution), "cost_penalty": self.cost_penalty, **sampled}
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
@@ -260,12 +268,9 @@ class LatticeSession(PoseSession[LatticeSearch]):
         ignored = scene.grid.terrain is not None and self._cost_penalty == 0
         terrain = "terrain is ignored" if ignored else ""
         notes = tuple(filter(None, (*ends, terrain)))
-        attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
-        attributes["cost_penalty"] = self._cost_penalty
+        attributes = self._settings.judged_by(scene.grid.resolution)
         if shorter is not None:
             attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
-        if self._lattice.shape.primitives is not None:
-            attributes["sampled"] = 1.0
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
