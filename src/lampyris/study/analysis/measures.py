@@ -133,6 +133,12 @@ PAIRED = ("arrived", "cost", "time_s", "ticks", "collisions", "expansions", "ite
 RANKED = ("cost", "time_s", "expansions")
 PROFILED = ("cost", "expansions")
 
+
+def compared(names: tuple[str, ...], of_poses: bool) -> tuple[str, ...]:
+    """What is compared: in a study with plans of poses, which have no cost in cells, lengths in metres in place of costs."""
+    return tuple("length_m" if name == "cost" and of_poses else name for name in names)
+
+
 ALL = {m.name: m for m in (*SAFETY, *ON_PATH, *TIME, *WORK, *TIMING)} | {
     "found": Measure("found", "found (%)", "more", "share of all runs with a path", 100.0),
     "arrived": Measure("arrived", "arrived (%)", "more", "share of all runs that came to the goal", 100.0),
