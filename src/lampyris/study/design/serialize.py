@@ -184,6 +184,8 @@ def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
         raise IndexError(f"map {number}")
     ground = maps[number]
     start, goal = _cell(record["start"], ground), _cell(record["goal"], ground)
+    if "origin" in record and list(ground.grid.origin) != record["origin"]:
+        raise ValueError(f"the origin {ground.grid.origin} of map {number}")
     poses = (
         _pose(record.get(f"{what}_pose"), cell, ground) for what, cell in (("start", start), ("goal", goal))
     )

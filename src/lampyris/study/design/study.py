@@ -136,9 +136,13 @@ class World:
 
     @property
     def poses(self) -> dict[str, list[float]]:
-        """The poses that are given, by name, as JSON holds them; empty where there are none."""
+        """The poses that are given, by name, as JSON holds them, with the origin of their map; empty where there are none.
+
+        The hash of a map is that of its cells, which says nothing of where metres are.
+        """
         given = {"start_pose": self.start_pose, "goal_pose": self.goal_pose}
-        return {name: list(pose) for name, pose in given.items() if pose is not None}
+        poses = {name: list(pose) for name, pose in given.items() if pose is not None}
+        return {**poses, "origin": list(self.ground.grid.origin)} if poses else {}
 
 
 def _end_words(cell: Cell, pose: Pose | None) -> str:

@@ -265,7 +265,7 @@ def forget() -> None:
 
 def _said(plain: Mapping[str, Any], *names: str) -> bytes:
     try:
-        poses = [plain.get("start_pose"), plain.get("goal_pose"), plans_poses(plain)]
+        poses = [*map(plain.get, ("start_pose", "goal_pose", "origin")), plans_poses(plain)]
         return canonical([poses, *(plain[name] for name in names)])
     except (KeyError, TypeError, ValueError) as wrong:
         raise not_a_job(wrong) from None

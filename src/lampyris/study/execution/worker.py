@@ -143,7 +143,7 @@ def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, A
         out["key"] = hashlib.sha256(canonical(plain)).hexdigest()
         try:
             name, clock.budget = plain["map"], plain["budget"]["seconds"]
-            grid = _grid(name, float(plain["resolution"]), grounds)
+            grid = _grid(name, float(plain["resolution"]), grounds, plain.get("origin"))
         except (KeyError, TypeError, ValueError) as wrong:
             raise not_a_job(wrong) from None
         ran = _run(plain, grid, clock)
@@ -177,18 +177,21 @@ def _line(wrong: BaseException) -> str:
     return text if len(text) <= MAX_WORDS else f"{text[: MAX_WORDS - 4]} ..."
 
 
-def _grid(name: str, resolution: float, grounds: Mapping[str, Any]) -> Grid:
-    """The map of a job, with the cells and the resolution that the job says."""
+def _grid(name: str, resolution: float, grounds: Mapping[str, Any], origin: Any = None) -> Grid:
+    """The map of a job, with the cells, the resolution and (where there are poses) the origin that the job says."""
 
     def make() -> Grid:
         if name not in grounds:
             raise InputError("BATCH", f"no map {name!r}", where="batch", allowed="the maps of its jobs")
         return unpack(grounds[name], name)
 
-    grid = _grids.get((name, resolution), make, 250_000)
+    grid = _grids.get((name, resolution, canonical(origin)), make, 250_000)
     if grid.resolution != resolution:
         what = f"{grid.resolution:g} metres a cell"
         raise InputError("BATCH", what, where=f"map {name}", allowed=f"{resolution:g}, as its job says")
+    if origin is not None and list(grid.origin) != origin:
+        what = f"the origin {list(grid.origin)}"
+        raise InputError("BATCH", what, where=f"map {name}", allowed=f"{origin}, as its job says")
     return grid
 
 
