@@ -219,8 +219,8 @@ def planner_config(name: str, settings: Mapping[str, Any], label: str, *, poses:
 
 
 def plans_poses(planner: Config) -> bool:
-    """Whether it is a planner of poses."""
-    return registry.planner_class(planner.name).traits.plans_headings
+    """Whether it is registered as a planner of poses."""
+    return planner.name in registry.pose_names()
 
 
 def law_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
