@@ -53,12 +53,12 @@ def driven_measures(out: dict[str, Any], drive: Drive) -> None:
 
 
 def _turning(out: dict[str, Any], steps: Iterable[tuple[int, float]]) -> None:
-    """Turns, their sum and the smoothness; a turn is a row of steps that turn the same way in the same gear."""
+    """Turns, their sum and the smoothness; a turn is a row of steps that turn to the same side in the same gear."""
     turns, total, before = 0, 0.0, (0, 0)
     for gear, turn in steps:
-        way = 0 if abs(turn) <= LEAST_TURN else 1 if turn > 0 else -1
-        turns += way != 0 and (gear, way) != before
-        before = (gear, way)
+        side = 0 if abs(turn) <= LEAST_TURN else 1 if turn > 0 else -1
+        turns += side != 0 and (gear, side) != before
+        before = (gear, side)
         total += abs(turn)
     cells = out["length_cells"]
     out.update(

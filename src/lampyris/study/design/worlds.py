@@ -201,7 +201,7 @@ class Worlds:
     ) -> list[tuple[QueryEnd, QueryEnd]]:
         """Queries drawn from the study's seed; see :func:`lampyris.study.design.random_queries.draw_queries`.
 
-        Without headings cells are free for the disc around the robot, whoever plans.
+        Without headings cells are free for the disc around the robot, whichever planner is asked.
         """
         if asked.headings and not self.poses:
             raise FileError(
