@@ -67,7 +67,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
         (
             (f"study/{name}.py", "sum")
             for name in (
-                "execution/drive_evidence", "execution/evidence", "execution/pool", "design/config",
+                "execution/evidence", "execution/pool", "design/config",
             )
         ),
         _COUNTED,

@@ -38,18 +38,17 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
-from lampyris.model.robot import LEAST, disc, inscribed_disc
+from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
-from lampyris.motion.geometry.pose_curve import curve_of_poses
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.geometry.smoothing import drawn, wanted_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.laws.physical import PhysicalLaw
-from lampyris.motion.laws.rpp import Rpp
+from lampyris.motion.laws.pose_route import pose_route
 from lampyris.motion.profile import start_speed
 from lampyris.motion.timing.scheduled import scheduled_profile
 from lampyris.planning.assess import assess
@@ -267,14 +266,10 @@ def speed_profile(
             raise UsageError(
                 "OPTIONS", "poses are driven as they are", where="smooth", allowed="a path of cells"
             )
-        curve = curve_of_poses(poses, scene.grid, scene.robot)
         if obstacle_states is not None:  # kept clear of the circle around the robot, wherever it looks
             obstacle_states = replace(obstacle_states, radius=obstacle_states.radius + scene.robot.radius)
-        plain = isinstance(laws.settings_named(law), Rpp)
-        scene = replace(scene, robot=inscribed_disc(scene.robot) if plain else disc(scene.robot, 0.0))
-        path = sample_curve(curve, _spacing(scene, spacing))
+        path, scene = pose_route(poses, scene, law, _spacing(scene, spacing))
         smooth, spacing = "none", None
-        path = refined(path, scene)
     along = path if isinstance(path, SampledPath) else _path(path)
     if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
         given = "smooth" if smooth != "none" else "spacing"

@@ -229,7 +229,7 @@ def test_an_obstacle_on_the_start_is_named() -> None:
 
 def test_a_slower_robot_takes_longer_in_proportion() -> None:
     scene = scene_of(np.zeros((12, 20), dtype=bool), [], (4, 5, 0.0), (15, 5, 0.0))
-    fast, slow = planned(scene), planned(scene, speed=0.5)
+    fast, slow = planned(scene), planned(scene, speed_fraction=0.5)
     assert fast.pose_path is not None
     assert slow.pose_path is not None
     assert fast.pose_path.times is not None

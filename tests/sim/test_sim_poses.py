@@ -164,7 +164,9 @@ def test_clearance_of_a_footprint_is_that_of_every_edge_and_every_square() -> No
         s = np.linspace(0, 0.99, n)
         at = np.tile(xy[:1], (n, 1))
         found = footprint_clearance(curve, s, at, grid, 1.5)
-        wanted = footprint_room(curve, s, at, Scene(grid, (0, 0), (1, 1), robot=robot), np.full(n, 1.5))
+        wanted = footprint_room(
+            curve.yaw_at(s), at, Scene(grid, (0, 0), (1, 1), robot=robot), np.full(n, 1.5)
+        )
         inside = found == 0.0
         assert np.abs(found - wanted)[~inside & np.isfinite(found)].max(initial=0.0) < 1e-8, turn
         assert (np.isfinite(found) == np.isfinite(wanted))[~inside].all()

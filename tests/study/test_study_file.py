@@ -297,7 +297,7 @@ def test_every_pair_is_drawn_about_as_often() -> None:
 def test_more_queries_than_a_map_has_are_refused_before_one_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two million draws were made before that; 32 pairs on this map, and none 7 cells apart in one room."""
     rows = "{rows: ['......#..'], name: r, queries: {random: %s}}"
-    monkeypatch.setattr("lampyris.study.design.worlds.np.random.Generator", None)
+    monkeypatch.setattr("lampyris.study.design.random_queries.np.random.Generator", None)
     for asked, there in (("33", 32), ("100000", 32), ("1, least: 7", 0), ("31, least: 5", 30)):
         fault = refused(MAPS + "[" + rows % asked + "]")[0]
         assert fault.code == "QUERIES"

@@ -22,7 +22,14 @@ from lampyris.study.design.study import Study
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.run import run
 
-SIZES = {"density": 3024, "dissertation": 4500, "laws": 1080, "movingai": 2000, "sensitivity": 6300}
+SIZES = {
+    "density": 3024,
+    "dissertation": 4500,
+    "laws": 1080,
+    "movingai": 2000,
+    "poses": 300,
+    "sensitivity": 6300,
+}
 SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
 SIZES["line-up"] = 900 * (len(registry.names()) + len(SWARMS))
 

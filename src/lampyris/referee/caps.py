@@ -12,7 +12,7 @@ from lampyris.referee.geometry.lines_and_arcs import segment_to_squares
 from lampyris.referee.geometry.shapes import Ints
 from lampyris.referee.profile import CREEP, ROUNDING, wall_distance_of_points
 from lampyris.referee.verdict import Violation
-from lampyris.typing import Floats, Points
+from lampyris.typing import BoolGrid, Floats, Points
 
 PARTS = 4
 """Places looked at on each edge, its first node among them."""
@@ -58,7 +58,7 @@ def check_caps(
         if isinstance(curve, PoseCurve) and robot.footprint is not None:
             # Nearer surfaces than it needs to stop are all that is of interest, and none at creep speed.
             needed = np.where(v <= creep * robot.v_max, 0.0, v**2 / (2 * robot.d_max))
-            room = footprint_room(curve, s, xy, scene, needed)
+            room = footprint_room(curve.yaw_at(s), xy, scene, needed)
         else:
             enough = (robot.radius + stop) * (1 + ROUNDING)
             room = np.maximum(wall_distance_of_points(scene.grid, xy, enough) - robot.radius, 0.0)
@@ -106,32 +106,66 @@ def _inner_piece(curve: PoseCurve, s: Floats) -> Ints:
     return np.where(turn[before] < turn[after], before, after)
 
 
-def footprint_room(curve: PoseCurve, s: Floats, xy: Points, scene: Scene, enough: Floats) -> Floats:
+def footprint_room(yaws: Floats, xy: Points, scene: Scene, enough: Floats) -> Floats:
     """Metres from the footprint to the nearest blocked square at each place; infinity beyond ``enough`` metres, (n,).
 
-    Every edge of the outline is measured against every blocked square within reach.
+    Parameters
+    ----------
+    yaws : float64 (n,), radians counterclockwise from the rows of the map.
+    xy : float64 (n, 2), cells.
+
+    Every edge of the outline is measured against every blocked square that can be the nearest. The base is in the footprint,
+    so that such a square is no farther from the base than its nearest square and the farthest vertex together. Squares with
+    blocked ones on all four sides are left out: a footprint with its base outside reaches others first.
     """
     robot, grid = scene.robot, scene.grid
     outline, res = np.array(robot.footprint) / grid.resolution, grid.resolution
     arm = float(np.hypot(*outline.T).max())
-    out = np.full(len(s), np.inf)
+    out = np.full(len(xy), np.inf)
     most = float(enough.max(initial=0.0))
     away = wall_distance_of_points(grid, xy, (most + arm * res) * (1 + ROUNDING))
-    yaws = curve.yaw_at(s)
-    for i in np.flatnonzero((away <= enough + arm * res) & (enough > 0)).tolist():
-        x, y = xy[i].tolist()
-        corners = placed(outline, x, y, float(yaws[i]))
-        # The nearest square is no farther from the footprint than from the base, which is in it.
-        reach = min(float(enough[i]), float(away[i])) / res + 1.0
-        x0, y0 = np.maximum(np.floor(corners.min(axis=0) - reach).astype(int), 0)
-        x1, y1 = np.ceil(corners.max(axis=0) + reach).astype(int) + 1
-        rows, columns = np.nonzero(grid.blocked[y0 : max(y1, 0), x0 : max(x1, 0)])
-        if not len(rows):
-            continue
-        ends = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-        least = min(float(segment_to_squares(a, b, columns + x0, rows + y0).min()) for a, b in ends) * res
-        out[i] = least if least <= enough[i] else np.inf
+    near = np.flatnonzero((away <= enough + arm * res) & (enough > 0))
+    rim = _rim(grid.blocked)
+    reach = np.minimum(enough, away) / res + arm + 1e-6
+    for first in range(0, len(near), _TOGETHER):
+        some = near[first : first + _TOGETHER]
+        who, x, y = _squares_about(rim, xy[some], reach[some])
+        corners = np.array(
+            [placed(outline, float(xy[i, 0]), float(xy[i, 1]), float(yaws[i])) for i in some.tolist()]
+        )
+        least = np.full(len(some), np.inf)
+        for a, b in zip(corners.swapaxes(0, 1), np.roll(corners, -1, axis=1).swapaxes(0, 1), strict=True):
+            np.minimum.at(least, who, segment_to_squares(a[who], b[who], x, y))
+        least *= res
+        least[away[some] == 0.0] = 0.0
+        out[some] = np.where(least <= enough[some], least, np.inf)
     return out
+
+
+_TOGETHER = 512
+"""Places whose squares are measured at once."""
+
+
+def _rim(blocked: BoolGrid) -> BoolGrid:
+    """Blocked cells that are not surrounded by blocked cells on all four sides."""
+    padded = np.pad(blocked, 1)
+    return blocked & ~(padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:])
+
+
+def _squares_about(rim: BoolGrid, xy: Points, reach: Floats) -> tuple[Ints, Ints, Ints]:
+    """Cells of ``rim`` whose squares are within reach (cells) of each place: number of the place, x and y."""
+    who, xs, ys = [], [], []
+    low = np.maximum(np.floor(xy - reach[:, None]).astype(int), 0)
+    high = np.ceil(xy + reach[:, None]).astype(int) + 1
+    for k, ((x0, y0), (x1, y1)) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+        rows, columns = np.nonzero(rim[y0 : max(y1, 0), x0 : max(x1, 0)])
+        dx = np.maximum(np.abs(columns + (x0 - xy[k, 0])) - 0.5, 0.0)
+        dy = np.maximum(np.abs(rows + (y0 - xy[k, 1])) - 0.5, 0.0)
+        kept = dx * dx + dy * dy <= reach[k] * reach[k]
+        who.append(np.full(np.count_nonzero(kept), k))
+        xs.append(columns[kept] + x0)
+        ys.append(rows[kept] + y0)
+    return np.concatenate(who), np.concatenate(xs), np.concatenate(ys)
 
 
 def _zone(scene: Scene, xy: Points) -> Floats:

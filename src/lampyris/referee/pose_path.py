@@ -13,6 +13,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.referee.geometry.footprint import along_arc, overlapped, placed
 from lampyris.referee.geometry.pose_times import check_pose_times
+from lampyris.referee.profile import wall_distance_of_points
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -139,7 +140,12 @@ def _check_footprint(path: PosePath, plan: Plan, scene: Scene) -> Violation | No
     turn = _angle(np.diff(yaws))
     arm = robot.radius / grid.resolution
     parts = 1 + np.floor((path.step_lengths / grid.resolution + np.abs(turn) * arm) / FINE).astype(int)
+    # Where the base is farther from every wall than the farthest point and the way to the next pose, nothing can touch.
+    reach = robot.radius + DENSE * grid.resolution * (1 + SLACK)
+    near = wall_distance_of_points(grid, points, reach) <= reach
     for k, (point, yaw) in enumerate(zip(points, yaws, strict=True)):
+        if not near[k]:
+            continue
         n = int(parts[k]) if k < len(parts) else 1
         for i in range(n):
             x, y = point

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.limits import demand_states
 from lampyris._core.settings import check_settings, flag, number, under_name, whole
@@ -81,6 +82,16 @@ class HybridAStar:
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """Attributes of a plan by which the referee judges its poses: what settings and the resolution alone decide."""
+        attributes = {name: getattr(self, name) for name in _ATTRIBUTES}
+        return {**attributes, "end_error": (END_ERROR if self.analytic else 1.0) * resolution}
+
+    def proven_bound(self, scene: Scene) -> float:
+        """The lower bound that a plan of the scene states, metres: of walls and curves alone, without a search; 0 if an
+        end is occupied, infinity if there is no path."""
+        return HybridSession(self, scene).proven_bound()
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> HybridSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
@@ -159,7 +170,32 @@ class HybridSession(PoseSession[HybridSearch]):
         return tuple(k for k in headings if hybrid_map.stands(pose[0], pose[1], pose[2] + k * wide))
 
     def _answer(self, search: HybridSearch, budget: Budget | None) -> Plan:
-        settings, name, hybrid_map = self._settings, self._name, search.hybrid_map
+        name = self._name
+        asked = self._asked(search.hybrid_map)
+        if isinstance(asked, Plan):
+            return asked
+        question, field, least = asked
+        outcome = search.run(question, field, None if budget is None else budget.expansions)
+        found = search.result()
+        if found is None:
+            status = Status.LIMIT if outcome == LIMIT else Status.NO_PATH
+            detail = _NO_PATH if status is Status.NO_PATH else ""
+            return Plan(status, name, expansions=search.expansions, detail=detail)
+        return self._plan_of(found, search, least)
+
+    def proven_bound(self) -> float:
+        """See :meth:`HybridAStar.proven_bound`."""
+        asked = self._asked(self._new_search().hybrid_map)
+        if isinstance(asked, Plan):
+            return math.inf if asked.status is Status.NO_PATH else 0.0
+        return asked[2] * self._scene.grid.resolution
+
+    def _asked(self, hybrid_map: HybridMap) -> tuple[PoseQuery, NDArray[np.float32], float] | Plan:
+        """What is searched for, the estimate that guides the search, and a lower bound on the cost in cells.
+
+        A plan without a path where no search is needed to know that there is none.
+        """
+        settings, name = self._settings, self._name
         cell = self._scene.grid.resolution
         start, goal = self._start(), self._goal()
         headings = self._standing(hybrid_map, start, self._pose is None)
@@ -186,13 +222,7 @@ class HybridSession(PoseSession[HybridSearch]):
             start[:2], start[2], headings, goal, any_yaw, reach if reach > 0 else -1.0, yaw_reach,
             settings.analytic and free, settings.weight,
         )  # fmt: skip
-        outcome = search.run(question, field, None if budget is None else budget.expansions)
-        found = search.result()
-        if found is None:
-            status = Status.LIMIT if outcome == LIMIT else Status.NO_PATH
-            detail = _NO_PATH if status is Status.NO_PATH else ""
-            return Plan(status, name, expansions=search.expansions, detail=detail)
-        return self._plan_of(found, search, max(least, self._least(question)))
+        return question, field, max(least, self._least(question))
 
     def _cost_to_go(
         self, hybrid_map: HybridMap, corners: tuple[Cell, ...], off: float
@@ -227,10 +257,8 @@ class HybridSession(PoseSession[HybridSearch]):
         path, cells = pose_path_of(found, least, grid, self._scene.robot.radius / grid.resolution)
         note = "" if found.exact else self._note("goal", path.poses[-1], "a pose within the tolerances")
         terrain = "" if grid.terrain is None else "terrain is ignored by planners of poses"
-        attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
-        attributes["end_error"] = (END_ERROR if self._settings.analytic else 1.0) * grid.resolution
         return Plan(
             Status.FOUND, self._name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, pose_path=path, notes=tuple(filter(None, (note, terrain))),
-            attributes=attributes,
+            attributes=self._settings.judged_by(grid.resolution),
         )  # fmt: skip

@@ -21,7 +21,7 @@ from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
 from lampyris.model.path import PosePath, path_of
 from lampyris.model.plan import Plan, Status
-from lampyris.model.robot import Polygon
+from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.goal_field import GoalField
@@ -46,8 +46,6 @@ DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
 _NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
-_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
-"""Settings by which the referee judges a path."""
 
 State = tuple[Cell, int]
 
@@ -99,6 +97,16 @@ class LatticePlanner(LatticeSettings):
                 allowed="a file, or MotionPrimitives",
             )
 
+    @property
+    def promised_bound(self) -> float:
+        """A path that is found costs at most so many times its lower bound."""
+        return self.weight
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """See :class:`lampyris.planning.lattice.settings.LatticeSettings`."""
+        sampled = {} if self.primitives is None else {"sampled": 1.0}
+        return {**LatticeSettings.judged_by(self, resolution), "cost_penalty": self.cost_penalty, **sampled}
+
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
         return LatticeSession(self, scene, self.cost_penalty, self.primitives, shortcut=self.shortcut)
@@ -138,11 +146,15 @@ def lattice_for(
 
 def outline(scene: Scene) -> Polygon:
     """The robot's footprint, or a polygon around its disc; metres."""
-    robot = scene.robot
+    return outline_of_robot(scene.robot, scene.grid.resolution)
+
+
+def outline_of_robot(robot: Robot, resolution: float) -> Polygon:
+    """See :func:`outline`; a point counts as a disc of a thousandth of a cell."""
     if robot.footprint is not None:
         return robot.footprint
     inner, _ = elementary.direction(math.pi / DISC_VERTICES)
-    radius = max(robot.radius, 1e-3 * scene.grid.resolution) / inner
+    radius = max(robot.radius, 1e-3 * resolution) / inner
     turns = np.arange(DISC_VERTICES) * (2 * math.pi / DISC_VERTICES)
     vertices = radius * np.column_stack((elementary.cos(turns), elementary.sin(turns)))
     return tuple((x, y) for x, y in vertices.tolist())
@@ -263,12 +275,9 @@ class LatticeSession(PoseSession[LatticeSearch]):
         ignored = scene.grid.terrain is not None and self._cost_penalty == 0
         terrain = "terrain is ignored" if ignored else ""
         notes = tuple(filter(None, (*ends, terrain)))
-        attributes = {name: getattr(self._settings, name) for name in _ATTRIBUTES}
-        attributes["cost_penalty"] = self._cost_penalty
+        attributes = self._settings.judged_by(scene.grid.resolution)
         if shorter is not None:
             attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
-        if self._lattice.shape.primitives is not None:
-            attributes["sampled"] = 1.0
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,

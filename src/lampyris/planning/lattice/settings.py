@@ -10,6 +10,8 @@ from lampyris._core.settings import check_settings, flag, number, under_name, wh
 from lampyris.errors import SettingError, shown
 from lampyris.planning.lattice.primitives import HEADINGS
 
+_JUDGED = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
+
 
 @dataclass(frozen=True, slots=True)
 class LatticeSettings:
@@ -40,6 +42,9 @@ class LatticeSettings:
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
 
     name: ClassVar[str] = "lattice"
+    finds_disc_paths: ClassVar[bool] = True
+    """A robot that turns in place finds a path wherever a disc around it, a cell wider than the robot, has one by octile
+    steps: the lattice has these steps, and between them it turns."""
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -47,3 +52,8 @@ class LatticeSettings:
             raise SettingError.of(
                 "HEADINGS", "headings", shown(self.headings), where=self.name, allowed="16 or 32"
             )
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """Attributes of a plan by which the referee judges its poses: what settings and the resolution alone decide."""
+        attributes = {name: getattr(self, name) for name in _JUDGED}
+        return {**attributes, "cost_penalty": 0.0}

@@ -229,31 +229,33 @@ def _walls_about(grid: Grid, a: Points, b: Points, reach: float) -> tuple[Ints, 
 def _point(p: Points, x: Ints, y: Ints) -> Floats:
     """Distance of a point to squares, cells."""
     out: Floats = np.hypot(
-        np.maximum(np.abs(p[0] - x) - _SHRUNK, 0.0), np.maximum(np.abs(p[1] - y) - _SHRUNK, 0.0)
+        np.maximum(np.abs(p[..., 0] - x) - _SHRUNK, 0.0), np.maximum(np.abs(p[..., 1] - y) - _SHRUNK, 0.0)
     )
     return out
 
 
 def segment_to_squares(a: Points, b: Points, x: Ints, y: Ints) -> Floats:
-    """Distance in cells from the line a-b to the squares of cells (x, y); 0 where it enters one."""
-    d = b - a
-    length2 = float(d @ d)
+    """Distance in cells from the line a-b to the squares of cells (x, y); 0 where it enters one.
+
+    The line is one for all squares, (2,), or one for each, (n, 2).
+    """
+    ax, ay = a[..., 0], a[..., 1]
+    dx, dy = b[..., 0] - ax, b[..., 1] - ay
+    length2 = np.maximum(dx * dx + dy * dy, 1e-300)
     best = np.minimum(_point(a, x, y), _point(b, x, y))
-    if length2 == 0.0:
-        return best
     sides = []
     for cx in (-_SHRUNK, _SHRUNK):
         for cy in (-_SHRUNK, _SHRUNK):
-            px, py = x + cx - a[0], y + cy - a[1]
-            share = np.clip((px * d[0] + py * d[1]) / length2, 0.0, 1.0)
-            best = np.minimum(best, np.hypot(px - share * d[0], py - share * d[1]))
-            sides.append(px * d[1] - py * d[0])
+            px, py = x + cx - ax, y + cy - ay
+            share = np.clip((px * dx + py * dy) / length2, 0.0, 1.0)
+            best = np.minimum(best, np.hypot(px - share * dx, py - share * dy))
+            sides.append(px * dy - py * dx)
     across = np.array(sides)
     meet = (
-        (x + _SHRUNK > min(a[0], b[0]))
-        & (x - _SHRUNK < max(a[0], b[0]))
-        & (y + _SHRUNK > min(a[1], b[1]))
-        & (y - _SHRUNK < max(a[1], b[1]))
+        (x + _SHRUNK > np.minimum(ax, b[..., 0]))
+        & (x - _SHRUNK < np.maximum(ax, b[..., 0]))
+        & (y + _SHRUNK > np.minimum(ay, b[..., 1]))
+        & (y - _SHRUNK < np.maximum(ay, b[..., 1]))
         & (across.min(axis=0) < 0)
         & (across.max(axis=0) > 0)
     )

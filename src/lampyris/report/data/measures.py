@@ -13,12 +13,13 @@ radii by which contact is judged.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from lampyris.model.curve import PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
@@ -27,6 +28,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
 from lampyris.report.data.gaps import gaps_between
 from lampyris.report.data.metrics import line_metrics, path_metrics
+from lampyris.report.data.pose_measures import driven_measures, pose_measures
 from lampyris.typing import Cells, FloatGrid, Floats
 
 Metrics: TypeAlias = dict[str, Any]
@@ -34,9 +36,10 @@ Metrics: TypeAlias = dict[str, Any]
 
 METRICS = (
     "outcome", "found", "arrived", "collisions", "hits", "near_misses", "near_m", "length_cells", "length_m",
-    "length_any_angle", "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean",
-    "speed_least", "turns", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations",
-    "expansions", "replans", "waits", "path_switches", "path_switches_per_100", "reference_ok", "notes",
+    "length_any_angle", "cost", "optimal", "gap", "cost_m", "lower_bound_m", "bound", "reversals",
+    "cost_to_go", "ticks", "time_s", "speed_mean", "speed_least", "turns", "turn_deg", "smoothness",
+    "clearance_mean_m", "clearance_least_m", "iterations", "expansions", "replans", "waits", "path_switches",
+    "path_switches_per_100", "reference_ok", "notes",
 )  # fmt: skip
 """In the order of the columns.
 
@@ -58,6 +61,10 @@ METRICS = (
   to cell with every planner: an any-angle planner is driven along that walk, and all measures are of it.
 * ``optimal``: the least cost on the map as it is, cells, reported for every run; None: no path. ``gap``: cost /
   optimal - 1. A drive leaves the cells: it has no cost and no gap.
+* ``cost_m``, ``lower_bound_m``, ``bound``: of a plan of poses: what the planner minimised (length with its prices, metres),
+  the cost that no path undercuts, and their ratio (see :class:`lampyris.model.path.PosePath`). Planners of other prices, or
+  of bounds that speak of other paths, are not compared by them. ``reversals``: changes between driving ahead and in reverse
+  of a plan of poses, or of a drive of one. Such plans and drives have no cost in cells, no optimum and no gap.
 * ``cost_to_go``: the cost to the goal summed up over the cells of the path, both ends, cells: what the
   dissertation prints as the baselines' path cost. Not of drives.
 * ``ticks``: until arrival; of a plan its steps, and its waits if it has a schedule. ``time_s``: until
@@ -66,10 +73,12 @@ METRICS = (
   over seconds in motion. ``speed_least``: the least at a node, a tick or the beginning of a stretch at which
   it moves. In the law's own units.
 * ``turns``, ``turn_deg``, ``smoothness``: see :class:`lampyris.report.data.metrics.PathMetrics`. Of a drive the
-  turns are arcs, and turns on the spot or at a corner; the length is that of the curves.
+  turns are arcs, and turns on the spot or at a corner; the length is that of the curves. Of poses: changes of the yaw, each
+  arc and each turn in place one turn.
 * ``clearance_mean_m``, ``clearance_least_m``: from the robot's rim to the nearest wall, metres, over the
   cells of the path; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
-  place between cells has the clearance of the nearest cell's centre. None on a map without walls.
+  place between cells has the clearance of the nearest cell's centre. Of plans and drives of poses: from the footprint,
+  at every pose of a plan. None on a map without walls.
 * ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``path_switches``: as
   the run counts them. ``path_switches_per_100``: path_switches in each hundred ticks of the whole run; None of a run without
   a tick. Not path_switches in each replan: AD-GSO asks again at each jump, which no replan is, and may change its
@@ -85,6 +94,9 @@ LOOK = 0.05
 
 Published: TypeAlias = float | None
 
+PoseRoom: TypeAlias = Callable[[Floats], Floats]
+"""Metres from the robot to the nearest wall at poses of the map frame, (n, 3) to (n,); infinity: there is none."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
@@ -95,11 +107,13 @@ class Known:
     optimal_exact : exact cost of the best path; None: there is none.
     to_go : float64 (height, width): least cost to the goal, cells; infinity where there is no path.
     clearance : float64 (height, width): metres from each cell's centre to the nearest wall; infinity: none.
+    room : of a planner of poses: metres from the robot to the nearest wall at poses; else None.
     """
 
     optimal_exact: int | None
     to_go: FloatGrid
     clearance: FloatGrid
+    room: PoseRoom | None = None
 
 
 def plan_metrics(
@@ -109,7 +123,10 @@ def plan_metrics(
     out = _blank(plan.status.value, bool(plan), bool(plan), scene, known, published)
     out.update(iterations=plan.iterations, expansions=plan.expansions, replans=len(plan.gates_met))
     out["notes"] = _joined(plan.notes)
-    if plan.path is not None:
+    if plan.pose_path is not None:
+        pose_measures(out, plan.pose_path, scene.grid.resolution)
+        _clearance_at(out, plan.pose_path.poses, known)
+    elif plan.path is not None:
         _path_measures(out, plan.path, scene, known)
         if plan.waypoints is not None:
             lines = line_metrics(plan.waypoints, scene.grid)
@@ -176,8 +193,12 @@ def drive_metrics(drive: Drive, known: Known, published: Published = None) -> Me
     xy = _near(out, drive)
     if drive.arrived:
         out.update(length_m=rolled, length_cells=rolled / scene.grid.resolution, time_s=drive.duration)
-        _curvature_measures(out, drive)
-        _clearance(out, np.rint(xy).astype(np.int64), scene, known)
+        if known.room is not None and _on_poses(drive):
+            driven_measures(out, drive)
+            _clearance_at(out, drive.poses(_looks(drive)), known)
+        else:
+            _curvature_measures(out, drive)
+            _clearance(out, np.rint(xy).astype(np.int64), scene, known)
     return out
 
 
@@ -226,10 +247,10 @@ def _blank(
     """Every measure, those that say nothing of the path filled in."""
     out: Metrics = dict.fromkeys(METRICS)
     out.update(outcome=outcome, found=found, arrived=arrived)
-    if known.optimal_exact is not None:
+    if known.optimal_exact is not None and known.room is None:
         x, y = scene.start
         out["optimal"] = float(known.to_go[y, x])
-    if published is not None and _comparable(scene):
+    if published is not None and known.room is None and _comparable(scene):
         mine = out["optimal"]
         out["reference_ok"] = mine is not None and abs(mine - published) <= slack(published)
     return out
@@ -284,7 +305,7 @@ def _speeds(out: Metrics, v: Floats) -> None:
 
 def _near(out: Metrics, drive: Drive) -> Floats:
     """Free distances over time; where the robot was at each look, cells."""
-    looks = np.unique(np.append(np.arange(0.0, drive.duration, LOOK), drive.duration))
+    looks = _looks(drive)
     xy, _ = drive.at(looks)
     res = drive.scene.grid.resolution
     least, misses = math.inf, 0
@@ -299,6 +320,24 @@ def _near(out: Metrics, drive: Drive) -> Floats:
     out["near_m"] = _finite(max(least, 0.0))
     out["near_misses"] = misses
     return xy
+
+
+def _looks(drive: Drive) -> Floats:
+    """Times at which a drive is looked at, seconds."""
+    return np.unique(np.append(np.arange(0.0, drive.duration, LOOK), drive.duration))
+
+
+def _on_poses(drive: Drive) -> bool:
+    """Whether all curves are of poses."""
+    return bool(drive.curves) and all(isinstance(curve, PoseCurve) for curve in drive.curves)
+
+
+def _clearance_at(out: Metrics, poses: Floats, known: Known) -> None:
+    """The clearance of a robot with a heading."""
+    away = np.zeros(0) if known.room is None else known.room(poses)
+    if len(away) and np.isfinite(away).all():
+        out["clearance_mean_m"] = float(away.mean())
+        out["clearance_least_m"] = float(away.min())
 
 
 def _curvature_measures(out: Metrics, drive: Drive) -> None:

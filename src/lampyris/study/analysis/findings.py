@@ -134,6 +134,11 @@ class Summary:
     notes: tuple[str, ...] = ()
 
     @property
+    def of_poses(self) -> bool:
+        """Whether some run is a plan of poses."""
+        return any("cost_m" in e.own and e.own["cost_m"].units for e in self.entries)
+
+    @property
     def unit_many(self) -> str:
         """The word for several units."""
         return "queries" if self.unit == "query" else "seeds"

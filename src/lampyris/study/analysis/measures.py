@@ -45,10 +45,21 @@ ON_PATH = (
             "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
     Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest path", 100.0),
     Measure(
+        "cost_m", "cost (m)", "less", "of a plan of poses: what its planner minimises, length with its prices for reversing, for "
+        "changes of gear and for turning in place; planners with other prices are compared by their lengths and times",
+    ),
+    Measure(
+        "bound", "bound", "less", "of a plan of poses: no path costs less than its cost divided by this; of lattices that speaks "
+        "of paths in the lattice, of hybrid-astar of any path of the robot",
+    ),
+    Measure("reversals", "reversals", "less", "of poses: changes between driving ahead and in reverse"),
+    Measure(
         "length_any_angle", "any-angle length (cells)", "less",
         "length of the straight lines of an any-angle plan: it can be below the least cost by steps",
     ),
-    Measure("length_m", "length (m)", "less", "length of the path; of an any-angle plan that of its lines"),
+    Measure(
+        "length_m", "length (m)", "less", "length of the path; of an any-angle plan that of its lines, of poses that of the base"
+    ),
     Measure(
         "cost_to_go", "sum of cost-to-go", "", "the cost that remains, summed over the cells visited: "
         "what the dissertation prints as path cost of the methods it compares with; no length",
@@ -66,11 +77,16 @@ TIME = (
     Measure("speed_least", "least speed", "more", "least speed while under way"),
     Measure("waits", "waits", "less", "ticks on which the robot stood; of a drive, seconds"),
     Measure("turn_deg", "turning (deg)", "less", "sum of all changes of direction"),
-    Measure("clearance_least_m", "least clearance (m)", "more", "least distance to a wall"),
+    Measure(
+        "clearance_least_m",
+        "least clearance (m)",
+        "more",
+        "least distance to a wall, of the disc; of poses, of the footprint",
+    ),
 )
 WORK = (
     Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),
-    Measure("expansions", "expansions", "less", "cells that the planner looked at, the same measure for all"),
+    Measure("expansions", "expansions", "less", "cells, or poses, that the planner looked at"),
     Measure("replans", "replans", "less", "number of replans on the way"),
     Measure(
         "path_switches", "path switches", "less", "times that a new plan left for another route than the last"
@@ -96,6 +112,10 @@ AT_GOAL = frozenset(
         "length_cells",
         "length_any_angle",
         "length_m",
+        "cost_m",
+        "lower_bound_m",
+        "bound",
+        "reversals",
         "cost_to_go",
         "turns",
         "turn_deg",
@@ -112,6 +132,12 @@ WHOLE = ("arrived", "found", "collisions")
 PAIRED = ("arrived", "cost", "time_s", "ticks", "collisions", "expansions", "iterations")
 RANKED = ("cost", "time_s", "expansions")
 PROFILED = ("cost", "expansions")
+
+
+def compared(names: tuple[str, ...], of_poses: bool) -> tuple[str, ...]:
+    """What is compared: in a study with plans of poses, which have no cost in cells, lengths in metres in place of costs."""
+    return tuple("length_m" if name == "cost" and of_poses else name for name in names)
+
 
 ALL = {m.name: m for m in (*SAFETY, *ON_PATH, *TIME, *WORK, *TIMING)} | {
     "found": Measure("found", "found (%)", "more", "share of all runs with a path", 100.0),

@@ -45,6 +45,11 @@ class Runs:
         return name in self.values
 
     @property
+    def of_poses(self) -> bool:
+        """Whether some run is a plan of poses."""
+        return self.has("cost_m")
+
+    @property
     def solved(self) -> NDArray[np.bool_]:
         """Which runs came to the goal; in a study of plans, found a path."""
         name = "arrived" if self.has("arrived") else "found"

@@ -9,7 +9,18 @@ from dataclasses import replace
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.findings import EntrantFindings, Estimate, Order, PairedDifference, Summary
-from lampyris.study.analysis.measures import ALL, ON_PATH, PAIRED, SAFETY, SHARES, TIME, TIMING, WORK, Measure
+from lampyris.study.analysis.measures import (
+    ALL,
+    ON_PATH,
+    PAIRED,
+    SAFETY,
+    SHARES,
+    TIME,
+    TIMING,
+    WORK,
+    Measure,
+    compared,
+)
 from lampyris.study.design.traffic_labels import traffic_words
 
 ANY_ANGLE = (
@@ -45,6 +56,7 @@ def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
         out += [] if tab is None else [tab]
     if summary.common[k] and _differs(some):
         names = ("cost", "gap", "length_any_angle", "cost_to_go", "time_s", "iterations", "expansions")
+        names = ("length_m", *names[1:]) if summary.of_poses else names
         few = tuple(ALL[n] for n in names)
         title = f"The same over the worlds that all solved{others}"
         tab = _measure_tab(summary, f"common-{k + 1}", title, some, few, True, summary.left_out[k])
@@ -71,7 +83,9 @@ def _any_angle(some: Sequence[EntrantFindings]) -> bool:
 
 def _differs(some: Sequence[EntrantFindings]) -> bool:
     """Whether any planner's own runs differ from the common ones."""
-    return any(e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s") if n in e.common)
+    return any(
+        e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s", "cost_m") if n in e.common
+    )
 
 
 def sample(summary: Summary) -> str:
@@ -192,7 +206,7 @@ def p_text(p: float) -> str:
 def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     """Differences against the reference, a table for each measure."""
     out = []
-    for name in PAIRED:
+    for name in compared(PAIRED, summary.of_poses):
         some = [p for p in summary.pairs if p.measure == name]
         # What never differs anywhere needs no table of noughts.
         if not any(p.test.less or p.test.more for p in some) or (
@@ -267,7 +281,8 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
     out, plans = [], summary.kind == "plan"
     for k, traffic in enumerate(summary.traffic_cases):
         some = [e for e in summary.by_map if e.traffic == traffic]
-        names = [n for n in _BY_MAP if some and n in some[0].own and not (n == "arrived" and plans)]
+        by_map = compared(_BY_MAP, summary.of_poses)
+        names = [n for n in by_map if some and n in some[0].own and not (n == "arrived" and plans)]
         if not names:
             continue
         header = ("map", "who", "queries", "runs", *(ALL[n].title for n in names))

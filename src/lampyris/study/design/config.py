@@ -113,7 +113,7 @@ def planners_of(given: Any, tried: Tried) -> Made[Config]:
             entries += [_Entry(key_path, name) for name in registry.names() if name not in left_out]
         else:
             entries.append(_entry(one, key_path))
-    return _unfolded(entries, planner_config, "planners", tried)
+    return _unfolded(entries, partial(planner_config, poses=True), "planners", tried)
 
 
 def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Config]:
@@ -189,13 +189,38 @@ def _unfolded(
     return made
 
 
-def planner_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
-    """A planner with every setting that it has."""
+def planner_config(name: str, settings: Mapping[str, Any], label: str, *, poses: bool = False) -> Config:
+    """A planner with every setting that it has.
+
+    Parameters
+    ----------
+    poses : whether it may be a planner of poses.
+
+    Raises
+    ------
+    UsageError : ``PLANNER``: no such planner, or one of poses.
+    SettingError : a setting that it does not have, or out of its range; ``SETTING``: the name of a file, whose content
+        the key of a run would not say.
+    """
     made = registry.make(name, settings)
-    demand_cells(made, "a study")
+    if not poses:
+        demand_cells(made, "a comparison")
+    for key in getattr(made, "files", ()):
+        if getattr(made, key) is not None:
+            raise SettingError(
+                "SETTING",
+                f"{name}: {key} {shown(settings.get(key))}",
+                allowed="null: a run of a study is identified by its settings, not by the content of files",
+                setting=key,
+            )
     known = registry.settings_of(type(made))
     full = {key: _like(default, getattr(made, key)) for key, default in known.items()}
     return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
+
+
+def plans_poses(planner: Config) -> bool:
+    """Whether it is registered as a planner of poses."""
+    return planner.name in registry.pose_names()
 
 
 def law_config(name: str, settings: Mapping[str, Any], label: str) -> Config:

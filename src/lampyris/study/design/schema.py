@@ -85,6 +85,10 @@ class RandomTable(Table):
     least: Annotated[float, Field(ge=0, le=1e6), Rule("QUERIES", "0 to 1e6 cells")] = Field(
         0.0, description="Least distance from start to goal, straight, in cells."
     )
+    headings: bool = Field(
+        False,
+        description="Whether both ends have a heading, one of eight, with the footprint clear of walls; for planners of poses.",
+    )
 
 
 _Queries: TypeAlias = Annotated[
@@ -97,7 +101,10 @@ _Queries: TypeAlias = Annotated[
         Tag("queries-list"),
     ],
     _by_type(str="queries-word", dict="queries-random", list="queries-list"),
-    Rule("QUERIES", "stored, {random: N, least: CELLS}, or a list of {start: [x, y], goal: [x, y]}"),
+    Rule(
+        "QUERIES",
+        "stored, {random: N, least: CELLS, headings: true}, or a list of {start: [x, y], goal: [x, y]}",
+    ),
 ]
 _Limit: TypeAlias = Annotated[
     Annotated[int, Field(ge=1, le=MAX_QUERIES)] | None,

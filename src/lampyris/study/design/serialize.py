@@ -5,6 +5,7 @@ Maps stand in it by the hash of their cells; the cells themselves are packed by 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NoReturn, get_args
 
@@ -13,6 +14,7 @@ from lampyris.errors import FileError, SettingError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.text.strict_yaml import shown
 from lampyris.model.grid import Grid
+from lampyris.model.path import Pose
 from lampyris.study.design.study import RESULTS, Config, Kind, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.typing import Cell
 
@@ -43,7 +45,7 @@ def study_plain(study: Study) -> dict[str, Any]:
         "worlds": [
             {
                 "map": number[w.ground.hash], "start": list(w.start), "goal": list(w.goal),
-                "published": w.published,
+                "published": w.published, **w.poses,
             }
             for w in study.worlds
         ],
@@ -153,7 +155,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
 def _each_once(study: Study) -> None:
     """Refuse a study that has something twice: jobs would have the same key."""
     whats: dict[str, list[Any]] = {
-        "world": [(w.ground.hash, w.start, w.goal) for w in study.worlds],
+        "world": [(w.ground.hash, w.start, w.goal, w.start_pose, w.goal_pose) for w in study.worlds],
         "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
         "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
         "traffic_case": [canonical(c.plain) for c in study.traffic_cases],
@@ -182,7 +184,12 @@ def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
         raise IndexError(f"map {number}")
     ground = maps[number]
     start, goal = _cell(record["start"], ground), _cell(record["goal"], ground)
-    return World(ground, start, goal, _typed(record["published"], float, int, _NONE))
+    if "origin" in record and list(ground.grid.origin) != record["origin"]:
+        raise ValueError(f"the origin {ground.grid.origin} of map {number}")
+    poses = (
+        _pose(record.get(f"{what}_pose"), cell, ground) for what, cell in (("start", start), ("goal", goal))
+    )
+    return World(ground, start, goal, _typed(record["published"], float, int, _NONE), *poses)
 
 
 def _ground(record: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:
@@ -207,6 +214,16 @@ def _cell(pair: Any, ground: StudyMap) -> Cell:
     if not ground.grid.contains(cell):
         raise ValueError(f"{cell} is not on the map")
     return cell
+
+
+def _pose(given: Any, cell: Cell, ground: StudyMap) -> Pose | None:
+    """A pose in a cell; None where there is none."""
+    if given is None:
+        return None
+    x, y, yaw = (float(_typed(number, float, int)) for number in given)
+    if not (math.isfinite(x + y) and -math.pi <= yaw <= math.pi) or ground.grid.to_cell(x, y) != cell:
+        raise ValueError(f"the pose {(x, y, yaw)} is not in the cell {cell}")
+    return x, y, yaw
 
 
 def _config_record(who: Config) -> dict[str, Any]:

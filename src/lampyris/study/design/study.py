@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -17,6 +18,7 @@ from typing import Any, Literal, TypeAlias
 from lampyris import __version__
 from lampyris._core.defaults import TRACKS
 from lampyris.model.grid import Grid
+from lampyris.model.path import Pose
 from lampyris.typing import Cell
 
 RESULTS = 1
@@ -109,17 +111,45 @@ class StudyMap:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A query on a map; ``published`` is the optimal length that a benchmark states, if one does."""
+    """A query on a map.
+
+    Parameters
+    ----------
+    ground : the map.
+    start, goal : cells.
+    published : the optimal length that a benchmark states, if one does.
+    start_pose, goal_pose : x, y (metres of the map frame) and yaw (radians) for planners of poses, in these cells;
+        None: any heading at the centre of the cell.
+    """
 
     ground: StudyMap
     start: Cell
     goal: Cell
     published: float | None = None
+    start_pose: Pose | None = None
+    goal_pose: Pose | None = None
 
     @property
     def query(self) -> str:
         """What a table calls the query."""
-        return f"({self.start[0]}, {self.start[1]}) to ({self.goal[0]}, {self.goal[1]})"
+        return f"{_end_words(self.start, self.start_pose)} to {_end_words(self.goal, self.goal_pose)}"
+
+    @property
+    def poses(self) -> dict[str, list[float]]:
+        """The poses that are given, by name, as JSON holds them, with the origin of their map; empty where there are none.
+
+        The hash of a map is that of its cells, which says nothing of where metres are.
+        """
+        given = {"start_pose": self.start_pose, "goal_pose": self.goal_pose}
+        poses = {name: list(pose) for name, pose in given.items() if pose is not None}
+        return {**poses, "origin": list(self.ground.grid.origin)} if poses else {}
+
+
+def _end_words(cell: Cell, pose: Pose | None) -> str:
+    """``(8, 0)``, or ``(4.25 m, 3.75 m, 90 deg)`` for a pose."""
+    if pose is None:
+        return f"({cell[0]}, {cell[1]})"
+    return f"({pose[0]:.6g} m, {pose[1]:.6g} m, {math.degrees(pose[2]):.4g} deg)"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +239,8 @@ def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> i
     Live and replayed traffic is drawn alike: they begin in the same places.
     """
     drawn = {**traffic.plain, "tracks": "live"}
-    identity = canonical([root, world.ground.hash, world.start, world.goal, drawn, number])
+    poses = [world.poses] if world.poses else []
+    identity = canonical([root, world.ground.hash, world.start, world.goal, *poses, drawn, number])
     return int.from_bytes(hashlib.sha256(identity).digest()[:8], "big") >> 1
 
 
@@ -245,6 +276,7 @@ def _job(
         "resolution": world.ground.grid.resolution,
         "start": list(world.start),
         "goal": list(world.goal),
+        **world.poses,
         "moves": study.moves,
         "robot": dict(study.robot),
         "traffic": traffic.plain,

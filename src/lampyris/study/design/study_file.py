@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
+from lampyris.errors import FileError, LimitError, UsageError, did_you_mean, file_name, of_kind
 from lampyris.io.scenario.read import read_document
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
 from lampyris.model.settings.inflation import Inflation
 from lampyris.study.design import bundled
-from lampyris.study.design.study import Kind, Study, StudyTraffic, World
+from lampyris.study.design.study import Config, Kind, Study, StudyTraffic, World
 
 if TYPE_CHECKING:
     from lampyris.io.maps.formats.document import MapDocument
@@ -141,7 +141,8 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
     _check_kind(file, kind, traffic_cases, tried)
     inflation = Inflation(**file.inflation.model_dump())
-    reader = Worlds(files, tried, robot, moves, inflation, file.seed, has_folder)
+    poses = _check_poses(planners, kind, tried)
+    reader = Worlds(files, tried, robot, moves, inflation, file.seed, has_folder, poses)
     worlds = reader.of(file.maps)
     _check_traffic(worlds, traffic_cases, tried)
     if tried.faults:
@@ -232,6 +233,23 @@ def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], 
         from lampyris.model.settings.drive import DriveSettings
 
         tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
+
+
+def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
+    """Whether any planner is one of poses; each is a mistake where cells are driven from tick to tick."""
+    from lampyris.study.design.config import plans_poses
+
+    of_poses = [(planner, key_path) for planner, key_path in planners if plans_poses(planner)]
+    for planner, key_path in of_poses if kind == "simulate" else ():
+        fault = UsageError(
+            "PLANNER",
+            f"{planner.name} plans poses; a study of kind simulate drives cells, tick by tick",
+            allowed="a planner on cells, such as astar",
+            todo="set `kind: plan`, or `kind: drive` for a study among obstacles",
+            setting="planner",
+        )
+        tried.refuse(key_path, fault)
+    return bool(of_poses)
 
 
 def _check_traffic(worlds: Made[World], traffic_cases: Made[StudyTraffic], tried: Tried) -> None:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lampyris import movingai
-from lampyris._core import elementary
-from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError, LimitError, SceneError, plural
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import grid_for, read_scen
@@ -30,8 +24,10 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
 from lampyris.planning.field.layers import free_cells
+from lampyris.planning.lattice.standing import Standing
 from lampyris.study.design import schema as form
 from lampyris.study.design.config import Made, Tried
+from lampyris.study.design.random_queries import QueryEnd, draw_queries
 from lampyris.study.design.study import StudyMap, World, canonical
 from lampyris.typing import BoolGrid, Cell
 
@@ -42,8 +38,6 @@ MAX_ALL_CELLS = 2**27
 MAX_WORLDS = 1_000_000
 _FILES = 10_000
 """Most ``.scen`` files of a folder."""
-_BATCH = 4096
-_BATCHES = 500
 
 
 class Worlds:
@@ -56,6 +50,8 @@ class Worlds:
     robot, moves, inflation : of the study.
     root : its seed.
     has_folder : whether there is a folder that names of files are relative to.
+    poses : whether any planner of the study is one of poses. Then an end is free where the footprint is, in its heading;
+        without a heading, where the disc within the footprint is. Else it is free where the disc around it is.
     """
 
     def __init__(
@@ -67,10 +63,12 @@ class Worlds:
         inflation: Inflation,
         root: int,
         has_folder: bool,
+        poses: bool = False,
     ) -> None:
         self.notes: list[str] = []
         self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
-        self.has_folder, self.inflation = has_folder, inflation
+        self.has_folder, self.inflation, self.poses = has_folder, inflation, poses
+        self._standing: dict[str, Standing] = {}
         self.made: Made[World] = []
         self._names: dict[str, tuple[StudyMap, KeyPath]] = {}
         self._hashes: dict[str, str] = {}
@@ -86,7 +84,8 @@ class Worlds:
             else:
                 self.tried(key_path, self._map, one, key_path)
         same = "the same query a second time"
-        self.tried.each_once(self.made, lambda w: (w.ground.hash, w.start, w.goal), "DUPLICATE", same)
+        key = attrgetter("ground.hash", "start", "goal", "start_pose", "goal_pose")
+        self.tried.each_once(self.made, key, "DUPLICATE", same)
         return self.made
 
     # ---- one map --------------------
@@ -96,17 +95,19 @@ class Worlds:
             self._need_folder()
         queries: Any = "stored" if isinstance(spec, str) else spec.queries
         found, ground, free = self._read(spec, key_path)
-        pairs: list[tuple[Cell, Cell, KeyPath]]
+        pairs: list[tuple[QueryEnd, QueryEnd, KeyPath]]
         if isinstance(queries, form.RandomTable):
             drawn = self._drawn(ground, free, queries)
             pairs = [(start, goal, (*key_path, "queries")) for start, goal in drawn]
         elif queries == "stored":
-            pairs = [(start, goal, key_path) for start, goal in _stored(found)]
+            pairs = [(QueryEnd(start), QueryEnd(goal), key_path) for start, goal in _stored(found)]
         else:
             pairs = list(_listed(queries, ground.grid, (*key_path, "queries")))
         for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
-            if self.tried(at, self._check, ground.grid, free, start, goal) is not None:
-                self._add(World(ground, start, goal), at)
+            scene = self.tried(at, self._check, ground, free, start, goal)
+            if scene is not None:
+                world = World(ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose)
+                self._add(world, at)
 
     def _read(self, spec: Any, key_path: KeyPath) -> _Read:
         """A map, its ground, and where the robot fits; maps that are said alike are read once.
@@ -124,19 +125,32 @@ class Worlds:
                 why = "the obstacles of a study are those under `traffic`"
                 self.notes.append(f"map {ground.name}: {drawn} drawn in it left out; {why}")
             kept = MapDocument(ground.grid, found.start, found.goal, queries=found.queries)
-            self._read_maps[key] = (kept, ground, free_cells(ground.grid, self.robot.radius))
+            radius = self.robot.inscribed_radius if self.poses else self.robot.radius
+            self._read_maps[key] = (kept, ground, free_cells(ground.grid, radius))
         return self._read_maps[key]
 
-    def _check(self, grid: Grid, free: BoolGrid, start: Cell, goal: Cell) -> Scene:
+    def _check(self, ground: StudyMap, free: BoolGrid, start: QueryEnd, goal: QueryEnd) -> Scene:
         """Whether a robot can stand on both ends."""
-        scene = Scene(grid, start, goal, self.moves, self.robot)
+        grid = ground.grid
+        ends: dict[str, Any] = {}
+        for what, end in (("start", start), ("goal", goal)):
+            ends |= {what: end.cell} if end.pose is None else {f"{what}_pose": end.pose}
+        scene = Scene(grid, moves=self.moves, robot=self.robot, **ends)
+        poses = {"start": scene.start_pose, "goal": scene.goal_pose}
         for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
-            if not free[y, x]:
+            pose = poses[what] if self.poses else None
+            stands = free[y, x] if pose is None else self._standing_on(ground).at(pose)
+            if not stands:
                 why = "is blocked" if grid.blocked[y, x] else "is too near to a wall for the robot"
-                raise SceneError(
-                    f"{what.upper()}_OCCUPIED", f"{what} ({x}, {y}) {why}", allowed="a free cell"
-                )
+                allowed = "a free cell" if pose is None else "a pose at which the footprint touches no wall"
+                raise SceneError(f"{what.upper()}_OCCUPIED", f"{what} ({x}, {y}) {why}", allowed=allowed)
         return scene
+
+    def _standing_on(self, ground: StudyMap) -> Standing:
+        """Where the robot stands free on a map."""
+        if ground.hash not in self._standing:
+            self._standing[ground.hash] = Standing(ground.grid, self.robot)
+        return self._standing[ground.hash]
 
     def _add(self, world: World, key_path: KeyPath) -> None:
         if len(self.made) >= MAX_WORLDS:
@@ -182,40 +196,20 @@ class Worlds:
                 todo="say in which folder they are with data=FOLDER",
             )
 
-    def _drawn(self, ground: StudyMap, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
-        """Different pairs of free cells with a path between them, by straight steps alone and so by any moves.
+    def _drawn(
+        self, ground: StudyMap, free: BoolGrid, asked: form.RandomTable
+    ) -> list[tuple[QueryEnd, QueryEnd]]:
+        """Queries drawn from the study's seed; see :func:`lampyris.study.design.random_queries.draw_queries`.
 
-        Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
+        Without headings cells are free for the disc around the robot, whichever planner is asked.
         """
-        with uninterrupted():
-            from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
-
-        region, _ = label(free)
-        cells = np.flatnonzero(region)
-        cells = cells[np.argsort(region.ravel()[cells], kind="stable")]  # each region in one piece
-        # A start is drawn with the share of goals that its region has, so that every pair is as likely.
-        sizes = np.bincount(region.ravel())[1:]
-        if asked.random > (most := _most_pairs(region, sizes, asked.least)):
-            raise _too_few(ground, most, asked.random)
-        begins = np.cumsum(sizes) - sizes
-        shares = np.cumsum(np.square(sizes.astype(np.float64)))
-        seed = hashlib.sha256(canonical([self.root, "queries", ground.hash])).digest()
-        rng = np.random.Generator(np.random.PCG64(int.from_bytes(seed[:16], "big")))
-        # Pairs as one number each: most draws on a small map are of pairs that are there already.
-        found: dict[int, None] = {}
-        width, all_ = ground.grid.width, ground.grid.width * ground.grid.height
-        for _ in range(_BATCHES if cells.size else 0):
-            three = rng.random((_BATCH, 3))
-            which = np.searchsorted(shares, three[:, 0] * shares[-1], side="right").clip(max=len(sizes) - 1)
-            ends = cells[begins[which, None] + np.floor(three[:, 1:] * sizes[which, None]).astype(np.int64)]
-            y, x = np.divmod(ends, width)
-            apart = elementary.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1])
-            good = ends[(apart >= asked.least) & (apart > 0)]
-            found.update(dict.fromkeys((good[:, 0] * all_ + good[:, 1]).tolist()))
-            if len(found) >= asked.random:
-                drawn = (divmod(pair, all_) for pair in islice(found, asked.random))
-                return [((a % width, a // width), (b % width, b // width)) for a, b in drawn]
-        raise _too_few(ground, len(found), asked.random)
+        if asked.headings and not self.poses:
+            raise FileError(
+                "KEY", "`headings` without a planner of poses", allowed="with lattice, pad or hybrid-astar"
+            )
+        if not asked.headings:
+            return draw_queries(ground, free_cells(ground.grid, self.robot.radius), asked, self.root)
+        return draw_queries(ground, free, asked, self.root, self._standing_on(ground))
 
     # ---- MovingAI --------------------
 
@@ -273,26 +267,6 @@ def spread(items: Sequence[T], limit: int | None) -> list[T]:
     return [items[0]] if limit == 1 else [items[k * (n - 1) // (limit - 1)] for k in range(limit)]
 
 
-def _most_pairs(region: NDArray[np.integer[Any]], sizes: NDArray[np.integer[Any]], least: float) -> int:
-    """No more pairs than so many can be drawn: those of cells of one region, if it reaches far enough."""
-    with uninterrupted():
-        from scipy.ndimage import find_objects  # bits: whole numbers in, whole numbers out
-
-    most = 0
-    for (rows, columns), size in zip(find_objects(region), sizes.tolist(), strict=True):
-        reach = elementary.hypot(columns.stop - columns.start - 1, rows.stop - rows.start - 1)
-        most += size * (size - 1) if reach >= least else 0
-    return most
-
-
-def _too_few(ground: StudyMap, there: int, asked: int) -> FileError:
-    return FileError(
-        "QUERIES",
-        f"{there:,} of {asked:,} queries found on {shown(ground.name)}",
-        allowed="as many as the map has, not too far apart",
-    )
-
-
 def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
     if found.queries:
         return [(q.start, q.goal) for q in found.queries]
@@ -307,18 +281,21 @@ def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
 
 def _listed(
     queries: list[form.QueryTable], grid: Grid, key_path: KeyPath
-) -> Iterator[tuple[Cell, Cell, KeyPath]]:
+) -> Iterator[tuple[QueryEnd, QueryEnd, KeyPath]]:
     for k, query in enumerate(queries):
-        start, goal = (_cell_of(end, grid) for end in (query.start, query.goal))
+        start, goal = (_end_of(end, grid) for end in (query.start, query.goal))
         yield start, goal, (*key_path, k)
 
 
-def _cell_of(end: list[int] | Point | Pose | CellPose, grid: Grid) -> Cell:
+def _end_of(end: list[int] | Point | Pose | CellPose, grid: Grid) -> QueryEnd:
     if isinstance(end, Pose):
-        return grid.to_cell(*end.pose[:2])
+        x, y, yaw = end.pose
+        return QueryEnd(grid.to_cell(x, y), (x, y, yaw))
     if isinstance(end, CellPose):
-        return (end.cell[0], end.cell[1])
-    return grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1])
+        cell = (end.cell[0], end.cell[1])
+        x, y = grid.to_metres(cell).tolist()
+        return QueryEnd(cell, (x, y, end.yaw))
+    return QueryEnd(grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1]))
 
 
 def _scens(path: str) -> list[str]:

@@ -197,7 +197,10 @@ def distinct(study: Study) -> tuple[int, Iterator[Job]]:
     remembered of millions of keys.
     """
     firsts = (
-        _firsts((w.ground.hash, w.ground.grid.resolution, w.start, w.goal) for w in study.worlds),
+        _firsts(
+            (w.ground.hash, w.ground.grid.resolution, w.start, w.goal, w.start_pose, w.goal_pose)
+            for w in study.worlds
+        ),
         _firsts(canonical(traffic.plain) for traffic in study.traffic_cases),
         _firsts(study.seeds),
         *_whose(study),
@@ -250,4 +253,5 @@ def _firsts(values: Iterable[Hashable]) -> list[bool]:
 def _world(job: Job) -> tuple[Any, ...]:
     """What a worker keeps between jobs."""
     plain = job.plain
-    return (plain["map"], plain["resolution"], *plain["start"], *plain["goal"])
+    poses = (*plain.get("start_pose", ()), *plain.get("goal_pose", ()))
+    return (plain["map"], plain["resolution"], *plain["start"], *plain["goal"], *poses)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
 from lampyris.study.execution import evidence as e
+from lampyris.study.execution.pose_evidence import curves_evidence, curves_of
 
 _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
     "leg": ("<i4", 1), "cause_index": ("<i4", 1), "cause": ("<i2", 1), "pieces": ("<f8", 2), "ends": ("<f8", 2),
@@ -29,7 +30,9 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
     words, cause = e.words(drive.cause)
     event_words, moment_words = e.words([m.word for m in drive.moments])
     kinds, kind = e.words([obstacle.kind for obstacle in drive.obstacle_specs])
-    curves, tracks = drive.curves, drive.tracks
+    tracks = drive.tracks
+    posed = drive.goal_tolerance is not None
+    curves = () if posed else drive.curves
     pieces = [np.column_stack((c.xy, c.heading, c.lengths, c.curvature)) for c in curves]
     corners = [np.column_stack((one.t, one.xy)) for one in tracks]
     discs = [(t.radius, t.top_speed, b.radius) for t, b in zip(tracks, drive.obstacle_specs, strict=True)]
@@ -37,20 +40,26 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
     arrays |= {
         "cause_index": drive.cause_index,
         "cause": cause,
-        "pieces": _rows(pieces, 6),
-        "piece_counts": _counts(pieces),
-        "ends": _rows([np.array([c.end]) for c in curves], 2),
+        "pieces": e.rows(pieces, 6),
+        "piece_counts": e.counts(pieces),
+        "ends": e.rows([np.array([c.end]) for c in curves], 2),
         "stops": np.concatenate([np.zeros(0, dtype=np.int64), *(c.stops for c in curves)]),
-        "stop_counts": _counts([c.stops for c in curves]),
-        "corners": _rows(corners, 3),
-        "corner_counts": _counts(corners),
+        "stop_counts": e.counts([c.stops for c in curves]),
+        "corners": e.rows(corners, 3),
+        "corner_counts": e.counts(corners),
         "discs": np.array(discs, dtype=np.float64).reshape(-1, 3),
         "kinds": kind,
         "moments": np.array([(m.t, *m.xy) for m in drive.moments], dtype=np.float64).reshape(-1, 3),
         "moment_obstacles": np.array([m.obstacle for m in drive.moments], dtype=np.int32),
         "moment_words": moment_words,
     }
+    with_headings = {
+        "curves": curves_evidence(drive.curves),
+        "paths": curves_evidence(drive.paths),
+        "path_times": list(drive.path_times),
+    }
     return {
+        **(with_headings if posed else {}),
         "kind": "drive",
         "outcome": drive.outcome.value,
         "words": words,
@@ -66,7 +75,15 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
 
 
 def drive_of(
-    plain: Any, scene: Scene, *, planner: str, law: str, seed: int, footprints: Mapping[float, Any]
+    plain: Any,
+    scene: Scene,
+    *,
+    planner: str,
+    law: str,
+    seed: int,
+    footprints: Mapping[float, Any],
+    goal_tolerance: tuple[float, float] | None = None,
+    steered: tuple[str, str] | None = None,
 ) -> Drive:
     """The drive that is claimed.
 
@@ -75,6 +92,8 @@ def drive_of(
     scene : where it was.
     planner, law, seed : of the job.
     footprints : of the obstacles of this world, by radius.
+    goal_tolerance : metres and radians, of a planner of poses; None: the planner is one of cells.
+    steered : controller that steers, and safety filter; None: the path is followed exactly.
 
     Raises
     ------
@@ -84,14 +103,20 @@ def drive_of(
     def read(plain: Mapping[str, Any]) -> Drive:
         got = e.unpack_arrays(plain["arrays"], _FORM)
         kinds = e.words_at(plain, got["kinds"], "kinds")
-        corners = _split(got["corners"], got["corner_counts"])
+        corners = e.split(got["corners"], got["corner_counts"])
         discs = got["discs"].tolist()
         event_words = e.words_at(plain, got["moment_words"], "event_words")
         moments = zip(got["moments"].tolist(), event_words, got["moment_obstacles"].tolist(), strict=True)
         replans, expansions = (e.whole(n, "counts") for n in plain["counts"])
+        posed, curves = _posed(plain, scene, steered), _curves(got, scene.grid.resolution)
+        if goal_tolerance is not None:
+            # A robot that could not start has no curve; the referee asks for one of every other.
+            curves = curves_of(plain["curves"], scene.grid, scene.robot) if "curves" in plain else ()
+            posed["goal_tolerance"] = goal_tolerance
         return Drive(
+            **posed,
             scene=scene, planner=planner, law=law, seed=seed, outcome=Outcome(plain["outcome"]),
-            curves=_curves(got, scene.grid.resolution), t=got["t"], s=got["s"], v=got["v"], a=got["a"],
+            curves=curves, t=got["t"], s=got["s"], v=got["v"], a=got["a"],
             leg=got["leg"], cause=e.words_at(plain, got["cause"]), cause_index=got["cause_index"],
             tracks=tuple(
                 Track(table[:, 0], table[:, 1:], radius, top)
@@ -111,29 +136,25 @@ def drive_of(
     return e.reading("drive", plain, read)
 
 
+def _posed(plain: Mapping[str, Any], scene: Scene, steered: tuple[str, str] | None) -> dict[str, Any]:
+    """Controller and planned paths of a drive that was steered; empty of one that was not."""
+    if steered is None or "curves" not in plain:
+        return {}
+    paths, times = curves_of(plain["paths"], scene.grid, scene.robot), plain["path_times"]
+    if len(paths) != len(times):
+        raise e.wrong(f"{len(times)} times of {len(paths)} paths", "one of each")
+    when = tuple(e.number(t, "path_times") for t in times)
+    return {"controller": steered[0], "safety_filter": steered[1], "paths": paths, "path_times": when}
+
+
 def _curves(got: Mapping[str, NDArray[Any]], resolution: float) -> tuple[Curve, ...]:
     parts = zip(
-        _split(got["pieces"], got["piece_counts"]),
+        e.split(got["pieces"], got["piece_counts"]),
         got["ends"].tolist(),
-        _split(got["stops"], got["stop_counts"]),
+        e.split(got["stops"], got["stop_counts"]),
         strict=True,
     )
     return tuple(
         Curve(p[:, 0:2], p[:, 2:4], p[:, 4], p[:, 5], (end[0], end[1]), resolution, stops)
         for p, end, stops in parts
     )
-
-
-def _rows(parts: Sequence[NDArray[Any]], columns: int) -> NDArray[Any]:
-    return np.concatenate([np.zeros((0, columns)), *parts])
-
-
-def _counts(parts: Sequence[NDArray[Any]]) -> NDArray[np.int32]:
-    return np.array([len(p) for p in parts], dtype=np.int32)
-
-
-def _split(whole: NDArray[Any], counts: NDArray[Any]) -> list[NDArray[Any]]:
-    event_words = counts.tolist()
-    if min(event_words, default=0) < 0 or sum(event_words) != len(whole):
-        raise e.wrong(f"{len(whole)} rows for {sum(event_words)}", "as many as are stated")
-    return list(np.split(whole, np.cumsum(event_words)[:-1])) if event_words else []

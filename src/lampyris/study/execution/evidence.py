@@ -171,13 +171,31 @@ def _gaps(first: NDArray[Any]) -> NDArray[Any]:
     return np.diff(first, axis=0, prepend=first[:1] * 0)
 
 
+def rows(parts: Sequence[NDArray[Any]], columns: int) -> NDArray[Any]:
+    """Tables of so many columns, one below the other."""
+    return np.concatenate([np.zeros((0, columns)), *parts])
+
+
+def counts(parts: Sequence[NDArray[Any]]) -> NDArray[np.int32]:
+    """How many rows each has."""
+    return np.array([len(p) for p in parts], dtype=np.int32)
+
+
+def split(whole: NDArray[Any], counts: NDArray[Any]) -> list[NDArray[Any]]:
+    """The tables again."""
+    event_words = counts.tolist()
+    if min(event_words, default=0) < 0 or sum(event_words) != len(whole):
+        raise wrong(f"{len(whole)} rows for {sum(event_words)}", "as many as are stated")
+    return list(np.split(whole, np.cumsum(event_words)[:-1])) if event_words else []
+
+
 # ---- plans and profiles --------------------
 
 
 def plan_evidence(plan: Plan, profile: Profile | None) -> dict[str, Any]:
     """A plan and the speeds on it."""
     arrays: _Arrays = {}
-    if plan.path is not None:
+    if plan.path is not None and plan.pose_path is None:
         arrays["cells"] = _gaps(plan.path.cells)
     if plan.schedule is not None:
         arrays["schedule"] = plan.schedule
@@ -190,9 +208,9 @@ def plan_evidence(plan: Plan, profile: Profile | None) -> dict[str, Any]:
         "expansions": int(plan.expansions),
         "optimal": None if plan.optimal_exact is None else int(plan.optimal_exact),
         "gates_met": [[int(x), int(y)] for x, y in plan.gates_met],
-        "path": None if plan.path is None else _claimed(plan.path),
+        "path": None if plan.path is None or plan.pose_path is not None else _claimed(plan.path),
         "arrays": pack_arrays(arrays, _PLAN),
-        "profile": None if profile is None else _profile_evidence(profile),
+        "profile": None if profile is None else profile_evidence(profile),
         "notes": list(plan.notes),
     }
 
@@ -221,12 +239,13 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
             waypoints=arrays.get("waypoints"),
             notes=notes_of(plain),
         )
-        return plan, None if profile is None else _profile_of(profile)
+        return plan, None if profile is None else profile_of(profile)
 
     return reading("plan", plain, read)
 
 
-def _profile_evidence(profile: Profile) -> dict[str, Any]:
+def profile_evidence(profile: Profile) -> dict[str, Any]:
+    """Speeds as plain data."""
     table, cause = words(profile.cause)
     arrays = {name: getattr(profile, name) for name in "svat"} | {
         "cause_index": profile.cause_index,
@@ -240,7 +259,8 @@ def _profile_evidence(profile: Profile) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _profile_of(plain: Mapping[str, Any]) -> Profile:
+def profile_of(plain: Mapping[str, Any]) -> Profile:
+    """The speeds that are claimed."""
     got = unpack_arrays(plain["arrays"], _PROFILE)
     s, v, a, t = (got[name] for name in "svat")
     cause = words_at(plain, got["cause"])

@@ -16,10 +16,11 @@ from typing import Any, Generic, TypeVar
 from lampyris.errors import InputError, LampyrisError
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Robot, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.traffic import Obstacle, ObstacleSpec
+from lampyris.planning import registry
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
 from lampyris.sim.traffic.mobility import drawn_traffic
@@ -75,14 +76,28 @@ class RecentCache(Generic[_T]):
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A map, two ends, moves and a robot; what is known of them is worked out when it is asked for."""
+    """A map, two ends, moves and a robot; what is known of them is worked out when it is asked for.
+
+    Parameters
+    ----------
+    scene : of them.
+    poses : whether a planner of poses plans here: the robot may then be wherever the disc within its footprint fits, and the
+        cost to the goal is that of this disc.
+    """
 
     scene: Scene
+    poses: bool = False
+
+    @cached_property
+    def for_cells(self) -> Scene:
+        """The scene by whose free cells the cost to the goal is counted."""
+        scene = self.scene
+        return replace(scene, robot=inscribed_disc(scene.robot)) if self.poses else scene
 
     @cached_property
     def field(self) -> Field:
         """The exact cost to the goal of every cell, as the map is given."""
-        scene = self.scene
+        scene = self.for_cells
         return solve(free_space(scene), moves_for(scene), scene.goal, terrain=scene.grid.terrain)
 
     @cached_property
@@ -100,7 +115,7 @@ class Place:
         """Exact cost of the best path; None: there is none."""
         x, y = self.scene.start
         exact = int(self.field.exact[y, x])
-        return exact if exact >= 0 and free_space(self.scene)[y, x] else None
+        return exact if exact >= 0 and free_space(self.for_cells)[y, x] else None
 
     @property
     def optimal(self) -> float | None:
@@ -217,6 +232,19 @@ def place_of(plain: Mapping[str, Any], grid: Grid) -> Place:
     return _places.get(said, lambda: _place(plain, grid), grid.blocked.size)
 
 
+def plans_poses(plain: Mapping[str, Any]) -> bool:
+    """Whether the planner of a job is registered as one of poses.
+
+    Raises
+    ------
+    InputError : ``JOB``: it names no planner.
+    """
+    try:
+        return plain["planner"]["name"] in registry.pose_names()
+    except (KeyError, TypeError) as wrong:
+        raise not_a_job(wrong) from None
+
+
 def world_of(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     """The world of a job.
 
@@ -237,7 +265,8 @@ def forget() -> None:
 
 def _said(plain: Mapping[str, Any], *names: str) -> bytes:
     try:
-        return canonical([plain[name] for name in names])
+        poses = [*map(plain.get, ("start_pose", "goal_pose", "origin")), plans_poses(plain)]
+        return canonical([poses, *(plain[name] for name in names)])
     except (KeyError, TypeError, ValueError) as wrong:
         raise not_a_job(wrong) from None
 
@@ -250,18 +279,19 @@ def not_a_job(wrong: Exception) -> InputError:
 def _place(plain: Mapping[str, Any], grid: Grid) -> Place:
     try:
         robot = Robot(**plain["robot"])
-        scene = Scene(grid, plain["start"], plain["goal"], moves=plain["moves"], robot=robot)
+        poses = {name: plain[name] for name in ("start_pose", "goal_pose") if name in plain}
+        scene = Scene(grid, plain["start"], plain["goal"], moves=plain["moves"], robot=robot, **poses)
     except LampyrisError:
         raise
     except (KeyError, TypeError, ValueError) as wrong:
         raise not_a_job(wrong) from None
-    return Place(scene)
+    return Place(scene, plans_poses(plain))
 
 
 def _world(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     place = place_of(plain, grid)
     scene, who, seed = place.scene, plain["traffic"], plain["seed"]
-    free = free_space(scene)
+    free = free_space(place.for_cells)
     made: tuple[ObstacleSpec, ...] = ()
     try:
         if all(free[y, x] for x, y in (scene.start, scene.goal)):

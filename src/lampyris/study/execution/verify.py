@@ -7,14 +7,15 @@ measures what is left. Nothing that is stored was measured by a worker, but seco
 
 What it cannot see: counts that leave no trace (expansions, iterations, path_switches), notes of the planner, speeds
 of a simulation that are within the law's range, whether a planner that may miss a path really has missed it,
-and whether a run that is said to have failed could not have succeeded.
+whether a run that is said to have failed could not have succeeded, and the paths that a controller that steers had
+planned (what it drove is judged). Plans of poses: :mod:`lampyris.study.execution.verify_poses`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,22 +30,19 @@ from lampyris.model.traffic import Obstacle
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.planning import registry
-from lampyris.referee.verdict import Violation
 from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_metrics, trace_metrics
 from lampyris.sim.traffic.continuous_traffic import DIAGONAL
 from lampyris.study.design.row import Ending, Row
 from lampyris.study.design.study import Job, StudyMap
 from lampyris.study.execution.drive_evidence import drive_of
 from lampyris.study.execution.evidence import plan_of, trace_of
+from lampyris.study.execution.rejected import RejectedResult, demand, refuse
 from lampyris.study.execution.site import Place, StudyWorld, world_of
+from lampyris.study.execution.verify_poses import goal_tolerance, room_of, verified_plan
 
 MAX_WORDS = 500
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What of a worker's word on seconds and bytes is kept."""
-
-
-class RejectedResult(Exception):
-    """What is wrong with a worker's word."""
 
 
 class ResultVerifier:
@@ -88,7 +86,8 @@ class ResultVerifier:
 
 def known(place: Place) -> Known:
     """What is known of a place before planning."""
-    return Known(place.optimal_exact, place.to_go, place.clearance)
+    room = room_of(place.scene) if place.poses else None
+    return Known(place.optimal_exact, place.to_go, place.clearance, room)
 
 
 # ---- what a result is --------------------
@@ -133,45 +132,42 @@ def _line(text: str) -> str:
     return shown if len(shown) <= MAX_WORDS else f"{shown[: MAX_WORDS - 4]} ..."
 
 
-def _demand(broken: Violation | None) -> None:
-    if broken is not None:
-        raise RejectedResult(f"{broken.rule} at {broken.where}: {broken.sentence}")
-
-
-def _refuse(what: str) -> NoReturn:
-    raise RejectedResult(what)
-
-
 # ---- the three kinds --------------------
 
 
 def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
     place = world.place
+    if place.poses:
+        seen = place.scene
+        if world.replayed and registry.planner_class(plain["planner"]["name"]).traits.sees_traffic:
+            seen = world.among(world.last_tick(plain["ticks"]))
+        plan, profile = verified_plan(plain, evidence, place, seen)
+        return plan_metrics(plan, place.scene, known(place), profile)
     plan, profile = plan_of(evidence, place.scene, plain["planner"]["name"])
     scene = place.scene
     if plan.schedule is not None and world.replayed:
         scene = world.among(world.last_tick(plain["ticks"]))
     best = place.optimal_exact
     if plan.optimal_exact is not None and plan.optimal_exact != best:
-        _refuse(f"claims the optimal cost {plan.optimal_exact}; it is {best}")
-    _demand(referee.check_plan(plan, scene))
+        refuse(f"claims the optimal cost {plan.optimal_exact}; it is {best}")
+    demand(referee.check_plan(plan, scene))
     if plan.path is not None and (best is None or plan.path.exact < best):
-        _refuse(f"a path of cost {plan.path.exact}; the best costs {best}")
+        refuse(f"a path of cost {plan.path.exact}; the best costs {best}")
     if plan.status is Status.NO_PATH and best is not None and _settles(plain):
-        _refuse(f"no-path by a planner that misses none; there is a path of cost {best}")
+        refuse(f"no-path by a planner that misses none; there is a path of cost {best}")
     if (plan.path is None) != (profile is None):
-        _refuse("a path without speeds, or speeds without a path")
+        refuse("a path without speeds, or speeds without a path")
     if profile is not None and plan.path is not None:
         law = _law(plain)
         if profile.law != plain["law"]["name"] or profile.units != laws.named(profile.law).units:
-            _refuse(f"speeds of the law {profile.law!r} in {profile.units!r}")
+            refuse(f"speeds of the law {profile.law!r} in {profile.units!r}")
         ours = law if isinstance(law, PhysicalLaw) else PhysicalLaw()
         creep = getattr(law, "creep", ours.creep) if ours.clearance else 1.0
         slowest = None if ours == PhysicalLaw(creep=ours.creep) else LEAST
         found = referee.check_profile(
             profile, plan.path, place.scene, creep=creep, slowest=slowest, corners=ours.curvature, stops=True
         )
-        _demand(found)
+        demand(found)
     return plan_metrics(plan, place.scene, known(place), profile, published)
 
 
@@ -196,7 +192,7 @@ def _simulated(
 
     def replayed(ticks: int) -> NDArray[np.int32]:
         if ticks > last:
-            _refuse(f"{ticks} ticks; the last is {last}")
+            refuse(f"{ticks} ticks; the last is {last}")
         return world.replay.upto(ticks)
 
     trace = trace_of(
@@ -209,17 +205,17 @@ def _simulated(
         replayed=replayed if world.replayed else None,
     )
     if trace.ticks > last or (trace.outcome is Outcome.TIMEOUT and trace.ticks < last):
-        _refuse(f"{trace.outcome.value} after {trace.ticks} ticks; the last is {last}")
+        refuse(f"{trace.outcome.value} after {trace.ticks} ticks; the last is {last}")
     if not world.replayed:
         _begin_where_they_must(trace, world)
-    _demand(referee.check_trace(trace))
+    demand(referee.check_trace(trace))
     _no_path_stands(plain, trace.outcome, world)
     return trace_metrics(trace, known(world.place), published)
 
 
 def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: StudyWorld) -> None:
     if outcome is Outcome.NO_PATH and world.place.optimal_exact is not None and _settles(plain):
-        _refuse("no-path by a planner that misses none; there is a path")
+        refuse("no-path by a planner that misses none; there is a path")
 
 
 def _obstacles(world: StudyWorld, count: int) -> Sequence[Obstacle]:
@@ -230,14 +226,14 @@ def _obstacles(world: StudyWorld, count: int) -> Sequence[Obstacle]:
         made, more = world.opened.obstacles, world.opened.to_come
         made = [*made, *more[: max(count - len(made), 0)]]
     if len(made) != count:
-        _refuse(f"{count} obstacles; this world has another number")
+        refuse(f"{count} obstacles; this world has another number")
     return made
 
 
 def _begin_where_they_must(trace: Trace, world: StudyWorld) -> None:
     for k, cell in enumerate(world.opened.places):
         if trace.appears[k] != 0 or tuple(trace.tracks[k][0].tolist()) != cell:
-            _refuse(f"obstacle {k} does not begin at {cell} in this world")
+            refuse(f"obstacle {k} does not begin at {cell} in this world")
 
 
 def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
@@ -250,25 +246,29 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
         law=plain["law"]["name"],
         seed=world.seed,
         footprints={obstacle.radius: obstacle.footprint for obstacle in everybody},
+        goal_tolerance=goal_tolerance(plain, world.scene) if world.place.poses else None,
+        steered=None if one.steering is None else (one.controller, one.safety_filter),
     )
+    if one.steering is not None and drive.curves and len(drive.t) > 1 and not drive.paths:
+        refuse(f"a drive of the controller {one.controller} without a path that it follows")
     if drive.period != one.decision_period:
-        _refuse(f"a decision every {drive.period!r} s; asked for was every {one.decision_period!r} s")
+        refuse(f"a decision every {drive.period!r} s; asked for was every {one.decision_period!r} s")
     if one.time_limit is not None and drive.duration > one.time_limit + drive.period + 1e-9:
-        _refuse(f"{drive.duration!r} s; the limit is {one.time_limit!r} s")
+        refuse(f"{drive.duration!r} s; the limit is {one.time_limit!r} s")
     expected = _obstacles(world, len(drive.obstacle_specs))
     for k, (obstacle, own, track) in enumerate(
         zip(drive.obstacle_specs, expected, drive.tracks, strict=True)
     ):
         if (obstacle.kind, obstacle.radius, obstacle.yields) != (own.kind, own.radius, own.yields):
-            _refuse(f"obstacle {k} is a {obstacle.kind} of {obstacle.radius:g} m; in this world a {own.kind}")
+            refuse(f"obstacle {k} is a {obstacle.kind} of {obstacle.radius:g} m; in this world a {own.kind}")
         cell, speed = world.scene.grid.resolution, one.obstacle_speed
         top = DIAGONAL * (world.scene.robot.v_max if speed is None else speed)
         if track.radius != max(own.radius, 0.5 * cell) or not track.top_speed <= top * (1 + 1e-9):
-            _refuse(f"obstacle {k} is a disc of {track.radius:g} m, {track.top_speed:g} m/s at most")
+            refuse(f"obstacle {k} is a disc of {track.radius:g} m, {track.top_speed:g} m/s at most")
     _tracks_of_the_world(drive, world, one)
     if one.on_hit == "end" and any(m.word == "hit" for m in drive.moments) != (drive.outcome is Outcome.HIT):
-        _refuse(f"{drive.outcome.value}, where the first hit is the end")
-    _demand(referee.check_drive(drive))
+        refuse(f"{drive.outcome.value}, where the first hit is the end")
+    demand(referee.check_drive(drive))
     _no_path_stands(plain, drive.outcome, world)
     return drive_metrics(drive, known(world.place), published)
 
@@ -278,7 +278,7 @@ def _tracks_of_the_world(drive: Any, world: StudyWorld, one: DriveSettings) -> N
     if not world.replayed:
         for k, cell in enumerate(world.opened.places):
             if drive.tracks[k].t[0] != 0.0 or tuple(drive.tracks[k].xy[0].tolist()) != cell:
-                _refuse(f"obstacle {k} does not begin at {cell} in this world")
+                refuse(f"obstacle {k} does not begin at {cell} in this world")
         return
     grid, robot = world.scene.grid, world.scene.robot
     tick = grid.resolution / (robot.v_max if one.obstacle_speed is None else one.obstacle_speed)
@@ -289,4 +289,4 @@ def _tracks_of_the_world(drive: Any, world: StudyWorld, one: DriveSettings) -> N
     for k, track in enumerate(drive.tracks):
         off = np.abs(track.at(times) - at[:, k]).max(axis=1) > 1e-6
         if off.any():
-            _refuse(f"obstacle {k} is not where this world has it at {times[int(off.argmax())]:g} s")
+            refuse(f"obstacle {k} is not where this world has it at {times[int(off.argmax())]:g} s")

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.kernels import loading
 from lampyris.kernels._jit import compiled_only
@@ -34,16 +35,17 @@ from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.pose_route import pose_route
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner
-from lampyris.sim.continuous import drive as driving
 from lampyris.sim.grid import fast_simulation, loop
 from lampyris.study.design.study import canonical
 from lampyris.study.design.study_map import unpack
 from lampyris.study.execution import site
 from lampyris.study.execution.drive_evidence import drive_evidence
 from lampyris.study.execution.evidence import plan_evidence, trace_evidence
+from lampyris.study.execution.pose_evidence import pose_plan_evidence
 from lampyris.study.execution.site import RecentCache, StudyWorld, not_a_job, world_of
 
 MAX_WORDS = 500
@@ -141,7 +143,7 @@ def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, A
         out["key"] = hashlib.sha256(canonical(plain)).hexdigest()
         try:
             name, clock.budget = plain["map"], plain["budget"]["seconds"]
-            grid = _grid(name, float(plain["resolution"]), grounds)
+            grid = _grid(name, float(plain["resolution"]), grounds, plain.get("origin"))
         except (KeyError, TypeError, ValueError) as wrong:
             raise not_a_job(wrong) from None
         ran = _run(plain, grid, clock)
@@ -175,18 +177,21 @@ def _line(wrong: BaseException) -> str:
     return text if len(text) <= MAX_WORDS else f"{text[: MAX_WORDS - 4]} ..."
 
 
-def _grid(name: str, resolution: float, grounds: Mapping[str, Any]) -> Grid:
-    """The map of a job, with the cells and the resolution that the job says."""
+def _grid(name: str, resolution: float, grounds: Mapping[str, Any], origin: Any = None) -> Grid:
+    """The map of a job, with the cells, the resolution and (where there are poses) the origin that the job says."""
 
     def make() -> Grid:
         if name not in grounds:
             raise InputError("BATCH", f"no map {name!r}", where="batch", allowed="the maps of its jobs")
         return unpack(grounds[name], name)
 
-    grid = _grids.get((name, resolution), make, 250_000)
+    grid = _grids.get((name, resolution, canonical(origin)), make, 250_000)
     if grid.resolution != resolution:
         what = f"{grid.resolution:g} metres a cell"
         raise InputError("BATCH", what, where=f"map {name}", allowed=f"{resolution:g}, as its job says")
+    if origin is not None and list(grid.origin) != origin:
+        what = f"the origin {list(grid.origin)}"
+        raise InputError("BATCH", what, where=f"map {name}", allowed=f"{origin}, as its job says")
     return grid
 
 
@@ -207,7 +212,8 @@ def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, float]:
 def _evidence(ran: RunResult, plain: Mapping[str, Any], grid: Grid) -> dict[str, Any]:
     noun = ran.noun
     if isinstance(noun, Plan):
-        return plan_evidence(noun, ran.profile)
+        form = pose_plan_evidence if world_of(plain, grid).place.poses else plan_evidence
+        return form(noun, ran.profile)
     if isinstance(noun, Drive):
         return drive_evidence(noun)
     return trace_evidence(noun, replayed=world_of(plain, grid).replayed)
@@ -288,6 +294,9 @@ def _plan(task: _Task) -> RunResult:
     clock.look()
     if plan.path is None:
         return RunResult(plan)
+    if plan.pose_path is not None:
+        route, seen = pose_route(plan.pose_path, scene, task.law)
+        return RunResult(plan, laws.profile(route, seen, law=task.law))
     return RunResult(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
 
 
@@ -348,6 +357,9 @@ def _drive(task: _Task) -> RunResult:
     scene = world.scene
     if world.replayed:
         scene = world.among(world.drive_ticks(DriveSettings.of(task.drive)))
+    with uninterrupted():  # loaded here: most runs steer nothing
+        from lampyris.sim.steering import drive as driving
+
     made = driving.drive(
         scene, task.planner, law=task.law, seed=world.seed, budget=task.given, progress=task.clock.look,
         **task.drive,

@@ -11,7 +11,7 @@ from lampyris.report.charts import chart_parts, pair_charts, study_charts
 from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Estimate, Summary
-from lampyris.study.analysis.measures import ALL
+from lampyris.study.analysis.measures import ALL, compared
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary import per_unit
 from lampyris.study.design.traffic_labels import kind_words, traffic_words
@@ -70,7 +70,7 @@ def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
 def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[PageFigure]:
     """Means with intervals over the worlds that all solved; over each one's own where there are none."""
     out = []
-    for name in names:
+    for name in compared(tuple(names), summary.of_poses):
         panels = []
         for k, traffic in enumerate(summary.traffic_cases):
             some = [e for e in summary.entries if e.traffic == traffic]
@@ -128,7 +128,7 @@ def ranks(summary: Summary) -> list[PageFigure]:
 def differences(summary: Summary) -> list[PageFigure]:
     """Paired differences from the reference."""
     out = []
-    for name in ("cost", "time_s", "expansions"):
+    for name in compared(("cost", "time_s", "expansions"), summary.of_poses):
         for k, traffic in enumerate(summary.traffic_cases):
             some = [p for p in summary.pairs if p.measure == name and p.traffic == traffic and p.each]
             if not any(any(p.each) for p in some):

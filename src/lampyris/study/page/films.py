@@ -138,7 +138,7 @@ def _film(job: Job, runs: Runs) -> bytes | None:
             out = Path(folder) / "film.webp"
             if isinstance(noun, Trace):
                 film(noun, out, scale=scale)
-            elif isinstance(noun, Drive):
+            elif isinstance(noun, Drive) and noun.curves:
                 film_drive(noun, out, scale=scale)
             else:
                 return None

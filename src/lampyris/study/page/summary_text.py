@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from lampyris.study.analysis.compare import LEVEL
 from lampyris.study.analysis.findings import EntrantFindings, Summary
-from lampyris.study.analysis.measures import ALL
+from lampyris.study.analysis.measures import ALL, compared
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary_tables import estimate_text
 from lampyris.study.design.traffic_labels import traffic_words
@@ -92,7 +92,7 @@ def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
 
 
 def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
-    name = "time_s" if summary.kind == "drive" else "cost"
+    name = "time_s" if summary.kind == "drive" else "length_m" if summary.of_poses else "cost"
     able = [e for e in some if e.entrant not in summary.left_out[k]]
     values = [(e.common[name].value, e) for e in able if name in e.common and e.common[name].units]
     if len(values) < 2:
@@ -109,7 +109,7 @@ def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
 def _sure(summary: Summary) -> list[str]:
     """How many of the differences from the reference are left after the correction, measure by measure."""
     out = []
-    for name in ("arrived", "cost", "time_s", "expansions"):
+    for name in compared(("arrived", "cost", "time_s", "expansions"), summary.of_poses):
         tests = [p for p in summary.pairs if p.measure == name and p.test.n]
         if not tests or (summary.kind == "plan" and name == "arrived"):
             continue

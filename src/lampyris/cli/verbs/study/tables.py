@@ -35,6 +35,10 @@ SHORT = {
 """What the terminal shows of a study of each kind; the page has all of it."""
 
 
+POSES = ("found", "length_m", "bound", "reversals", "time_s", "expansions")
+"""The same of plans of poses."""
+
+
 def sizes(study: Study) -> str:
     """``30 queries on 6 maps x 3 traffic cases x 10 seeds x 3 planners x 1 law = 2,700 runs (simulate)``."""
     parts = (
@@ -179,7 +183,8 @@ def print_summary(results: Summary) -> None:
         if not some:
             text.line(f"{title}: nothing yet")
             continue
-        names = [n for n in SHORT[results.kind] if any(n in e.own and e.own[n].units for e in some)]
+        short = POSES if results.of_poses else SHORT[results.kind]
+        names = [n for n in short if any(n in e.own and e.own[n].units for e in some)]
         if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
             names = [n for n in names if n != "collisions"]
         lines = lines or "length_any_angle" in names

@@ -38,7 +38,7 @@ class LatticeSipp(LatticeSettings):
 
     Parameters
     ----------
-    speed : share of the robot's top speed at which it drives.
+    speed_fraction : share of the robot's top speed at which it drives.
 
     Raises
     ------
@@ -46,7 +46,7 @@ class LatticeSipp(LatticeSettings):
     """
 
     weight: float = number(1.1, 1.0, 1e3)
-    speed: float = number(1.0, 0.01, 1.0)
+    speed_fraction: float = number(1.0, 0.01, 1.0)
 
     name: ClassVar[str] = "lattice-sipp"
     traits: ClassVar[Traits] = Traits(optimal=False, sees_traffic=True, plans_headings=True)
@@ -54,6 +54,15 @@ class LatticeSipp(LatticeSettings):
     source: ClassVar[str] = (
         "Phillips, Likhachev 2011; continuous time, footprints and the bound on the lattice are ours."
     )
+
+    @property
+    def promised_bound(self) -> float:
+        """No path that it finds has a greater :attr:`lampyris.PosePath.bound`."""
+        return self.weight
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """See :meth:`LatticeSettings.judged_by`."""
+        return {**LatticeSettings.judged_by(self, resolution), "speed_fraction": self.speed_fraction}
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> LatticeSippSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
@@ -84,8 +93,8 @@ class LatticeSippSession(LatticeSession):
         if not known:
             return self._none_found(EXHAUSTED, 0)
         assert self._heuristic is not None
-        discs = motion_discs(self._lattice, self._sipp.speed)
-        timed = IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed)
+        discs = motion_discs(self._lattice, self._sipp.speed_fraction)
+        timed = IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed_fraction)
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
         found = timed.find(self._heuristic[1], begins, known, self._settings.weight, limit)
         if found.path is not None:
@@ -108,13 +117,12 @@ class LatticeSippSession(LatticeSession):
         tick = scene.grid.resolution / scene.robot.v_max
         arm = scene.robot.radius / scene.grid.resolution
         times: Floats = tick * pose_times(
-            found, lattice, motion_discs(lattice, self._sipp.speed).duration, arm
+            found, lattice, motion_discs(lattice, self._sipp.speed_fraction).duration, arm
         )
         notes = plan.notes
         if self._unknown:
             notes = (*notes, "moving obstacles whose tracks are not known are left out")
-        speed = self._sipp.speed * scene.robot.v_max
         path = replace(plan.pose_path, times=times)
         waits = float((times[:, 1] - times[:, 0]).sum())
-        attributes = dict(plan.attributes) | {"speed": speed, "waits_s": waits}
+        attributes = dict(plan.attributes) | {"waits_s": waits}
         return replace(plan, pose_path=path, notes=notes, attributes=attributes, expansions=found.expansions)
