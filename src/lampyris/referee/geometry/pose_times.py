@@ -26,8 +26,9 @@ def check_pose_times(path: PosePath, step_costs: Floats, plan: Plan, scene: Scen
     """Judge ``path.times``.
 
     Each step takes no less than its cost (metres) at ``attributes["speed_fraction"]`` (at most 1) of the robot's top
-    speed, and the path costs as many metres as are driven at that speed until it ends. Recorded obstacles are discs of at least half
-    a cell that move straight from cell to cell, one in the time of a cell at the robot's top speed, and stay at the last.
+    speed, and the path costs as many metres as are driven at that speed until it ends. Recorded obstacles are discs of at
+    least half a cell that move straight from cell to cell, one in the time of a cell at the robot's top speed, and stay
+    at the last.
 
     Parameters
     ----------
