@@ -26,6 +26,7 @@ from lampyris.motion.geometry.pose_curve import (
     joined,
     part_of,
     pose_at,
+    standing_at,
 )
 from lampyris.motion.geometry.shape_clearance import footprint_clearance
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
@@ -34,6 +35,7 @@ from lampyris.referee.caps import footprint_room
 from lampyris.referee.drive import measure
 from lampyris.referee.geometry.moving_footprint import signed_distance, times_within
 from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.continuous_traffic import comes_nearer
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris_selfcheck.checks.traffic.pose_drives import outline
 
@@ -372,3 +374,16 @@ def test_states_and_turns_in_drives_survive_dictionaries() -> None:
     assert lampyris.Drive.from_dict(made.to_dict()) == made
     with pytest.raises(SettingError):
         Robot(yaw_rate_max=0.0)
+
+
+def test_an_obstacle_that_leaves_the_base_and_comes_nearer_to_the_front_is_seen_to_come_nearer() -> None:
+    """A yielding obstacle beside a long car ran into its standing front: it was going away from the base at the rear."""
+    grid = Grid(np.zeros((40, 60), dtype=bool), resolution=0.1)
+    car = Robot(footprint=((3.0, 0.5), (-0.5, 0.5), (-0.5, -0.5), (3.0, -0.5)))
+    route = PoseLookup(standing_at((1.5, 2.05, 0.0), grid, car))
+    x, y = grid.frame.to_points(1.5, 2.05).tolist()
+    at = np.array([[x + 25.0, y - 9.0], [x + 25.0, y - 9.0], [x + 25.0, y - 9.0]])
+    to = at + np.array([[2.0, 1.0], [2.0, 0.0], [2.0, -1.0]])  # y points down: inwards, along, outwards
+    away = at - (x, y)
+    assert ((to - at) * away).sum(axis=1)[:2].min() > 0.0
+    assert comes_nearer(route, 0.0, at, to).tolist() == [True, False, False]

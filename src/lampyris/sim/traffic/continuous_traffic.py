@@ -25,6 +25,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
@@ -35,6 +36,7 @@ from lampyris.sim.traffic.motion_sources import NO_LEGS, ROUNDING, Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Shape, Step, robot_shape
+from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Floats, Points
@@ -338,6 +340,11 @@ class RunningTraffic:
         close = self._yields & ((away * away).sum(axis=1) < near * near)
         if not close.any():
             return []
+        if isinstance(trajectory.route, PoseLookup):
+            route, ahead = trajectory.route, self._at[close] + self._go[close] * (end - t)
+            nearer = comes_nearer(route, s0, self._at[close], ahead)
+            nearer |= comes_nearer(route, s1, self._at[close], ahead)
+            return np.flatnonzero(close)[nearer].tolist()
         towards = (away * self._go).sum(axis=1) > 0.0
         towards |= ((np.array(trajectory.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
         found: list[int] = np.flatnonzero(close & towards).tolist()
@@ -371,14 +378,19 @@ class RunningTraffic:
         world, cell = self.world, self.world.space.cell
         if not world.late:
             return set()
-        qx, qy = trajectory.route.at(trajectory.at(t)[0])
+        route, s = trajectory.route, trajectory.at(t)[0]
+        qx, qy = route.at(s)
         still: set[int] = set()
         for obstacle in sorted(world.late):
             number, came = world.where[obstacle], self._came[obstacle]
             (x1, y1), (x0, y0) = cell(number), cell(came)
             ax, ay = self._at[obstacle].tolist()
             near = self._reach[obstacle] + 1.5
-            towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
+            if isinstance(route, PoseLookup):
+                places = np.array([(ax, ay), (x1, y1)], dtype=np.float64)
+                towards = bool(comes_nearer(route, s, places[:1], places[1:])[0])
+            else:
+                towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
             met = towards and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
             met = met and bool(self._yields[obstacle])
             ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
@@ -447,6 +459,18 @@ class RunningTraffic:
         points = [(x, y)] + [route.at(s + ahead * k / steps) for k in range(1, steps + 1)]
         soon = 1 if ahead <= 0.0 else 1 + min(math.ceil(steps * v * self.tick / ahead), steps)
         self.world.put_on_road(points, soon, ahead / steps / self.resolution)
+
+
+def comes_nearer(route: PoseLookup, s: float, at: Points, to: Points) -> NDArray[np.bool_]:
+    """Of discs that move straight those that come nearer to the outline of a robot with a heading; bool (n,).
+
+    A disc beside a long robot may come nearer to its front while it goes away from its base.
+    """
+    before = route.gaps(s, at)
+    nearer: NDArray[np.bool_] = np.zeros(len(at), dtype=np.bool_)
+    for share in (0.25, 0.5, 0.75, 1.0):
+        nearer |= route.gaps(s, at + share * (to - at)) < before
+    return nearer
 
 
 def _pairs(places: Points) -> list[tuple[float, float]]:
