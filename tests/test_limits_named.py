@@ -340,6 +340,10 @@ ASKED: dict[str, str] = {
     "app.engine.engine.MAX_QUESTION": "app/test_app_limits.py",
     "app.server.library.MOST_BYTES": "app/test_app_limits.py",
     "app.server.library.MOST_FILES": "app/test_app_limits.py",
+    "app.engine.driving.MOST_PLACES": NOT_INPUT
+    + "places of a drive that are sent, which are farther apart beyond that",
+    "app.engine.driving.MOST_POSES": NOT_INPUT
+    + "poses of paths that are sent; the first paths alone beyond that",
     "app.engine.names.MOST": "app/test_app_limits.py",
     "app.engine.parse.MOST_SIDE": "app/test_app_limits.py",
     "app.engine.study_process.MOST_QUERIES": "app/test_app_limits.py",

@@ -29,6 +29,7 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "_core.settings._PARAMETER": OURS,
     "_core.settings._ROLE": OURS,
     "testing.questions._PARTICULARS": OURS,
+    "app.server.scripts.COMMENTS": OURS,
     "app.engine.names.PLAIN": ("fullmatch", ("a.b-c",)),
     "app.server.run._HOSTNAME": ("fullmatch", ("a-b.c.d",)),
     "io.primitives.mprim._NUMBER": ("fullmatch", ("-1.5e-10", "+.5", "12.")),

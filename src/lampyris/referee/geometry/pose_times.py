@@ -36,11 +36,10 @@ def check_pose_times(path: PosePath, step_costs: Floats, plan: Plan, scene: Scen
     """
     times = path.times
     assert times is not None
-    speed = plan.attributes.get("speed", scene.robot.v_max)
-    if not 0.0 < speed <= scene.robot.v_max * (1 + SLACK):
-        return Violation(
-            "speed", "pose_path.times", f"a speed of {speed:.6g} m/s, above {scene.robot.v_max:g}"
-        )
+    share = plan.attributes.get("speed_fraction", 1.0)
+    if not 0.0 < share <= 1.0:
+        return Violation("speed", "pose_path.times", f"{share:.6g} of the top speed")
+    speed = share * scene.robot.v_max
     if times[0, 0] != 0.0:
         return Violation("times", "pose 0", f"it begins at {times[0, 0]:.6g} s")
     lasts = times[1:, 0] - times[:-1, 1]

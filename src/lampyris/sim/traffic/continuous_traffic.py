@@ -344,7 +344,8 @@ class RunningTraffic:
             route, ahead = trajectory.route, self._at[close] + self._go[close] * (end - t)
             nearer = comes_nearer(route, s0, self._at[close], ahead)
             nearer |= comes_nearer(route, s1, self._at[close], ahead)
-            return np.flatnonzero(close)[nearer].tolist()
+            near_ones: list[int] = np.flatnonzero(close)[nearer].tolist()
+            return near_ones
         towards = (away * self._go).sum(axis=1) > 0.0
         towards |= ((np.array(trajectory.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
         found: list[int] = np.flatnonzero(close & towards).tolist()
