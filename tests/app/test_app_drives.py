@@ -60,6 +60,7 @@ def samples(frames: list[tuple[str, Any]]) -> dict[str, np.ndarray]:
 SMALL = {"samples": 60, "steps": 30, "hold": 3, "smooth": False}
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("controller", ["exact", "rpp", "mppi"])
 def test_a_drive_is_that_of_the_command_line_and_its_samples_are_where_it_was(
     controller: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]

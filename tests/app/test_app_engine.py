@@ -260,7 +260,6 @@ async def rest(answer: AsyncIterator[bytes]) -> list[tuple[str, Any]]:
     return [unframed(piece) async for piece in answer]
 
 
-@pytest.mark.nightly
 def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

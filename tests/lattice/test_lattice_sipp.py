@@ -130,11 +130,11 @@ def sampled_arrival(scene: Scene, session: LatticeSippSession, wider: float, dt:
     return math.inf
 
 
-@sized("cases", 6, 150)
+@sized("cases", 3, 150)
 def test_arrivals_lie_between_those_of_a_thinner_and_a_wider_robot_at_sampled_times(cases: int) -> None:
     """The discs that cover the footprint reach over it by at most ``spare``; sampled departures are late by their step."""
     rng = np.random.default_rng(26)
-    spare, met, waits = 0.65, 0, 0
+    spare, met = 0.65, 0
     for _ in range(cases):
         scene = drawn(rng)
         session = LatticeSipp(weight=1.0).open(scene, rng)
@@ -149,11 +149,11 @@ def test_arrivals_lie_between_those_of_a_thinner_and_a_wider_robot_at_sampled_ti
             continue
         assert plan.pose_path.times is not None
         arrival = float(plan.pose_path.times[-1, 0])
-        steps = len(plan.pose_path.poses)
-        assert thin <= arrival + 0.5 * (steps + 1)
+        assert thin <= arrival + 0.5 * (
+            len(plan.cells) + 1
+        )  # each of at most so many motions is late by half a tick
         assert arrival <= wide + 1e-9
         met += 1
-        waits += plan.attributes["waits_s"] > 0
     assert met >= cases // 3
 
 
@@ -196,6 +196,45 @@ def test_it_lets_an_obstacle_pass_and_waits_or_gives_way() -> None:
     found = check_plan(met, scene)
     assert found is not None
     assert found.rule == "contact"
+
+
+def test_it_waits_before_a_door_until_an_obstacle_has_left_it() -> None:
+    walls = np.zeros((17, 40), dtype=bool)
+    walls[:, 20] = True
+    walls[7:10, 20] = False
+    track = [(20, 8)] * 40 + [(20 + k, 8) for k in range(1, 4)] + [(23, 8 - k) for k in range(1, 8)]
+    scene = scene_of(walls, [track], (14, 8, 0.0), (36, 14, 0.0))
+    plan = planned(scene, weight=1.0, reverse=False)
+    assert plan.status is Status.FOUND, plan.detail
+    assert check_plan(plan, scene) is None
+    assert plan.attributes["waits_s"] > 20.0
+    assert plan.pose_path is not None
+    assert plan.pose_path.times is not None
+    early = plan.pose_path.times.copy()
+    early[1:] -= 5.0
+    early[0, 1] -= 5.0
+    if early[0, 1] > 0.0:
+        cost = plan.pose_path.cost_m - 5.0
+        path = replace(
+            plan.pose_path, times=early, cost_m=cost, lower_bound_m=min(cost, plan.pose_path.lower_bound_m)
+        )
+        found = check_plan(replace(plan, pose_path=path), scene)
+        assert found is not None
+        assert found.rule == "contact"
+
+
+def test_a_long_wait_beside_an_obstacle_that_stands_is_judged_quickly() -> None:
+    """The referee once halved the time of a wait down to a ten-thousandth of a cell that an obstacle might move."""
+    scene = scene_of(np.zeros((12, 20), dtype=bool), [[(4, 7)]], (4, 5, 0.0), (15, 5, 0.0))
+    plan = planned(scene)
+    path = plan.pose_path
+    assert path is not None
+    assert path.times is not None
+    late = path.times + 1e9
+    late[0, 0] = 0.0
+    cost = path.cost_m + 1e9
+    waiting = replace(plan, pose_path=replace(path, times=late, cost_m=cost))
+    assert check_plan(waiting, scene) is None
 
 
 @pytest.mark.parametrize("weight", [1.2, 2.0])
@@ -263,7 +302,7 @@ def test_a_budget_and_unknown_obstacles_are_said() -> None:
 
 def test_a_drive_refuses_it() -> None:
     scene, _ = corridor()
-    with pytest.raises(UsageError, match="decides its speed"):
+    with pytest.raises(UsageError, match="sets its own speed"):
         lampyris.drive(scene, "lattice-sipp")
 
 

@@ -227,7 +227,6 @@ def test_many_causes_and_laws_still_have_room(tmp_path: Path, figures: list[Any]
 # ---- drives ----
 
 
-@pytest.mark.nightly
 def test_a_drive_is_a_film_in_its_own_time(tmp_path: Path) -> None:
     drive = sample_drive()
     film_drive(drive, tmp_path / "a.webp")

@@ -343,3 +343,25 @@ def test_a_pose_of_a_map_with_a_turned_origin() -> None:
         study = posed(planners=(name,), grid=grid, start=start, goal=goal)
         row = judged(study, results_of(study)[0])
         assert (row.ending, row.metrics.get("outcome")) == ("done", "found"), row.error
+
+
+def test_verdicts_that_nothing_led_to_are_refused() -> None:
+    study = posed(planners=("lattice",), robot=CAR)
+    true = honest(study)
+    for status, word in (("hemmed-in", "moving obstacle"), ("cancelled", "cancel"), ("limit", "budget")):
+        said = {**true["evidence"], "status": status, "path": None, "profile": None}
+        refused(study, {**true, "evidence": said}, word)
+
+
+def test_times_of_poses_are_judged() -> None:
+    study = posed(planners=("lattice-sipp",), robot=CAR)
+    true = honest(study)
+
+    def quicker(a: dict[str, Any]) -> None:
+        a["times"] = a["times"] * 0.9
+
+    def without(a: dict[str, Any]) -> None:
+        del a["times"]
+
+    refused(study, with_poses(true, quicker))
+    refused(study, with_poses(true, without), "times")

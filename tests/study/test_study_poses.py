@@ -297,6 +297,7 @@ def test_drives_of_poses(controller: str) -> None:
     assert row.metrics["optimal"] is None
 
 
+@pytest.mark.nightly
 def test_the_page_of_a_study_of_poses(tmp_path: Path) -> None:
     for kind in ("plan", "drive"):
         study = posed(kind, ("astar", "lattice", "hybrid-astar"))
@@ -316,3 +317,24 @@ def test_plans_of_poses_are_of_the_plan_kind() -> None:
     assert isinstance(ran.noun, Plan)
     assert ran.noun.pose_path is not None
     assert ran.profile is not None
+
+
+def test_times_are_planned_by_the_tracks_that_are_replayed() -> None:
+    """The arrival of the rows is the planned one, at the planner's share of the top speed; the referee saw the tracks."""
+    study = posed(
+        planners=(planner("lattice-sipp", speed_fraction=0.5), "lattice"),
+        crowd=StudyTraffic("random-walk", 4),
+        robot=CAR,
+    )
+    timed, plain = rows_of(study)
+    assert (timed.ending, timed.error) == ("done", "")
+    assert timed.metrics["outcome"] == "found"
+    assert timed.metrics["time_s"] == pytest.approx(timed.metrics["cost_m"] / 0.5, rel=1e-6)
+    assert timed.metrics["bound"] <= 1.1 * (1 + 1e-6)
+    assert plain.ending == "done"
+    assert plain.metrics["time_s"] != pytest.approx(plain.metrics["cost_m"], rel=1e-3)
+
+
+def test_a_drive_of_planned_times_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LampyrisError, match="sets its own speed"):
+        load(tmp_path, ROBOT + MAP % "{random: 1}" + "kind: drive\nplanners: [lattice-sipp]\n")

@@ -199,7 +199,7 @@ def usage_error(problem: Any) -> UsageError:
         return UsageError("OPTION", "there is no such option", where=option, todo=near or todo)
     if message.startswith("No such command"):
         verbs = [] if ctx is None else ctx.command.list_commands(ctx)
-        word = message.partition("'")[2].rpartition("'")[0]
+        word = message.partition(". Did you mean")[0].partition("'")[2].rpartition("'")[0]
         return UsageError(
             "VERB", f"there is no verb {word!r}", allowed=", ".join(verbs), todo=did_you_mean(word, verbs)
         )

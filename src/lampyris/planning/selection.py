@@ -88,7 +88,7 @@ def demand_untimed(planner: Planner) -> None:
     if planner.traits.plans_headings and planner.traits.sees_traffic:
         raise UsageError(
             "PLANNER",
-            f"{planner.name} plans when the robot is where; a drive decides its speed by itself",
+            f"{planner.name} plans poses with times; a drive sets its own speed",
             allowed="a planner without times, such as lattice",
             setting="planner",
         )

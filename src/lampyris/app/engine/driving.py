@@ -58,7 +58,7 @@ def drive(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[byt
 
 
 def driven(scenario: Scenario, look: Callable[[], None]) -> Drive:
-    """The scenario's drive, verified by the referee; it says how far it is meanwhile.
+    """The scenario's drive, verified by the referee; reports its progress.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
 import { Runs } from "./running.js";
-import { outlineOf, plansPoses } from "./shape.js";
+import { outlineOf, plansPoses, plansTimes } from "./shape.js";
 import { first, blank } from "./state.js";
 
 /** Keys that decide a run. */
@@ -30,7 +30,7 @@ export function mount(page) {
   page.simulate = (how) => runs.begin(how ?? {});
   page.stop = () => runs.stop();
   page.drives = () => plansPoses(page) || Boolean(store.scenario.drive);
-  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), page.drives() && !ticks);
+  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), plansTimes(page) ? null : page.drives() && !ticks);
 
   /** What the ground on the screen is made of. */
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
@@ -220,9 +220,9 @@ function drawnIn(ground) {
   return ground.obstacle_cells.length ? [{ kind: "random-walk", count: ground.obstacle_cells.length, starts: ground.obstacle_cells }] : [];
 }
 
-/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @param {boolean} [drives] whether it is driven in continuous time, and not simulated in ticks @returns {Scenario} */
+/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @param {boolean} poses whether the planner plans poses @param {boolean | null} [drives] whether it is driven in continuous time, and not simulated in ticks; null: neither @returns {Scenario} */
 export function asked(scenario, poses, drives = false) {
-  const made = /** @type {any} */ ({ ...scenario, simulate: drives ? undefined : scenario.simulate ?? {}, drive: drives ? scenario.drive ?? {} : undefined });
+  const made = /** @type {any} */ ({ ...scenario, simulate: drives === false ? scenario.simulate ?? {} : undefined, drive: drives ? scenario.drive ?? {} : undefined });
   delete made.controllers;
   for (const end of ["start", "goal"]) {
     const yaw = made[`${end}_yaw`];

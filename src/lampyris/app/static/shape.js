@@ -21,6 +21,12 @@ export function plansPoses(page) {
   return page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
 }
 
+/** Whether its plan says when the robot is where, so that it is neither simulated nor driven. @param {Page} page */
+export function plansTimes(page) {
+  const { name } = page.store.scenario.planner;
+  return page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name && row.traits.sees_traffic);
+}
+
 /** The footprint of a scenario's robot; null: a disc. @param {Record<string, any>} robot @param {number} resolution @returns {Outline | null} */
 export function outlineOf(robot, resolution) {
   const { rectangle, footprint } = robot;

@@ -2,6 +2,7 @@
 //
 // What is seen changes a few times a second; what is read aloud (aria-live) only when something happens.
 
+import { plansTimes } from "./shape.js";
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
@@ -96,7 +97,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
+    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plansTimes(this.page) ? "The plan has times, by the tracks of recorded obstacles: it is not driven. Drag S or G, and the path follows." : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 

@@ -169,7 +169,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         times = found.pose_path.times
         stands = float((times[:, 1] - times[:, 0]).sum())
         rows.append(("arrival", f"after {times[-1, 0]:.4g} s, of which the robot waits {stands:.4g} s"))
-        waiting = ", without the planned times"
+        waiting = " by the speed law alone, without waits"
     if found.any_angle_length is not None and found.waypoints is not None:
         words = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
         rows.append(("any angle", words))

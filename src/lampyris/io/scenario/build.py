@@ -99,7 +99,7 @@ class _Build:
         how: Any = file.simulate
         if traffic and how is None and drive is None:
             self.notes.append(
-                "nothing is simulated (no `simulate` or `drive`): the obstacles are left aside, "
+                "nothing is simulated (no `simulate` or `drive`): the obstacles are ignored, "
                 "but for recorded ones by planners that see traffic"
             )
         if any(edit.tick for edit in edits) and how is None:

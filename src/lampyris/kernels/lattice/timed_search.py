@@ -22,7 +22,7 @@ import math
 
 from lampyris.kernels._jit import kernel, stopped, u64
 
-FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
+FOUND, EXHAUSTED, LIMIT, FULL, MANY_SPANS = 0, 1, 2, 3, 4
 
 FOREVER = 1e15
 """Ticks: later than any."""
@@ -108,8 +108,13 @@ def collect(
                     continue
                 # Join it with the intervals that it touches.
                 i = 0
-                while i < n and busy[u64(2 * i + 1)] < first:
-                    i += 1
+                above = n
+                while i < above:
+                    middle = (i + above) >> 1
+                    if busy[u64(2 * middle + 1)] < first:
+                        i = middle + 1
+                    else:
+                        above = middle
                 j = i
                 while j < n and busy[u64(2 * j)] <= last:
                     first = min(first, busy[u64(2 * j)])
@@ -247,7 +252,8 @@ def timed_search(
 
     Returns
     -------
-    FOUND, EXHAUSTED, LIMIT, or FULL: there was too little room; nothing of what was written is of use then.
+    FOUND, EXHAUSTED, LIMIT; FULL: there was too little room for nodes, MANY_SPANS: for intervals of time; nothing of what
+    was written is of use then.
     """
     nodes = 0
     waiting = 0
@@ -270,7 +276,7 @@ def timed_search(
             slot, node_state, node_begin, node_end, node_time, node_open, still,
         )  # fmt: skip
         if made < 0:
-            return 3
+            return 4
         if made > nodes and node_begin[u64(nodes)] == 0.0:
             node_time[u64(nodes)] = 0.0
             node_before[u64(nodes)] = -1
@@ -284,8 +290,8 @@ def timed_search(
         if limit >= 0 and expanded >= limit:
             result = 2
             break
-        look -= 1
-        if look == 0:
+        look -= 1 + (len(block_first) >> 4)
+        if look <= 0:
             look = 512
             if stopped(halt):
                 break
@@ -339,7 +345,7 @@ def timed_search(
                 -slack, lasts + slack, x, y, time, leave, busy,
             )  # fmt: skip
             if n < 0:
-                return 3
+                return 4
             if slot[u64(to)] == 0:
                 if nodes + spans >= len(node_state):
                     return 3
@@ -351,7 +357,7 @@ def timed_search(
                     slot, node_state, node_begin, node_end, node_time, node_open, still,
                 )  # fmt: skip
                 if nodes < 0:
-                    return 3
+                    return 4
                 if slot[u64(to)] < 0:
                     continue
             departure = time

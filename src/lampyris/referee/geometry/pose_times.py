@@ -93,21 +93,49 @@ class _Meeting:
         drives = np.arange(2 * n - 1) % 2 == 1
         zeros = np.zeros(2 * n - 1)
         gap = self._gaps(pose, zeros, (begin + end) / 2)
-        near = gap <= moved + self._reach(end - begin)
+        near = gap <= moved + self._reach(begin, end)
         for k in np.flatnonzero(near).tolist():
-            met = self._search(int(pose[k]), bool(drives[k]), float(begin[k]), float(end[k]), float(moved[k]))
+            met = self._in_span(
+                int(pose[k]), bool(drives[k]), float(begin[k]), float(end[k]), float(moved[k])
+            )
             if met is not None:
                 return met
         return None
 
-    def _reach(self, seconds: Floats) -> Floats:
-        """Metres that the obstacle moves at most in half of so many seconds."""
-        reach: Floats = math.sqrt(2.0) * self._cell * seconds / self._tick / 2
+    def _reach(self, begin: Floats, end: Floats) -> Floats:
+        """Metres that the obstacle moves at most from the middle between two times to either; 0 once its track is over."""
+        last = (len(self._track) - 1) * self._tick
+        moves = np.minimum(end, last) - np.minimum(begin, last)
+        reach: Floats = math.sqrt(2.0) * self._cell * np.minimum(moves, (end - begin) / 2) / self._tick
         return reach
 
-    def _search(self, pose: int, drives: bool, begin: float, end: float, moved: float) -> float | None:
-        """When they overlap within one span, by halving it where they are near."""
-        stack = [(0.0, 1.0)]
+    def _in_span(self, pose: int, drives: bool, begin: float, end: float, moved: float) -> float | None:
+        """When they overlap within one span: its parts between the ticks of the track that are near are searched."""
+        length = end - begin
+        ticks = np.arange(
+            math.ceil(begin / self._tick), min(math.floor(end / self._tick) + 1, len(self._track))
+        )
+        cuts = np.unique(np.concatenate(([begin], np.clip(ticks * self._tick, begin, end), [end])))
+        low, high = (cuts[:-1], cuts[1:]) if len(cuts) > 1 else (cuts, cuts)
+        shares = ((low + high) / 2 - begin) / length if drives and length > 0.0 else np.zeros(len(low))
+        gap = self._gaps(np.full(len(low), pose), shares, (low + high) / 2)
+        part = (high - low) / length if length > 0.0 else np.ones(len(low))
+        for k in np.flatnonzero(gap <= moved * part + self._reach(low, high)).tolist():
+            ends = (
+                ((float(low[k]) - begin) / length, (float(high[k]) - begin) / length)
+                if length
+                else (0.0, 1.0)
+            )
+            met = self._search(pose, drives, begin, end, moved, ends)
+            if met is not None:
+                return met
+        return None
+
+    def _search(
+        self, pose: int, drives: bool, begin: float, end: float, moved: float, part: tuple[float, float]
+    ) -> float | None:
+        """When they overlap within a part of a span, by halving it where they are near."""
+        stack = [part]
         while stack:
             low, high = stack.pop()
             share = (low + high) / 2
@@ -115,7 +143,8 @@ class _Meeting:
             gap = float(self._gaps(np.array([pose]), np.array([share if drives else 0.0]), np.array([t]))[0])
             if gap <= 0.0:
                 return t
-            half = moved * (high - low) / 2 + float(self._reach(np.array((end - begin) * (high - low))))
+            first, last = (np.array(begin + one * (end - begin)) for one in (low, high))
+            half = moved * (high - low) / 2 + float(self._reach(first, last))
             if gap > half or half < TOUCH * self._cell:
                 continue
             stack += [(share, high), (low, share)]

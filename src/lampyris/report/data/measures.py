@@ -139,6 +139,8 @@ def plan_metrics(
     if profile is not None:
         out["time_s"] = profile.duration if profile.metric else None
         _speeds(out, profile.v)
+    if plan.pose_path is not None and plan.pose_path.times is not None:
+        out["time_s"] = float(plan.pose_path.times[-1, 0])
     return out
 
 

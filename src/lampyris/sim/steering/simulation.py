@@ -58,7 +58,7 @@ _TURNED = 0.5
 """Radians that count as coming along."""
 
 _LEFT = 0.5
-"""Metres more than the longest recovery, by which the robot has left the place where it was kept from getting on."""
+"""Metres more than the longest recovery, by which the robot has left the place where it made no progress."""
 
 _MISSES = 5
 """Times that a robot that has missed the goal plans again before it gives up."""

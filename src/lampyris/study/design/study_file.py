@@ -236,7 +236,11 @@ def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], 
 
 
 def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
-    """Whether any planner is one of poses; each is a mistake where cells are driven from tick to tick."""
+    """Whether any planner is one of poses; each is a mistake where cells are driven from tick to tick.
+
+    One that plans times is a mistake in drives, too.
+    """
+    from lampyris.planning.registry import planner_class
     from lampyris.study.design.config import plans_poses
 
     of_poses = [(planner, key_path) for planner, key_path in planners if plans_poses(planner)]
@@ -245,10 +249,19 @@ def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
             "PLANNER",
             f"{planner.name} plans poses; a study of kind simulate drives cells, tick by tick",
             allowed="a planner on cells, such as astar",
-            todo="set `kind: plan`, or `kind: drive` for a study among obstacles",
+            todo="set `kind: plan`, or (without lattice-sipp) `kind: drive` for a study among obstacles",
             setting="planner",
         )
         tried.refuse(key_path, fault)
+    for planner, key_path in of_poses if kind == "drive" else ():
+        if planner_class(planner.name).traits.sees_traffic:
+            fault = UsageError(
+                "PLANNER",
+                f"{planner.name} plans poses with times; a drive sets its own speed",
+                allowed="a planner without times, such as lattice, or `kind: plan`",
+                setting="planner",
+            )
+            tried.refuse(key_path, fault)
     return bool(of_poses)
 
 

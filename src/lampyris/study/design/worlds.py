@@ -205,7 +205,9 @@ class Worlds:
         """
         if asked.headings and not self.poses:
             raise FileError(
-                "KEY", "`headings` without a planner of poses", allowed="with lattice, pad or hybrid-astar"
+                "KEY",
+                "`headings` without a planner of poses",
+                allowed="with lattice, lattice-sipp, pad or hybrid-astar",
             )
         if not asked.headings:
             return draw_queries(ground, free_cells(ground.grid, self.robot.radius), asked, self.root)

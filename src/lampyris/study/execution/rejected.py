@@ -1,4 +1,4 @@
-"""What is said of a worker's word that does not stand."""
+"""Rejection of the result that a worker claims."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from lampyris.referee.verdict import Violation
 
 
 class RejectedResult(Exception):
-    """What is wrong with a worker's word."""
+    """What is wrong with a claimed result."""
 
 
 def demand(broken: Violation | None) -> None:

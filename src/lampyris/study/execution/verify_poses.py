@@ -40,10 +40,12 @@ ROUNDING = 1e-9
 """Share by which numbers that are worked out a second time may differ."""
 BOUNDED = 1e-6
 """The same of a bound: planners count in whole units."""
+UNITS = 1e-5
+"""Cells by which a cost may miss its bound for the same reason."""
 
 
 def judged_by(planner: Planner, resolution: float) -> Mapping[str, float]:
-    """Attributes by which the poses of a planner are judged: its own word, or its settings of those names."""
+    """Attributes by which the poses of a planner are judged: as the planner states them, or its settings of those names."""
     own = getattr(planner, "judged_by", None)
     if own is not None:
         found: Mapping[str, float] = own(resolution)
@@ -77,7 +79,9 @@ def verified_plan(
     if (plan.path is None) != (profile is None):
         refuse("a path without speeds, or speeds without a path")
     if plan.pose_path is None:
-        _without_path(plan, place, planner)
+        _without_path(plan, place, planner, plain)
+        if plan.status is Status.HEMMED_IN and not scene.traffic:
+            refuse("hemmed-in, where the planner was given no moving obstacle")
         return plan, None
     if (plan.pose_path.times is not None) != planner.traits.sees_traffic:
         refuse("times of a planner that plans none, or none of one that does")
@@ -117,14 +121,23 @@ def _bound(plan: Plan, scene: Scene, planner: Planner) -> None:
     proven, promised = getattr(planner, "proven_bound", None), getattr(planner, "promised_bound", None)
     if proven is not None and path.lower_bound_m > proven(scene) * (1 + ROUNDING) + ROUNDING:
         refuse(f"a lower bound of {path.lower_bound_m!r} m; {proven(scene)!r} m is proven")
-    if promised is not None and path.bound > promised * (1 + BOUNDED):
+    most = (
+        0.0
+        if promised is None
+        else promised * path.lower_bound_m * (1 + BOUNDED) + UNITS * scene.grid.resolution
+    )
+    if promised is not None and path.cost_m > most:
         refuse(f"a bound of {path.bound!r}; the planner keeps to {promised!r}")
 
 
-def _without_path(plan: Plan, place: Place, planner: Planner) -> None:
-    """Refuse a verdict that is wrong as far as discs can tell."""
+def _without_path(plan: Plan, place: Place, planner: Planner, plain: Mapping[str, Any]) -> None:
+    """Refuse a verdict that is wrong as far as discs and budgets can tell."""
     if plan.status is Status.FOUND:
         refuse("found without a path")
+    if plan.status is Status.CANCELLED:
+        refuse("cancelled; nobody cancels a run of a study")
+    if plan.status is Status.LIMIT and plain["budget"]["expansions"] is None:
+        refuse("limit without a budget of expansions")
     scene = place.scene
     robot, cell = scene.robot, scene.grid.resolution
     for status, (x, y) in ((Status.START_OCCUPIED, scene.start), (Status.GOAL_OCCUPIED, scene.goal)):

@@ -68,9 +68,12 @@ class IntervalSearch:
         while True:
             memory = _Memory(self._map.walls.size * n, room, spans)
             outcome = self._run(memory, heuristic, begin, end, weight, -1 if limit is None else limit)
-            if outcome != kernel.FULL:
+            if outcome == kernel.FULL:
+                room *= 4
+            elif outcome == kernel.MANY_SPANS:
+                spans, room = 4 * spans, max(room, 8 * spans)
+            else:
                 return self._result(memory, heuristic, outcome, weight)
-            room, spans = 4 * room, 2 * spans
 
     def _run(
         self, memory: _Memory, heuristic: NDArray[np.int64], starts: NDArray[np.int64], goals: NDArray[np.int64],

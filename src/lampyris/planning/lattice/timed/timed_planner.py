@@ -22,8 +22,10 @@ from lampyris.planning.lattice.timed.search import IntervalSearch, TimedFound
 from lampyris.planning.lattice.timed.times import pose_times
 from lampyris.typing import Floats
 
-_CLOSED = "There is a path, but moving obstacles close every one at all times."
-_AT_START = "A moving obstacle is on the footprint at the start when the robot would begin."
+_CLOSED = "There is a path without moving obstacles, but these block every path at all times."
+_AT_START = (
+    "A moving obstacle is on the footprint at the start, or nearer to it than the discs that cover it allow."
+)
 
 
 @dataclass(frozen=True, slots=True)
