@@ -17,8 +17,8 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.sim.steering.control import View
-from lampyris.sim.steering.drive import simulation_of
-from lampyris.sim.steering.simulation import SteeredSimulation
+from lampyris.sim.steering.controller_choice import simulation_of
+from lampyris.sim.steering.steered_drive import SteeredSimulation
 
 TITLE = "Controllers that steer"
 HOW = """One decision of a controller, of a differential robot of 0.7 x 0.4 m, two seconds into a drive on a map of 200 x 200

@@ -23,7 +23,7 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import profile

@@ -20,7 +20,7 @@ from lampyris.model.robot import DRIVES
 from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
-from lampyris.sim.steering.drive import drive
+from lampyris.sim.steering.controller_choice import drive
 from lampyris_selfcheck.check import Ask
 from lampyris_selfcheck.checks.traffic.steered_drives import draw
 

@@ -196,7 +196,7 @@ def smooth(
         no room for an arc. None: ``straight`` for a plan or a path of cells, a curve that is good to drive
         (:func:`speed_profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
-        (:data:`lampyris._core.defaults.COURSE_SPACING`). Where the room or a zone changes
+        (:data:`lampyris._core.defaults.SAMPLE_SPACING`). Where the room or a zone changes
         quickly they are closer together.
 
     Raises

@@ -9,7 +9,7 @@ import pytest
 
 from lampyris.kernels.motion.curve_motion import ceiling_push, chord, first_contact, place
 from lampyris.model.curve import Curve
-from lampyris.motion.cap import Cap
+from lampyris.motion.cap_values import Cap
 from lampyris.motion.profile import feasible_profile
 from lampyris.sim.world.trajectory import CurveLookup, split
 

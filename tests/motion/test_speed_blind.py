@@ -16,7 +16,7 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around
+from lampyris.motion.cap_values import Around
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.safety.blind_areas import (
     BlindArea,

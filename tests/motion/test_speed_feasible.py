@@ -12,7 +12,7 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.speed_passes import clock
-from lampyris.motion.cap import Cap
+from lampyris.motion.cap_values import Cap
 from lampyris.motion.profile import feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
 from lampyris_selfcheck.checks.speed.profile_cases import ProfileCase, extreme, middling

@@ -10,7 +10,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around
+from lampyris.motion.cap_values import Around
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving, moving_cap
 

@@ -27,7 +27,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
-from lampyris.motion.cap import Around
+from lampyris.motion.cap_values import Around
 from lampyris.motion.geometry.curve import curve_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.profile import feasible_profile

@@ -13,7 +13,7 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around
+from lampyris.motion.cap_values import Around
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_path
 from lampyris.motion.safety.three_speed import (
     ThreeSpeed,

@@ -25,9 +25,9 @@ from lampyris.referee.drive import measure
 from lampyris.report.data.following import following
 from lampyris.sim.steering.arc import Arc, RobotPose, RobotShape
 from lampyris.sim.steering.control import Steer, View, stopping_speed
-from lampyris.sim.steering.drive import drive
+from lampyris.sim.steering.controller_choice import drive
 from lampyris.sim.steering.reference import PathProgress, sections_of
-from lampyris.sim.steering.simulation import SteeredSimulation
+from lampyris.sim.steering.steered_drive import SteeredSimulation
 from lampyris.sim.steering.walls import WallMap
 
 NAMES = tuple(CONTROLLERS)

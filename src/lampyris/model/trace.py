@@ -45,7 +45,7 @@ class Outcome(StrEnum):
 _SENTENCES = {
     Outcome.ARRIVED: "The robot arrived at the goal.",
     Outcome.HIT: "An obstacle that does not yield ran into the robot while it stood still.",
-    Outcome.BLOCKED: "Moving obstacles kept every path closed for longer than the robot's patience.",
+    Outcome.BLOCKED: "The robot gave up: it made no progress for longer than it waits.",
     Outcome.TIMEOUT: "The last tick came before the robot arrived.",
     Outcome.NO_PATH: "No path: walls separate the start from the goal.",
     Outcome.START_OCCUPIED: "The start is not a free cell for this robot.",

@@ -1,8 +1,8 @@
 """Speed caps: each a small function of numbers and arrays, one speed a node, with equation and source.
 
 A cap knows nothing of paths, maps, or the other caps. The minimum of them is taken once, in
-:mod:`lampyris.motion.profile`, which is also where each node gets the name of the cap that binds it. Adding
-a cap is one function here and one line in the law that uses it.
+:mod:`lampyris.motion.lowest`, where each node gets the name of the cap that binds it. What else a new cap needs is
+listed in CONTRIBUTING.md.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.motion.speed_passes import ACCELERATION, BRAKING
-from lampyris.motion.cap import Cap
+from lampyris.motion.cap_values import Cap
 from lampyris.typing import Floats
 
 CapLike: TypeAlias = Cap | tuple[str, Floats]

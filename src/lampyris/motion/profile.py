@@ -80,7 +80,7 @@ def feasible_profile(
     Parameters
     ----------
     s : metres along the path, strictly rising; shape (n,), n >= 1.
-    caps : :class:`lampyris.motion.cap.Cap` or (cause, m/s) pairs; without ``start``, ``goal`` and ``turn``,
+    caps : :class:`lampyris.motion.cap_values.Cap` or (cause, m/s) pairs; without ``start``, ``goal`` and ``turn``,
         which are added here. In the order of ties; none: a_max and d_max alone. 0 is allowed at the two ends
         only, where the robot may stand, and at stops, and not at both nodes of an edge.
     a_max, d_max : m/s2, > 0.

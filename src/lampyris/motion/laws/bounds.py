@@ -16,7 +16,7 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.cap import Cap
+from lampyris.motion.cap_values import Cap
 from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.sampled_path import SampledPath, places, sample_path
 from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of, turning_cap

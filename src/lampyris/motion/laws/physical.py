@@ -25,7 +25,7 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, places, sample_path
 from lampyris.motion.geometry.shape_clearance import distance_along, turn_rate
 from lampyris.motion.laws.rings import as_cells

@@ -20,7 +20,7 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Cap
+from lampyris.motion.cap_values import Cap
 from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.sampled_path import SampledPath, places, sample_path
 from lampyris.motion.laws.rings import as_cells

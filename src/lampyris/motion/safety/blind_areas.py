@@ -22,7 +22,7 @@ from lampyris.kernels.motion.visibility import UNIT, cells_in_sight, nearest_hid
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.geometry.shape_clearance import radius_along
 from lampyris.typing import BoolGrid, Cell, Floats

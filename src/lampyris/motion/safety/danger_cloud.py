@@ -17,7 +17,7 @@ from lampyris._core.defaults import CREEP
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number as checked_number
 from lampyris.typing import FloatGrid, Floats, Points

@@ -16,7 +16,7 @@ from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats, Points
 

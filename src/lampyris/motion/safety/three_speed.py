@@ -20,7 +20,7 @@ from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number as checked_number
 from lampyris.motion.setting_checks import whole as checked_whole

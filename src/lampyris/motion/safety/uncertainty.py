@@ -15,7 +15,7 @@ from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.cap import Around, Cap
+from lampyris.motion.cap_values import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.geometry.shape_clearance import distance_along
 from lampyris.motion.safety.surroundings import reach_of, room

@@ -11,7 +11,7 @@ from lampyris._core.settings import default_of
 from lampyris.kernels.motion.curve_motion import travelled
 from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
-from lampyris.motion.cap import Around
+from lampyris.motion.cap_values import Around
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.safety.danger_cloud import cloud_cap
 from lampyris.motion.safety.passive_acceleration import Near, Rails, push, rails_of

@@ -10,7 +10,7 @@ import numpy as np
 from lampyris.errors import SceneError
 from lampyris.model.drive import Drive
 from lampyris.model.robot import DRIVES
-from lampyris.sim.steering.drive import drive
+from lampyris.sim.steering.controller_choice import drive
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part
 from lampyris_selfcheck.checks.traffic.pose_drives import Case, judged
 from lampyris_selfcheck.checks.traffic.pose_drives import draw as draw_poses

@@ -18,7 +18,7 @@ from lampyris.sim.sensor import Sensor
 from lampyris.sim.steering.control import SteeringController
 from lampyris.sim.steering.pure_pursuit import Pursuit, RegulatedPursuit
 from lampyris.sim.steering.sampling import DynamicWindow, PathIntegral
-from lampyris.sim.steering.simulation import SteeredSimulation
+from lampyris.sim.steering.steered_drive import SteeredSimulation
 from lampyris.sim.traffic.motion_sources import MotionSource, stream
 
 CONTROLLERS: dict[type[Steering], Callable[[Any, np.random.Generator], SteeringController]] = {
