@@ -531,7 +531,7 @@ def drive(
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
         from lampyris.model.settings.drive import split_settings
-        from lampyris.sim.steering import drive as driving
+        from lampyris.sim.steering import controller_choice as driving
 
     ours, rest = split_settings(settings)
     chosen = chosen_planner(

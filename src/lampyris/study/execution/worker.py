@@ -358,7 +358,7 @@ def _drive(task: _Task) -> RunResult:
     if world.replayed:
         scene = world.among(world.drive_ticks(DriveSettings.of(task.drive)))
     with uninterrupted():  # loaded here: most runs steer nothing
-        from lampyris.sim.steering import drive as driving
+        from lampyris.sim.steering import controller_choice as driving
 
     made = driving.drive(
         scene, task.planner, law=task.law, seed=world.seed, budget=task.given, progress=task.clock.look,
