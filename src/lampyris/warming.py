@@ -10,8 +10,6 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
-import subprocess
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -44,8 +42,6 @@ from lampyris.planning.graph.jps_search import JumpSearch
 from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.study.execution.obstacle_tracks import Replay
 
-PROCESSES = 4
-"""Most processes that compile at once; each takes about 400 MB."""
 Wanted = tuple[_jit.Kernel, tuple[Any, ...]]
 """A kernel and the numba types of its arguments."""
 
@@ -90,7 +86,7 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
         )
     asked = wanted()
     try:
-        made, folders = _prepare_together(asked, progress)
+        made, folders = _prepare(asked, progress)
     except _jit.DAMAGE:
         damaged = {file for k, _ in asked for file in k.damaged()}
         if not damaged:
@@ -106,43 +102,6 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
             file.unlink(missing_ok=True)
     size = sum(file.stat().st_size for folder in folders for file in _kept(folder))
     return Warmed(len({k for k, _ in asked}), len(asked), made, tuple(folders), size)
-
-
-def _prepare_together(
-    asked: Sequence[Wanted], progress: Callable[[int, int, str], None] | None
-) -> tuple[int, dict[Path, None]]:
-    """As :func:`_prepare`, with other processes that compile their share if there is anything to compile.
-
-    Two processes that write the same index at once lose an entry of it; what is missing in the end is compiled here.
-    """
-    made, _ = _prepare(asked[:1], None)
-    parts = min(os.cpu_count() or 1, PROCESSES) if made else 1
-    code = "from lampyris.warming import compile_part; compile_part({}, {})"
-    others = [
-        subprocess.Popen([sys.executable, "-c", code.format(k, parts)], stdout=subprocess.PIPE, text=True)
-        for k in range(1, parts)
-    ]
-    try:
-        if others:
-
-            def share(done: int, total: int, name: str) -> None:
-                if progress:
-                    progress(min(done * parts, len(asked)), len(asked), name)
-
-            made += _prepare(asked[::parts], share)[0]
-            # One that has failed has compiled less; that is made up for below.
-            made += sum(int(other.communicate()[0].strip() or 0) for other in others)
-    finally:
-        for other in others:
-            other.kill()
-            other.wait()
-    fresh, folders = _prepare(asked, None if others else progress)
-    return made + fresh, folders
-
-
-def compile_part(part: int, parts: int) -> None:
-    """Compile every ``parts``-th kernel from number ``part`` on, and print how many there were not yet."""
-    print(_prepare(wanted()[part::parts], None)[0])
 
 
 def _prepare(
