@@ -4,7 +4,7 @@ import { driver } from "./driven.js";
 import { field } from "./fields.js";
 import { block, button, el, fill } from "./make.js";
 import { Form } from "./settings.js";
-import { plansPoses } from "./shape.js";
+import { plansPoses, plansTimes } from "./shape.js";
 
 /** @typedef {import("./fields.js").Setting} Setting */
 
@@ -59,6 +59,7 @@ export function mount(page, into) {
     const drives = page.drives();
     const { controller = EXACT, controller_settings = {}, ...rest } = now();
     timed.row.hidden = poses;
+    made.hidden = plansTimes(page);
     timed.put(drives);
     controllers.hidden = !poses;
     form.root.hidden = go.hidden = said.hidden = !drives;
