@@ -17,7 +17,7 @@ from lampyris.errors import InternalFault
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.scene import Scene
 from lampyris.sim.grid.loop import Simulation
-from lampyris.sim.steering import drive as driving
+from lampyris.sim.steering import controller_choice as driving
 
 SCENE = Scene(lampyris.Grid(np.zeros((6, 9), bool)), (0, 0), (8, 5))
 
