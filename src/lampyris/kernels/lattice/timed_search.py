@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel, stopped, u64
+from lampyris.kernels.lattice.search import _pop, _push
 
 FOUND, EXHAUSTED, LIMIT, FULL, MANY_SPANS = 0, 1, 2, 3, 4
 
@@ -176,42 +177,6 @@ def _lay(
     return nodes
 
 
-@kernel(out=("keys", "waits"), inline=True)
-def _put(keys, waits, n, key, node):
-    """Put a pair into a heap of ``n``."""
-    i = n
-    while i > 0:
-        above = (i - 1) >> 1
-        if keys[u64(above)] <= key:
-            break
-        keys[u64(i)] = keys[u64(above)]
-        waits[u64(i)] = waits[u64(above)]
-        i = above
-    keys[u64(i)] = key
-    waits[u64(i)] = node
-
-
-@kernel(out=("keys", "waits"), inline=True)
-def _take(keys, waits, n):
-    """Take the first pair out of a heap of ``n``; the caller has read it."""
-    last = n - 1
-    key = keys[u64(last)]
-    node = waits[u64(last)]
-    i = 0
-    child = 1
-    while child < last:
-        if child + 1 < last and keys[u64(child + 1)] < keys[u64(child)]:
-            child += 1
-        if keys[u64(child)] >= key:
-            break
-        keys[u64(i)] = keys[u64(child)]
-        waits[u64(i)] = waits[u64(child)]
-        i = child
-        child = 2 * i + 1
-    keys[u64(i)] = key
-    waits[u64(i)] = node
-
-
 @kernel(
     out=(
         "slot", "node_state", "node_begin", "node_end", "node_time", "node_before", "node_by", "node_left", "node_open",
@@ -283,7 +248,7 @@ def timed_search(
             node_by[u64(nodes)] = -1
             node_left[u64(nodes)] = 0.0
             node_open[u64(nodes)] = 1
-            _put(keys, waits, waiting, weight * tick * h, nodes)
+            _push(keys, waits, waiting, weight * tick * h, nodes)
             waiting += 1
         nodes = made
     while waiting > 0:
@@ -296,7 +261,7 @@ def timed_search(
             if stopped(halt):
                 break
         node = int(waits[u64(0)])
-        _take(keys, waits, waiting)
+        _pop(keys, waits, waiting)
         waiting -= 1
         if node_open[u64(node)] == 0:
             continue
@@ -384,7 +349,7 @@ def timed_search(
                         node_by[u64(target)] = p
                         node_left[u64(target)] = departure
                         node_open[u64(target)] = 1
-                        _put(keys, waits, waiting, arrival + weight * tick * h, target)
+                        _push(keys, waits, waiting, arrival + weight * tick * h, target)
                         waiting += 1
                 if k == n:
                     break
