@@ -73,8 +73,8 @@ the others takes it seconds. Timed is `plan()` alone; its planner, which makes a
 
 Not run: programs in C++ that are published as source and not as packages, among them the jump point search of
 its authors (warthog), the entries of the Grid-Based Path Planning Competition and Nav2's `navfn`. No copy of
-them is part of this project, and this page is made by one command from packages alone; anyone who wants to hold
-them against these numbers has to build them by hand. Nothing on this page is said of them."""
+them is part of this project, and this page is made by one command from packages alone; to compare
+them with these numbers, build them by hand. Nothing on this page is said of them."""
 
 QUICK = ("arena2", "random512-10-0", "maze512-32-0")
 BLOCK = 100
