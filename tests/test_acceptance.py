@@ -133,6 +133,7 @@ def compare(movingai: Path, every: int) -> None:
     print(f"\nall: queries={total}")
 
 
+@pytest.mark.nightly
 def test_published_lengths_sample(movingai: Path) -> None:
     compare(movingai, 400)
 

@@ -38,7 +38,7 @@ def driven(way: Any, scene: Scene, law: str, **how: Any) -> Profile:
         return api.speed_profile(scene, way, law, **(how | {"v0": greatest}))
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("jerk_max", some([1.0, None, 5.0, 0.1], 2))
 @pytest.mark.parametrize("law", laws.names())
 def test_every_law_passes_the_referee_whatever_the_limit_on_jerk(law: str, jerk_max: float | None) -> None:

@@ -29,6 +29,7 @@ def rough(seed: int, moves: str, radius: float = 0.0) -> Scene:
     return Scene(Grid(blocked, terrain=terrain), (0, 0), (17, 15), moves, Robot(radius=radius))
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("name", sorted(MOVES))
 @pytest.mark.parametrize("planner", ["ad-gso", "astar", "dijkstra"])
 def test_a_plan_is_measured_against_the_optimum_over_terrain(planner: str, name: str) -> None:

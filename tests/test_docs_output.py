@@ -91,6 +91,7 @@ def implied(names: frozenset[str] | set[str]) -> set[str]:
     return {name[:k] for name in names for k in range(len(name)) if name[k] in ".["} - {""}
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("verb", RUNS)
 def test_keys_of_json(verb: str, tmp_path: Path) -> None:
     own, shared = rows()[f"`{verb} --json`"], rows()[SHARED]

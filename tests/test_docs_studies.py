@@ -34,6 +34,7 @@ def test_the_file_is_the_study_that_the_page_tells_of(tmp_path: Path) -> None:
     assert f"{study.name}: {sizes(study)}" in PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.nightly
 def test_the_python_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     small = block("yaml").replace("seeds: 5", "seeds: 1").replace("random: 6", "random: 1")
     (tmp_path / "first.yaml").write_text(small)

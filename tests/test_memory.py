@@ -246,7 +246,7 @@ FILES: dict[str, tuple[float, Callable[[], bytes]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.commit(2)
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", FILES)
 def test_a_map_is_read(tmp_path: Path, name: str) -> None:
     """The file, its codes, the grid and what is between; without Pillow's own pixels, one to four."""

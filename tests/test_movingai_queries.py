@@ -42,6 +42,7 @@ def query(length: str, decimals: int) -> ScenQuery:
     return ScenQuery(2, 0, "a", 6, 4, (0, 0), (0, 0), float(length), decimals)
 
 
+@pytest.mark.nightly
 def test_it_agrees_with_a_twin_that_shares_no_code(tmp_path: Path) -> None:
     for seed in range(3):
         blocked = make("caves", 30, 20, seed)

@@ -90,6 +90,7 @@ def kept() -> dict[str, re.Pattern[str] | re.Pattern[bytes]]:
     return found
 
 
+@pytest.mark.nightly
 def test_every_pattern_is_listed() -> None:
     assert sorted(kept()) == sorted(ASKED)
 

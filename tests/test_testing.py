@@ -43,7 +43,7 @@ ALIKE = ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar16-lpso")
 NAMES = sorted(registry.names(), key=ALIKE.__contains__)
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(2)
 @sized("cases", 1, 8)
 @pytest.mark.parametrize("name", some(NAMES, len(NAMES) - len(ALIKE)))
 def test_every_registered_planner_keeps_the_contract(name: str, cases: int) -> None:
@@ -332,7 +332,7 @@ CASES = {"radius 0.8": 4}
 """Random maps that a defect needs, where one is not enough."""
 
 
-@pytest.mark.commit(5)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize(
     ("symptom", "planner"),
     some(DEFECTS.items(), 16),

@@ -166,6 +166,7 @@ def test_a_scenario_that_says_nothing_of_drives_is_not_driven() -> None:
     assert refusal("drive", simulated | {"robot": {}}).code == "DRIVE"
 
 
+@pytest.mark.nightly
 def test_it_says_how_far_it_is_and_stops_when_nobody_waits() -> None:
     told: list[dict[str, Any]] = []
     with mock.patch.object(
@@ -201,6 +202,7 @@ def test_many_samples_are_farther_apart() -> None:
     assert len(samples(frames)["xy"]) == math.ceil(made.duration / driving.STEP - 1e-9) + 1
 
 
+@pytest.mark.nightly
 def test_films_moments_and_numbers_are_of_the_drive() -> None:
     scenario = car(obstacles=[])
 

@@ -155,6 +155,7 @@ def test_plans_use_the_others_while_these_are_idle() -> None:
     assert run(ask()) == 3
 
 
+@pytest.mark.commit(1)
 @LINUX
 @pytest.mark.parametrize("wanted", [False, True])
 def test_a_kill_is_want_of_memory_only_if_the_system_says_so(

@@ -52,7 +52,7 @@ def ground(frame: np.ndarray, x: int, y: int) -> np.ndarray:
     return np.asarray(frame[10 + 70 * y + 5, 10 + 70 * x + 5])
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", some(["webp", "gif"]))
 @pytest.mark.parametrize("layer", some(["luciferin", "reach", "cost", "clearance", "expanded"], 2))
 def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:
@@ -69,6 +69,7 @@ def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:
     assert ground(shown[-1], 0, 3).max() < 60 < ground(shown[0], 0, 3).max()
 
 
+@pytest.mark.nightly
 def test_reach_moves_with_the_obstacles_and_cost_does_not() -> None:
     reach, cost = film(layer="reach"), film(layer="cost")
     # The frames of ticks 0 and 1: two a tick.

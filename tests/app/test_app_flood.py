@@ -73,6 +73,7 @@ def flooded(port: int, kind: str, rate: float = 0.0) -> Iterator[None]:
         process.kill()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("kind", "rate"),
     [

@@ -349,6 +349,7 @@ SAME = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", SAME)
 def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path: Path, name: str) -> None:
     digest = only(ask("simulate", SAME[name]), "Z")["digest"]
@@ -672,7 +673,7 @@ MAGIC = {
 }  # fmt: skip
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("what", MAGIC)
 def test_files_are_of_their_kind_and_the_same_twice(what: str) -> None:
     scenario = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}], simulate={"ticks": 12})

@@ -102,6 +102,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
     context.close()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("text", some(['[["a"],[["b"]],-1,1,1e9]', "x", "[]", "[[[1]],0,0,9,9]", "null"]))
 def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) -> None:
     page.evaluate("(c) => { location.hash += '&c=' + encodeURIComponent(c); }", text)
@@ -114,6 +115,7 @@ def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) ->
 # ---- old comparisons, stopped ones, whose charts --------------------
 
 
+@pytest.mark.nightly
 def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_old(page: Any) -> None:
     compare(page)
     page.wait_for_selector("#charts figcaption >> text=/over ticks \\(/")

@@ -134,6 +134,7 @@ def test_a_damaged_drawing_is_a_sentence(context: Any, address: str, rows: list[
     page.locator("#notes").get_by_text("The link is damaged").wait_for()
 
 
+@pytest.mark.nightly
 def test_who_comes_for_the_first_time_sees_something_move_and_another_map_is_empty(
     context: Any, address: str
 ) -> None:

@@ -56,6 +56,7 @@ def stand(tab: Any) -> int:
     return moment(tab)
 
 
+@pytest.mark.nightly
 def test_a_run_that_cannot_be_made_again_ends_before_the_wall(tab: Any) -> None:
     stood = stand(tab)
     refuse(tab, "**/api/simulate")

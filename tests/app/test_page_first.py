@@ -66,6 +66,7 @@ def cell(tab: Any, x: int, y: int) -> tuple[float, float]:
     return left + (x + 0.5) * side / 50, top + (y + 0.5) * side / 50
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("width", some([821, 1023, 834, 900, 1000]))
 def test_the_timeline_has_room_in_every_window(tab: Any, width: int) -> None:
     tab.set_viewport_size({"width": width, "height": 800})

@@ -45,6 +45,7 @@ def unlisted(value: Any) -> Any:
 # ---- maps by recipes --------------------
 
 
+@pytest.mark.nightly
 def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Path) -> None:
     page.get_by_role("button", name="Make a map").click()
     box = page.get_by_role("group", name="Make a map")
@@ -89,6 +90,7 @@ def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) 
 # ---- files that take a while --------------------
 
 
+@pytest.mark.nightly
 def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path: Path) -> None:
     page.click("#tab-keep")
     keep = page.locator("#keep")
@@ -134,6 +136,7 @@ def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path
 # ---- why it is as fast as it is --------------------
 
 
+@pytest.mark.nightly
 def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")

@@ -82,6 +82,7 @@ def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_sh
     assert [one["settings"]["layer"] for one in asked] == ["none", "luciferin", "cost", "none"]
 
 
+@pytest.mark.nightly
 def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:
     Image.new("L", (9, 7), 255).save(tmp_path / "attic.png")
     page.locator("input[type=file]").first.set_input_files(str(tmp_path / "attic.png"))

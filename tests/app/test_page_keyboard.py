@@ -77,6 +77,7 @@ def walk_to(page: Any, cell: tuple[int, int]) -> None:
     assert cursor(page) == cell
 
 
+@pytest.mark.nightly
 def test_the_walk_without_a_mouse(page: Any, tmp_path: Path) -> None:
     press = page.keyboard.press
 
@@ -185,6 +186,7 @@ def circle(page: Any, key: str) -> list[str]:
     raise AssertionError(f"{key} never leaves: {names[-4:]}")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("left", "right"), some([("3", "6"), ("1", "4"), ("2", "5"), ("1", "7")]))
 def test_the_focus_goes_round_and_is_seen_everywhere(page: Any, left: str, right: str) -> None:
     """With every panel open in turn: no trap, nothing without a name or a ring, and the same way back."""

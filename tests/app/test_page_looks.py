@@ -85,6 +85,7 @@ def states(page: Any) -> Iterator[str]:
     yield "help"
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_texts_are_read_controls_are_hit_and_named_and_nothing_sticks_out(page: Any) -> None:
     session = page.context.new_cdp_session(page)
@@ -124,6 +125,7 @@ CONTROLS = (
 """What must have a name for who cannot see it."""
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_the_first_thing_to_do_is_seen_at_once(page: Any) -> None:
     view = page.viewport_size

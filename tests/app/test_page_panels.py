@@ -13,6 +13,7 @@ pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
 
 
+@pytest.mark.nightly
 def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
     page.click("#tab-settings")
     page.click("#settings .planner .settings summary")
@@ -48,6 +49,7 @@ def test_a_rule_of_a_law_opens_its_own_settings(page: Any) -> None:
     assert in_address(page)["law"] == {"name": "physical", "settings": {}}
 
 
+@pytest.mark.nightly
 def test_three_planners_meet_and_the_clock_is_the_longest_run_s(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("5")

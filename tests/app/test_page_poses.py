@@ -157,6 +157,7 @@ def test_a_car_is_driven_and_a_second_controller_is_compared_with_it(page: Any, 
     assert fact(page, "Digest") == digest(made)[:16]
 
 
+@pytest.mark.nightly
 def test_a_drive_is_stopped_and_one_that_is_refused_says_why(page: Any, address: str) -> None:
     """Stop leaves the plan as it was; a setting that the drive refuses is said in a sentence."""
     mppi = {"controller": "mppi", "controller_settings": {"samples": 50_000, "steps": 200}}
@@ -180,6 +181,7 @@ def test_a_drive_is_stopped_and_one_that_is_refused_says_why(page: Any, address:
     assert results(page)["Outcome"] == ["arrived", "refused"]
 
 
+@pytest.mark.nightly
 def test_cells_are_driven_in_continuous_time_if_that_is_chosen(page: Any, address: str) -> None:
     """Planners of cells are simulated in ticks or driven; going back from poses takes cells in ticks again."""
     group = opened(page, address, obstacles=[])

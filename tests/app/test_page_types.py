@@ -95,6 +95,7 @@ def page_modules() -> dict[str, str]:
     return found
 
 
+@pytest.mark.nightly
 def test_the_modules_of_the_page_keep_their_types_and_a_wrong_one_is_found(tmp_path: Path) -> None:
     """Beside them two modules with two mistakes, which are found where they stand: tsc has read its files."""
     modules = page_modules()

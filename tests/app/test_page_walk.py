@@ -244,6 +244,7 @@ def planned_on(page: Any, size: tuple[int, int]) -> None:
     assert float(fact(page, "Cost").split()[0]) >= 2 * (size[0] - 5)
 
 
+@pytest.mark.nightly
 def test_files_of_a_robot_are_planned_on(page: Any, tmp_path: Path) -> None:
     rows = hall(24, 16)
     grey = Image.new("L", (24, 16))

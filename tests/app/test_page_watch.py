@@ -69,6 +69,7 @@ def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
     assert now() == last
 
 
+@pytest.mark.nightly
 def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     charts = page.locator("#charts")
     assert page.inner_text("#charts .ch-legend").split() == ["limit", "curvature", "start", "goal"]
@@ -86,6 +87,7 @@ def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     assert page.locator("#charts .ch-head-line:visible").count() == 0, "a plan has no moment"
 
 
+@pytest.mark.nightly
 def test_layers_have_their_ends_told(page: Any) -> None:
     for name, low in [("Cost", "0 cells, at the goal"), ("Clearance", "m, tight"), ("Expanded", "1, first")]:
         page.get_by_role("radio", name=name).check()

@@ -193,12 +193,14 @@ def thrown(
     assert grown < 100 * MIB, f"{grown / MIB:.0f} MiB"
 
 
+@pytest.mark.commit(8)
 @LINUX
 @pytest.mark.parametrize("name", some(sorted(BY_NAME, key=ALIKE.__contains__), len(BY_NAME) - len(ALIKE)))
 def test_one_bomb(live: Live, name: str) -> None:
     thrown(live, [bomb(name)])
 
 
+@pytest.mark.nightly
 @LINUX
 @pytest.mark.parametrize("seed", some(range(2)))
 def test_eight_bombs_at_once(live: Live, seed: int) -> None:
@@ -280,6 +282,7 @@ def test_a_byte_now_and_then_is_not_reading() -> None:
         assert until(sip)
 
 
+@pytest.mark.nightly
 def test_who_reads_slowly_is_waited_for() -> None:
     """Five times as long as one who does not read; the reader, a thread, need not get its turn at once."""
     world = flooding()

@@ -147,7 +147,7 @@ def ended(name: str) -> float:
     return float(run(ask()))
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @LINUX
 @pytest.mark.parametrize("name", ENDLESS)
 def test_a_job_without_an_end_is_ended_and_the_next_one_is_answered(name: str) -> None:

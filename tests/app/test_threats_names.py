@@ -58,7 +58,7 @@ def ways(name: str) -> Iterator[tuple[str, str, bytes]]:
         yield "POST", "/api/study", scenario.replace(b', "what": "png"', b"")
 
 
-@pytest.mark.commit(20)
+@pytest.mark.commit(6)
 @pytest.mark.parametrize("name", HOSTILE, ids=ascii)
 def test_no_name_leads_out_of_the_library(world: World, tmp_path: Path, name: str) -> None:
     before = sorted(tmp_path.rglob("*"))

@@ -161,6 +161,7 @@ def everything(tab: Any) -> list[str]:
     return found
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_no_panel_and_no_action_asks_anybody_else(browser: Any, address: str, tmp_path: Path) -> None:
     with watched(browser) as (context, wrong):
@@ -391,6 +392,7 @@ def test_all_strange_names_are_words_in_what_is_kept(payload: str) -> None:
     check_kept(payload)
 
 
+@pytest.mark.nightly
 @needs_chromium
 def test_what_was_kept_runs_nothing_when_it_is_opened(browser: Any, tmp_path: Path) -> None:
     """From the disk, where no server's policy holds."""

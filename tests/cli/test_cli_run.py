@@ -454,6 +454,7 @@ def test_a_time_limit_is_exit_5_and_says_so() -> None:
     assert "error[BUDGET]" in refused.stderr
 
 
+@pytest.mark.nightly
 def test_a_robot_whose_planner_runs_out_of_time_waits_and_says_so() -> None:
     words = ["simulate", "env-1", "--planner", "gso", "--set", "iterations=100000", "--set", "swarm=500"]
     more = ["--set", "seeded=false", "--plan-limit", "0.02", "--patience", "2", "--obstacles", "2", "--json"]

@@ -216,6 +216,7 @@ def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
     assert "why" not in run("speed", *MAP, *ENDS).out.split()
 
 
+@pytest.mark.nightly
 def test_pictures_are_drawn_and_nothing_is_overwritten() -> None:
     words = ("speed", *MAP, *ENDS, "--picture", "a.png", "--colour-by", "cause", "--chart", "b.svg")
     done = run(*words)

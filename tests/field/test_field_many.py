@@ -25,7 +25,7 @@ from reference.kernel_forms import use
 from sizes import some
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("workers", some([2, 1, 5]))
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_same_fields_in_the_order_of_the_goals(

@@ -38,6 +38,7 @@ def _never_gives_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(repair, "HOPELESS", 1)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_both_forms_of_the_kernels_repair(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, form)
@@ -249,6 +250,7 @@ def test_what_a_repairer_cannot_keep() -> None:
         FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four-connected"], (2, 0))
 
 
+@pytest.mark.nightly
 def test_pell_costs_stay_exact_far_from_the_goal() -> None:
     """A comb of corridors, thousands of steps long, shortened in the middle by one cell."""
     free = np.ones((41, 400), dtype=np.bool_)

@@ -75,6 +75,7 @@ def test_the_corner_rule_is_the_moves_own(name: str) -> None:
         _agree(solve(free, moves, goal), free, goal, "cut" if cutting else "guard")
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", MOVES)
 def test_all_3x3_grids(name: str) -> None:
     for bits in range(512):

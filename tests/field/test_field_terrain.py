@@ -102,6 +102,7 @@ def test_the_corner_rule_is_the_moves_own(name: str) -> None:
         agree(solve(free, moves, goal, terrain=terrain), free, terrain, "cut" if cutting else "guard")
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", MOVES)
 def test_3x3_grids_with_two_kinds_of_ground(name: str) -> None:
     """A seeded sample of all 3^9 maps of walls, plain ground and ground twice to five times as dear."""

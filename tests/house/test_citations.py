@@ -61,6 +61,7 @@ def faults(text: str) -> list[str]:
     return found
 
 
+@pytest.mark.nightly
 @pytest.mark.source
 def test_every_page_and_section_that_the_code_cites_exists() -> None:
     texts = {path: path.read_text(encoding="utf-8") for path in CODE}

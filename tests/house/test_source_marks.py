@@ -61,6 +61,7 @@ def unmarked(text: str) -> list[str]:
     ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("path", sorted(TESTS.rglob("test_*.py")), ids=lambda path: path.name)
 def test_tests_that_need_the_checkout_say_so(path: Path) -> None:
     assert not unmarked(path.read_text(encoding="utf-8"))

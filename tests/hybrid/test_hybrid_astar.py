@@ -68,6 +68,7 @@ def scene_of(seed: int, drive: str, footprint: Polygon, *, on_lattice: bool = Fa
     return Scene(grid, start_pose=ends[0], goal_pose=ends[1], robot=robot)
 
 
+@pytest.mark.commit(4)
 @sized("maps", 2, 300)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)

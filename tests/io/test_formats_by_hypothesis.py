@@ -68,7 +68,7 @@ def same(found: MapDocument, grid: Grid) -> None:
         assert np.array_equal(nothing if was is None else was, nothing if now is None else now)
 
 
-@pytest.mark.commit(2)
+@pytest.mark.nightly
 @pytest.mark.parametrize("ending", [".txt", ".csv", ".npy", ".pgm", ".png"])
 @FIXED
 @given(data=st.data())
@@ -125,6 +125,7 @@ TABLES = st.dictionaries(
 )
 
 
+@pytest.mark.nightly
 @FIXED
 @given(table=TABLES)
 def test_json_is_read_as_any_writer_writes_it(table: dict[str, Any]) -> None:
@@ -137,6 +138,7 @@ def test_json_is_read_as_any_writer_writes_it(table: dict[str, Any]) -> None:
 NUMBERS = st.from_regex(r"-?[1-9][0-9]{0,3}(\.[0-9]{1,3})?[eE][+-]?[0-9]{1,3}", fullmatch=True)
 
 
+@pytest.mark.nightly
 @settings(FIXED, max_examples=300)
 @given(number=NUMBERS)
 def test_a_number_of_json_is_the_nearest_double_or_refused_if_there_is_none(number: str) -> None:
@@ -257,6 +259,7 @@ def test_any_text_is_a_scenario_or_a_refusal(ending: str, data: st.DataObject) -
     assert found.scene.grid.blocked.size <= 4096
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("ending", [".scen", ".csv", ".json"])
 @FIXED
 @given(data=st.data())

@@ -87,6 +87,7 @@ def test_there_are_enough_from_small_to_large() -> None:
     assert len({library.describe(n).title for n in NAMES}) == len(NAMES)
 
 
+@pytest.mark.commit(7)
 @pytest.mark.parametrize("name", [n for n in NAMES if n != "guide"])
 def test_made_again_from_its_recipe(name: str) -> None:
     made, grid = library.remake_ground(name), load_map(name).grid
@@ -246,6 +247,7 @@ def test_every_query_of_the_small_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", LARGE)
 def test_the_first_query_of_the_large_maps(name: str) -> None:
     solve_all(name, {"astar": {}}, 1)

@@ -53,6 +53,7 @@ def facts(document: MapDocument) -> dict[str, object]:
 NOTHING = {"unknown": [[False] * 23] * 17, "marks": (None, None, ()), "frame": (1.0, (0.0, 0.0, 0.0))}
 
 
+@pytest.mark.commit(12)
 @pytest.mark.parametrize(("first", "second"), list(product(ENDINGS, ENDINGS)))
 def test_every_pair_of_formats(tmp_path: Path, first: str, second: str) -> None:
     for seed in range(3):

@@ -119,7 +119,7 @@ CASES = [
 ]
 
 
-@pytest.mark.commit(10)
+@pytest.mark.commit(2)
 @sized("cases", 250, 400)
 @pytest.mark.parametrize(("kind", "options"), CASES)
 def test_mutants(

@@ -43,6 +43,7 @@ def test_all_the_kinds_are_there_and_only_random_may_fall_apart() -> None:
     assert label(~make("random", 60, 60, 1, density=0.3))[1] > 1
 
 
+@pytest.mark.commit(24)
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("recipe", CONNECTED)
 def test_one_region_at_many_sizes(recipe: str, seed: int) -> None:
@@ -62,6 +63,7 @@ def test_small_and_long_maps_are_made_or_refused_by_name(recipe: str, shape: tup
         assert blocked is None or label(~blocked)[1] == 1
 
 
+@pytest.mark.commit(15)
 @pytest.mark.parametrize(
     ("recipe", "setting"), NUMBERS, ids=lambda p: p.name if isinstance(p, RecipeSetting) else p
 )
@@ -75,6 +77,7 @@ def test_one_region_at_both_ends_of_every_setting(recipe: str, setting: RecipeSe
             assert blocked is None or label(~blocked)[1] == 1 or recipe == "random"
 
 
+@pytest.mark.commit(50)
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.parametrize("recipe", CONNECTED)
 def test_one_region_with_any_settings(recipe: str, seed: int) -> None:

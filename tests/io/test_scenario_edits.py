@@ -74,7 +74,7 @@ def some_edits(rng: np.random.Generator, width: int, height: int) -> tuple[Edit,
     return tuple(made)
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 def test_load_of_save_is_the_same_scenario_and_the_same_run(ending: str) -> None:
     rng, runs, with_first = np.random.default_rng(3), 0, 0

@@ -231,6 +231,7 @@ def test_dob_files_give_one_obstacle_or_all() -> None:
 # ---- mistakes --------------------
 
 
+@pytest.mark.commit(54)
 @pytest.mark.parametrize(("text", "code", "place", "says"), MISTAKES)
 def test_each_mistake_with_its_place(text: str, code: str, place: str, says: str) -> None:
     Path("bad.csv").write_text("x,y\n1,b\n")

@@ -166,7 +166,7 @@ def test_everything_is_decided() -> None:
     assert completed(made).map == Made("maze", (9, 9), 0, {"corridor": 1, "wall": 1, "loops": 0.0})
 
 
-@pytest.mark.commit(12)
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("simulated", [False, True])
 @pytest.mark.parametrize("planner", registry.names())
 def test_every_planner_does_again_what_it_did(planner: str, simulated: bool) -> None:

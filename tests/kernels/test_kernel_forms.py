@@ -41,6 +41,7 @@ def test_fields(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> N
         assert a.expansions == b.expansions
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize("stopping", [False, True])
 def test_fields_over_terrain(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> None:

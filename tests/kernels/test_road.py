@@ -94,6 +94,7 @@ def snake(rng, resolution):
     return Curve(np.array(xy), np.array(heading), np.array(lengths), np.array(kappa), (x, y), resolution)
 
 
+@pytest.mark.commit(10)
 @pytest.mark.parametrize("seed", range(40))
 def test_a_route_is_its_curve(seed):
     rng = np.random.default_rng(seed)

@@ -40,7 +40,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
-@pytest.mark.commit(5)
+@pytest.mark.commit(2)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
@@ -129,6 +129,7 @@ def test_sweeps_hold_every_cell_that_the_footprint_touches_and_few_others(
             assert min(shape.distance(square) for shape in dense) <= math.sqrt(2) * MARGIN + 0.02
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("headings", HEADINGS)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_primitives_end_where_they_say_and_turn_no_tighter_than_the_robot(drive: str, headings: int) -> None:

@@ -38,7 +38,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(2)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
@@ -303,6 +303,7 @@ def test_a_change_far_from_the_path_is_answered_from_the_old_tunnel() -> None:
     assert again.rounds[0].tracked
 
 
+@pytest.mark.nightly
 def test_budgets_stop_it() -> None:
     walls = np.zeros((60, 60), dtype=bool)
     walls[10:, 30] = True

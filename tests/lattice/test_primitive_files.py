@@ -47,7 +47,7 @@ def planned(scene: Scene, **settings: Any) -> Plan:
     return plan
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("drive", "headings"),
     some([("ackermann", 16), ("differential", 16), ("omnidirectional", 16), ("ackermann", 32)], 2),

@@ -43,7 +43,7 @@ def planned(scene: Scene, **settings: object) -> Plan:
     return LatticePlanner(**settings).open(scene, np.random.default_rng(0)).plan()  # type: ignore[arg-type]
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @sized("maps", 6, 300)
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("name", FOOTPRINTS)

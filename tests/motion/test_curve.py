@@ -42,6 +42,7 @@ def made(case: Case) -> Curve | str:
         return str(e)
 
 
+@pytest.mark.nightly
 def test_random_ways_pass_the_referee(monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, "compiled")
     stops = arcs = refused = 0
@@ -69,6 +70,7 @@ def test_both_forms_give_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None
     assert said["plain"] == said["compiled"]
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("number", range(1, 7))
 def test_paths_of_planners_on_bundled_maps(number: int) -> None:
     grid = api.load_grid(f"env-{number}")
@@ -343,7 +345,7 @@ def test_terrain_keeps_the_way_as_it_is() -> None:
     assert curve_of(points, Grid(np.zeros((21, 21), dtype=bool), terrain=terrain), SLOW).length > 15.0
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize(("form", "trials"), [*some([("compiled", 400), ("compiled", 1200)]), ("plain", 60)])
 def test_lines_and_arcs_against_many_points(form: str, trials: int, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, form)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from lampyris.model.curve import Curve
 from lampyris.model.obstacles import Track
@@ -46,6 +47,7 @@ def place(profile: Profile, t: Floats) -> Floats:
     return out
 
 
+@pytest.mark.nightly
 @sized("cases", 25, 60)
 def test_it_is_the_same_motion(cases: int) -> None:
     more = 0

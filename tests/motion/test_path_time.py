@@ -81,6 +81,7 @@ def check_motion(p: Profile, robot: Robot, course: SampledPath, ceiling: np.ndar
     assert np.isfinite(p.xy).all()
 
 
+@pytest.mark.nightly
 @sized("cases", 40, 60)
 def test_random_ways_meet_nobody(cases: int) -> None:
     rng = np.random.default_rng(5)

@@ -101,7 +101,7 @@ def wander(k: int) -> Points:
     return points - points.min(axis=0) + 1.0
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("spacing", [0.02, None])
 def test_our_own_nodes_are_the_same_way_again(spacing: float | None) -> None:
     for k in range(20):

@@ -132,6 +132,7 @@ def test_a_zone_far_from_the_way_says_nothing() -> None:
     assert (at.min(), at.max()) == (pytest.approx(19.25), pytest.approx(20.75))
 
 
+@pytest.mark.nightly
 def test_the_stranger_passes_our_law_on_every_course() -> None:
     rng = np.random.default_rng(7)
     for _ in range(60):

@@ -48,7 +48,7 @@ def at_nodes(made: Profile, course: SampledPath) -> Floats:
     return made.v[found]
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("law", METRIC)
 def test_every_law_can_be_driven_and_stands_where_it_must(law: str) -> None:
     for course, scene in courses(1, 25):
@@ -76,6 +76,7 @@ def test_every_law_drives_paths_of_one_and_two_nodes(law: str) -> None:
     assert made.duration >= math.sqrt(2 * 0.2 * 3.0) * (1 - 1e-12)
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("law", [*OURS, "three-speed", "constant", "optimum"])
 def test_every_node_has_a_cause_that_binds(law: str) -> None:
     seen = set()

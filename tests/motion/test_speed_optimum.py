@@ -62,6 +62,7 @@ def drawn_course(rng: np.random.Generator) -> tuple[SampledPath, Scene] | None:
     return lampyris.smooth(scene, found, method=smooth, spacing=spacing), scene  # type: ignore[arg-type]
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_optimum_is_the_optimum_whatever_the_turning_circle_and_the_cells(seed: int) -> None:
     """With a turning circle and cells of 1 m it was up to 14 % slower: its nodes were the course's alone."""

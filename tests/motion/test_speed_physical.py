@@ -73,6 +73,7 @@ def test_distance_to_walls_is_exact_within_the_rings(rings: int) -> None:
             assert d == pytest.approx(want, rel=1e-15)
 
 
+@pytest.mark.nightly
 def test_both_forms_of_the_kernel_agree() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
@@ -218,7 +219,7 @@ def test_creep_is_a_share(creep: Any) -> None:
         PhysicalLaw(creep=creep)
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @sized("cases", 50, 250)
 @pytest.mark.parametrize("name", ["v_max", "a_max", "d_max"])
 def test_raising_a_limit_of_the_robot_never_slows_it_anywhere_on_a_course(name: str, cases: int) -> None:

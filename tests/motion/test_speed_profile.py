@@ -274,6 +274,7 @@ def test_braking_hard_exceeds_a_cap_only_while_it_brakes_fully() -> None:
     assert overrun > 10  # a way too short to stop on is told, not hidden
 
 
+@pytest.mark.nightly
 def test_a_tail_driven_on_from_its_own_speed_is_the_tail() -> None:
     rng = np.random.default_rng(11)
     for _ in range(100):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from speed_courses import random_course
 
 from lampyris.model.grid import Grid
@@ -39,6 +40,7 @@ def optimum_of_same_caps(course: SampledPath, scene: Scene, spacing: float, cree
     return float((2 * ds / (v[1:] + v[:-1])).sum())
 
 
+@pytest.mark.nightly
 def test_ours_is_near_the_optimum_of_its_own_caps_and_never_quicker() -> None:
     rng = np.random.default_rng(31)
     ratios = []
@@ -71,6 +73,7 @@ def own_speeds(course: SampledPath, scene: Scene) -> np.ndarray:
     return both[1] / (0.5 * (both[0][1:] + both[0][:-1]))
 
 
+@pytest.mark.nightly
 def test_refining_keeps_the_nodes_and_never_makes_slower() -> None:
     rng = np.random.default_rng(32)
     more = quicker = 0

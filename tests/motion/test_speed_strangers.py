@@ -54,6 +54,7 @@ def fastest_start(s: np.ndarray, cap: np.ndarray, stop: np.ndarray, d: float) ->
     return float(np.sqrt(m))
 
 
+@pytest.mark.nightly
 def test_profiles_keep_every_limit_from_every_start_speed() -> None:
     rng = np.random.default_rng(501)
     refused = made = 0

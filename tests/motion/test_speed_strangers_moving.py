@@ -149,6 +149,7 @@ def somebody(rng: np.random.Generator, curve: Curve, s: float) -> ObstacleStates
     )
 
 
+@pytest.mark.nightly
 @sized("cases", 170, 500)
 def test_after_every_push_braking_is_safe(cases: int) -> None:
     rng = np.random.default_rng(512)
@@ -185,6 +186,7 @@ def test_after_every_push_braking_is_safe(cases: int) -> None:
     assert resort < 0.5 * cases
 
 
+@pytest.mark.nightly
 @sized("cases", 50, 150)
 def test_at_the_cap_nobody_comes_near_before_the_robot_stands(cases: int) -> None:
     rng = np.random.default_rng(513)

@@ -133,6 +133,7 @@ def test_on_the_plane_the_times_are_toppras_within_a_hundredth(cases: int) -> No
     assert max(off) <= 1e-3
 
 
+@pytest.mark.nightly
 def test_where_toppra_is_slower_it_is_its_grid() -> None:
     off = []
     for seed in range(12):

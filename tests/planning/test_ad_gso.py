@@ -65,6 +65,7 @@ def random_case(
 # --- against the reference --------------------------------------------------------------------------------
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("block", range(8))
 def test_the_walk_equals_its_slow_twin(block: int) -> None:
     kinds = {"found": 0, "hemmed": 0, "inside": 0, "empty rings": 0}

@@ -16,7 +16,7 @@ def exact() -> list:
     return [registry.make(name) for name in registry.names() if rows[name].traits.optimal]
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_random_queries(name: str) -> None:
     assert ask_at_random(exact(), name, 5, 60)["found"] > 10

@@ -48,7 +48,7 @@ def test_the_contract() -> None:
     check_planner(Fastest(), cases=4)
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_random_queries(name: str) -> None:
     assert ask_at_random([Fastest()], name, 81, 300)["found"] > 80
@@ -85,7 +85,7 @@ def test_stops_are_counted() -> None:
             assert stops(packed) == count
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", EIGHT)
 def test_ways_read_off_the_field_are_as_cheap_as_any(name: str) -> None:
     rng = np.random.default_rng([83, EIGHT.index(name)])
@@ -139,6 +139,7 @@ def test_edits_reach_the_field() -> None:
     assert session.plan(Change(terrain=(((1, 0), 0),))).cost == 1.0
 
 
+@pytest.mark.nightly
 def test_both_forms_write_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     answers: dict[str, list[object]] = {"plain": [], "compiled": []}
     for form in answers:

@@ -53,6 +53,7 @@ def test_a_guest_is_listed_and_plans_by_its_name(home: dict[str, str]) -> None:
     assert (answer["status"], answer["planner"]) == ("found", "guest")
 
 
+@pytest.mark.nightly
 def test_a_guest_drives_among_obstacles(home: dict[str, str]) -> None:
     words = ("simulate", "env-6", "--planner", "guest", "--obstacles", "5", "--json")
     assert json.loads(told(home, MAIN, *words))["outcome"] == "arrived"

@@ -38,6 +38,7 @@ def call(env: dict[str, str], code: str, *words: str) -> subprocess.CompletedPro
     )  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(BROKEN))
 def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind: str) -> None:
     env = home(tmp_path, BROKEN[kind])

@@ -185,6 +185,7 @@ def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) ->
         lives()
 
 
+@pytest.mark.nightly
 def test_the_machinery_of_defects_leaves_a_planner_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     for planner in PLANNERS:
         with monkeypatch.context() as patch:

@@ -51,14 +51,14 @@ def free_cell(rng: np.random.Generator, free: np.ndarray) -> tuple[int, int]:
 # ---- the planners ------------------------------------------------------------------------------
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @sized("cases", 2, 6)
 @pytest.mark.parametrize("planner", EXACT, ids=lambda p: p.name)
 def test_the_contract(planner: JumpPointSearch | BidirectionalAStar, cases: int) -> None:
     check_planner(planner, cases=cases)
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @sized("cases", 150, 500)
 @pytest.mark.parametrize("name", NAMES)
 def test_two_thousand_random_queries(name: str, cases: int) -> None:
@@ -297,6 +297,7 @@ def unpacked(packed: PackedMap, shape: tuple[int, int]) -> list[np.ndarray]:
     return lines
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("cutting", [False, True])
 def test_stops_are_where_the_definition_says_packed_or_repaired(cutting: bool) -> None:
     rng = np.random.default_rng([50, cutting])

@@ -71,7 +71,7 @@ def differences(planner: Planner, folder: Path, name: str, sample: int) -> tuple
     return len(queries), wrong
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", some(QUERIES, 4))
 @pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 def test_a_sample_of_published_lengths(planner: Planner, name: str, movingai: Path) -> None:

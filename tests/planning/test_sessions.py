@@ -68,7 +68,7 @@ def goes_on(session: Session) -> list[tuple[object, ...]]:
     return [told(session.plan(change)) for change in LATER]
 
 
-@pytest.mark.commit(8)
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("way", some(["deepcopy", "pickled", "copy"]))
 @pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 def test_a_copy_answers_as_its_original_and_apart_from_it(planner: Planner, way: str) -> None:
@@ -84,7 +84,7 @@ def test_a_copy_answers_as_its_original_and_apart_from_it(planner: Planner, way:
         assert [goes_on(one) for one in pair] == [never_copied, never_copied]
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 def test_a_copy_of_a_copy_and_turns(planner: Planner) -> None:
     never_copied = goes_on(opened(planner))

@@ -43,7 +43,7 @@ def planned(planner: StepPlanner, scene: Scene, seed: int = 0) -> Plan:
     return planner.open(scene, np.random.default_rng(seed)).plan()
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "planner",
     some(
@@ -126,6 +126,7 @@ def test_the_bundled_environment_6(
         assert sum_cost_to_go(path, scene, every=every) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.nightly
 def test_every_move_is_nearer_to_the_goal_and_the_referee_finds_the_same_sum() -> None:
     found = 0
     for case in range(80):

@@ -55,7 +55,7 @@ def cell(rng: np.random.Generator, grid: Grid) -> tuple[int, int]:
 # ---- the exact searches ------------------------------------------------------------------------
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_five_hundred_queries_each_cost_what_the_field_says(name: str) -> None:
     rng = np.random.default_rng([51, NAMES.index(name)])
@@ -231,6 +231,7 @@ def test_budgets_and_regions() -> None:
 # ---- AD-GSO ------------------------------------------------------------------------------------
 
 
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("choice", ["greedy", "roulette", "exact"])
 def test_ad_gso_finds_legal_ways_and_exact_the_cheapest(name: str, choice: str) -> None:

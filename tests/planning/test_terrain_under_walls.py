@@ -72,7 +72,7 @@ def life(number: int) -> tuple[Scene, list[tuple[Change, Grid]]]:
     return Scene(grid, start, goal, moves, robot), changes
 
 
-@pytest.mark.commit(8)
+@pytest.mark.commit(3)
 @sized("cases", 2, MAPS)
 @pytest.mark.parametrize("planner", PLANNERS, ids=labels)
 def test_a_session_restores_terrain_as_a_session_opened_anew_has_it(planner: Planner, cases: int) -> None:

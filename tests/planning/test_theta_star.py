@@ -49,7 +49,7 @@ def plan_of(planner: Planner, scene: Scene) -> Plan:
 # ---- how long ----------------------------------------------------------------------------------
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @sized("cases", 1, 3)
 @each
 def test_the_contract(planner: Planner, cases: int) -> None:
@@ -62,7 +62,7 @@ def test_settings() -> None:
         LazyThetaStar(put_back=1)  # type: ignore[arg-type]
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", NAMES)
 def test_between_the_shortest_lines_and_the_shortest_walk(name: str) -> None:
     """On maps so small that every pair of cells can be tried."""
@@ -245,7 +245,7 @@ def test_the_referee_looks_on_every_side_of_a_line() -> None:
 # ---- terrain, obstacles, forms -----------------------------------------------------------------
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @each
 @pytest.mark.parametrize("name", NAMES)
 def test_over_terrain_a_line_keeps_to_cells_of_one_weight(planner: Planner, name: str) -> None:

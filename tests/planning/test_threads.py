@@ -117,7 +117,7 @@ def test_a_call_during_another_is_refused_by_every_planner(name: str) -> None:
     assert failures.report() == ""
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(2)
 @sized("cases", 15, 30)
 @pytest.mark.parametrize("name", registry.names())
 def test_ten_threads_on_one_session_get_right_answers(name: str, cases: int) -> None:
@@ -130,6 +130,7 @@ def test_ten_threads_on_one_session_a_thousand_calls(name: str) -> None:
     ten_threads_on_one_session(small(name), scene_of(60), 1000)
 
 
+@pytest.mark.commit(24)
 @pytest.mark.parametrize("name", registry.names())
 @pytest.mark.parametrize(
     "error", [KeyboardInterrupt, Cancelled, MemoryError, BusyError("BUSY", "of another")]
@@ -147,6 +148,7 @@ def test_a_call_that_raises_leaves_the_session_usable(name: str, error: Any) -> 
     assert not check_plan(plan, scene)
 
 
+@pytest.mark.commit(12)
 @pytest.mark.parametrize("way", COPIES)
 @pytest.mark.parametrize("name", registry.names())
 def test_a_copy_during_a_call_is_refused_and_a_copy_is_not_busy(name: str, way: str) -> None:

@@ -73,7 +73,7 @@ def judge(plan: Plan, want: int | None, free, cutting: bool, bodies: Sequence[Bo
 # ---- the contract, and what a person relies on ------------------------------
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @sized("cases", 2, 4)
 @pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
 def test_the_contract(planner, cases: int) -> None:

@@ -38,6 +38,7 @@ def plainly(tracks: list[Track], resolution: float, end: float) -> float:
     return best
 
 
+@pytest.mark.commit(15)
 @pytest.mark.parametrize("seed", range(60))
 def test_the_least_gap_is_that_of_a_plain_look_at_each_pair(seed: int) -> None:
     rng = np.random.default_rng([3, seed])

@@ -38,6 +38,7 @@ def at(scene: Scene, x: int, y: int, value: bool = True) -> Scene:
     return replace(scene, grid=Grid(blocked, resolution=scene.grid.resolution))
 
 
+@pytest.mark.commit(8)
 @pytest.mark.parametrize("moves", list(MOVES))
 @pytest.mark.parametrize("radius", [0.0, *RADII])
 def test_lawful_paths_pass(moves: str, radius: float) -> None:

@@ -311,7 +311,7 @@ DISSERTATION: list[tuple[Corruption, str]] = [
 ]
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(3)
 @pytest.mark.parametrize(("corrupt", "rule"), DISSERTATION, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_the_dissertations_profile_is_caught(corrupt: Corruption, rule: str) -> None:
     rng = np.random.default_rng(29)

@@ -62,6 +62,7 @@ def _draw(out: Path) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("suffix", [".png", pytest.param(".svg", marks=pytest.mark.nightly)])
 def test_the_same_bytes_twice(tmp_path: Path, suffix: str) -> None:
     for name in ("a", "b"):

@@ -72,6 +72,7 @@ def test_webp_keeps_every_pixel(tmp_path: Path) -> None:
     assert len(np.unique(pictures[-1].reshape(-1, 3), axis=0)) <= 256
 
 
+@pytest.mark.nightly
 def test_terrain_lies_under_a_film(tmp_path: Path) -> None:
     trace = sample_trace()
     terrain = np.zeros(trace.scene.grid.blocked.shape, dtype=np.uint8)

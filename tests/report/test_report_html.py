@@ -145,6 +145,7 @@ def test_a_planner_has_its_colour_in_every_panel_of_shares() -> None:
     assert [c in drawn for c in colours] == [True, True, *[False] * (len(colours) - 2)]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("words", some(HOSTILE, 2))
 def test_figures_show_any_name(words: str) -> None:
     drawn = charts([words, "b"])

@@ -345,7 +345,7 @@ def twin(trace: Trace) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("law", ["physical", "dissertation"])
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 7])
 def test_measures_are_the_twins(law: str, seed: int) -> None:

@@ -142,6 +142,7 @@ def test_many_jumps_and_many_gates_do_not_hide_the_map(
     assert any("360 gates" in t.get_text() for t in seen[0].texts)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (3, 700)])
 def test_odd_maps_can_be_drawn(tmp_path: Path, shape: tuple[int, int]) -> None:
     grid = Grid(np.zeros(shape, dtype=bool))
@@ -281,6 +282,7 @@ def test_a_pixel_of_many_cells_has_the_mean_of_its_free_ones() -> None:
 # ---- the speed chart ----
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("law", ["physical", "dissertation"])
 def test_the_speed_chart_shows_each_cause_in_its_colour(tmp_path: Path, law: str) -> None:
     profile = sample_profile(sample_plan(sample_scene()), law)

@@ -227,6 +227,7 @@ def test_many_causes_and_laws_still_have_room(tmp_path: Path, figures: list[Any]
 # ---- drives ----
 
 
+@pytest.mark.nightly
 def test_a_drive_is_a_film_in_its_own_time(tmp_path: Path) -> None:
     drive = sample_drive()
     film_drive(drive, tmp_path / "a.webp")
@@ -265,6 +266,7 @@ def test_a_frame_is_what_was_at_that_moment() -> None:
     assert (early[y, x] != later[y, x]).any()
 
 
+@pytest.mark.nightly
 def test_a_drive_has_a_chart(tmp_path: Path, figures: list[Any]) -> None:
     drive = sample_drive()
     draw_drive(drive, tmp_path / "a.png")

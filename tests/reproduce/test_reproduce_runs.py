@@ -88,6 +88,7 @@ def test_drawn_queries_are_far_apart_and_the_same_every_time() -> None:
         assert 1.4 * min(dx, dy) + abs(dx - dy) >= runs.FAR
 
 
+@pytest.mark.nightly
 def test_everything_is_written(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, out, _ = made
     assert report.page == out / "index.html"

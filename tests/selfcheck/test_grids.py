@@ -53,6 +53,7 @@ def test_the_sizes_are_those_that_were_promised() -> None:
     assert kinds["5x5-classes"].release == 4_211_744
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["3x3", "2x4", "4x2", "1xn"])
 def test_a_round_has_every_query_once_and_all_rounds_ask_everybody(kind: str) -> None:
     queries = (grids.CHECK.kinds_for(Ask())[kind].whole or 0) // lists.rounds()

@@ -144,6 +144,7 @@ def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.Mon
     assert "ROBOT_LIMIT with a greater" in seen.failures[0].what
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["off the way", "quicker"])
 def test_most_cases_compare_something(kind: str) -> None:
     """Three in ten of them did not, or one in two."""

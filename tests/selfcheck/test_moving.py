@@ -31,6 +31,7 @@ def test_there_are_as_many_cases_as_it_says() -> None:
     assert len(moving_cases.questions(3, 3, 1)) == moving.ONE_PATROL
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(["one patrol", "turned about", "two patrols"]))
 def test_a_sample_of_what_the_commit_size_leaves_out(kind: str) -> None:
     seen = ask(kind, 40_000, 300)

@@ -66,7 +66,7 @@ def stalled(made: Any) -> Any:
     return made._replace(t=t)
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["free", "exact", "laws"])
 @pytest.mark.parametrize("change", [late, rolling, stalled])
 def test_it_sees_a_profile_that_is_wrong(kind: str, change: Change, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,6 +50,7 @@ def test_small_maps_are_repaired_and_the_rule_is_put_back() -> None:
 # ---- what is wrong is seen --------------------------------------------------------------------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["3x3", "stories"])
 @pytest.mark.parametrize("deaf", ["freed", "blocked"])
 def test_a_repairer_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,6 +74,7 @@ def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytes
     assert any(word in f.what for word in words for f in seen.failures)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", some(["3x3", "4x4"]))
 @pytest.mark.parametrize("wrong", ["through a wall", "turned round", "another way of that length"])
 def test_a_way_that_cannot_be_driven(kind: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,6 +66,7 @@ def test_the_monitor_sees_traces_that_were_tampered_with(sizes: dict[str, float]
     assert 10 < broken < 40
 
 
+@pytest.mark.nightly
 def test_the_kernel_and_the_loop_are_compared_in_crowds() -> None:
     seen = run("crowd", 60)
     assert (seen.cases, seen.failed) == (60, 0), seen.failures

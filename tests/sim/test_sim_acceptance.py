@@ -139,6 +139,7 @@ def accept(cases, say):
     return arrived
 
 
+@pytest.mark.nightly
 def test_a_sample_on_the_bundled_maps():
     arrived = accept(range(0, 2000, 91), say=False)
     every = [a for some in arrived.values() for a in some]

@@ -70,6 +70,7 @@ CROWDS = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(5)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", CROWDS)
 def test_no_two_obstacles_overlap_whatever_the_robot_does(kind: str, seed: int) -> None:
@@ -144,7 +145,7 @@ def test_who_meets_a_halted_one_halts_and_so_on_down_the_line() -> None:
     assert motions.settle({4}) == {0, 1, 2, 3}
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", some(range(10), 3))
 def test_beside_a_lane_every_step_between_open_cells_is_clear_of_it(seed: int) -> None:
     """The rule of cells and corners is as good as looking at each step."""

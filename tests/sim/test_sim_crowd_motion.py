@@ -92,7 +92,7 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
     assert [b.kind for b in roster.obstacles] == [b.kind for b in trace.obstacle_specs]
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("seed", some(range(30), 10))
 def test_who_yields_never_runs_into_a_robot_that_stands(seed):
     """A robot that drives through a small room full of walkers and patrols, and stands now and then."""

@@ -25,6 +25,7 @@ def opened(cutter, seed, blocked=None, robot=None):
     return cutter.open(Opening(scene, roster, stream(seed, 1), route)), roster, route, scene
 
 
+@pytest.mark.nightly
 def test_it_runs_straight_at_its_top_speed_off_walls():
     assert sum(runs_of(seed) for seed in range(10)) >= 10
 

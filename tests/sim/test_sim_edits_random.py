@@ -38,6 +38,7 @@ def least(walls, here, goal):
     return None if counts is None else counts[:2]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", some(["lpa-star", "astar"]))
 def test_every_edit_of_a_small_room(name):
     """3 x 3, every set of cells at tick 1: the robot arrives exactly where it can, by a best way."""

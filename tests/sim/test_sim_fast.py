@@ -56,7 +56,7 @@ PLANNERS = (AdGso(), AdGso(choice="exact"), AdGso(gates="close"), AdGso(nt=3, mv
 LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30.0))
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
 @pytest.mark.parametrize("name", some(["env-1", "caves-64", "rooms-20", "env-3", "env-6"], 3))
 def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
@@ -79,7 +79,7 @@ def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
     assert elsewhere <= 8, "of 15: where the robot is hemmed in or cut off"
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
 @pytest.mark.parametrize("planner", [AdGso(), AdGso(choice="exact"), AdGso(nt=3, mvr=2)], ids=str)
 def test_what_is_remembered_of_earlier_runs_does_not_show(moves: str, planner: AdGso) -> None:

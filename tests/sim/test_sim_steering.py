@@ -70,7 +70,7 @@ def test_arrives_and_is_accepted_by_the_referee(controller: str, drive_type: str
     assert found["contacts"] == 0
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("controller", NAMES)
 def test_no_contact_while_moving_among_obstacles(controller: str) -> None:
     met = 0
@@ -103,6 +103,7 @@ def test_gives_up_before_a_passage_that_stays_blocked() -> None:
     assert made.replans > 2
 
 
+@pytest.mark.nightly
 def test_without_the_braking_rule_there_are_contacts() -> None:
     outcomes = []
     for seed in range(6):
@@ -189,6 +190,7 @@ def test_regulated_pursuit_is_slower_in_bends_and_near_walls_than_it_would_like(
     assert made.duration > free.duration
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_the_free_part_of_an_arc_is_that_of_its_outlines(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -24,7 +24,7 @@ ROOM = grid_of(*["." * 30] * 12)
 SCENE = Scene(ROOM, (1, 2), (28, 9), robot=Robot(radius=0.3, v_max=1.0, a_max=0.6, d_max=1.0))
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("tracking", ["velocity", "position"])
 @pytest.mark.parametrize(("period", "delay"), some([(0.25, 0.1), (0.1, 0.0), (1.0, 0.5)]))
 def test_late_commands_collide_with_nobody(tracking, period, delay):

@@ -106,7 +106,7 @@ def test_walkers_respect_the_corner_rule_of_the_scene():
     assert cut["dissertation"] > 0
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("rate", [0.1, 0.5, 1.0])
 def test_rate_of_appearance(rate):
     first, last = [], []
@@ -280,6 +280,7 @@ def test_crossing_does_not_wait_for_the_robot_but_for_others_and_turns_round():
     assert Monitor(trace).faults() == []
 
 
+@pytest.mark.nightly
 def test_crossing_runs_into_a_robot_that_stands():
     grid = grid_of(*["." * 11] * 3)
     hits = 0

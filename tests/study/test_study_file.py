@@ -282,6 +282,7 @@ def test_drawn_queries_are_different_pairs_with_a_way_for_the_robot() -> None:
         ]
 
 
+@pytest.mark.nightly
 def test_every_pair_is_drawn_about_as_often() -> None:
     """Rooms of 6 and 2 cells: of 32 ordered pairs the small one has 2; by its cells it would have 1 in 6."""
     rows = "{rows: ['......#..'], name: r, queries: {random: 1}}"

@@ -25,7 +25,7 @@ from lampyris.study.design.study import StudyTraffic
 from lampyris.study.execution.worker import RunResult, run_job
 
 
-@pytest.mark.commit(12)
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("kind", ["plan", "simulate"])
 @pytest.mark.parametrize("who", sorted(registry.names()))
 def test_what_every_planner_comes_to_stands(kind: str, who: str) -> None:
@@ -37,6 +37,7 @@ def test_what_every_planner_comes_to_stands(kind: str, who: str) -> None:
             assert tuple(row.metrics) == METRICS
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("law_", ["physical", "dissertation", "uncertainty", "blind", "rpp", "optimum"])
 def test_what_every_law_comes_to_stands(law_: str) -> None:
     for kind in ("plan", "drive", *(("simulate",) if law_ in ("physical", "dissertation") else ())):
@@ -45,7 +46,7 @@ def test_what_every_law_comes_to_stands(law_: str) -> None:
         assert row.metrics["speed_mean"] > 0
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("moves", ["octile", "dissertation", "four-connected", "sixteen-connected"])
 @pytest.mark.parametrize("radius", [0.0, 0.3])
 def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) -> None:

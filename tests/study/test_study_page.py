@@ -154,7 +154,7 @@ def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path) -> None:
         read(page_of(runs, summarise(runs), films=False))
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 @pytest.mark.parametrize(
     ("shape", "failing"),
@@ -178,6 +178,7 @@ def test_a_study_that_has_not_begun_has_a_page(tmp_path: Path) -> None:
     assert "36 runs of 72, 36 not run yet" in half
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_path: Path) -> None:
     one = study(("dstar-lpso", "dstar16-lpso", "ad-gso"), traffic_cases=ONE_CROWD)

@@ -99,6 +99,7 @@ def test_lies_about_a_path_of_poses(name: str) -> None:
         refused(study, {**true, "evidence": {**true["evidence"], **change}})
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", PLANNERS)
 def test_speeds_that_are_not_the_law_s_are_refused(name: str) -> None:
     """Slower ones, too: they are worked out again."""

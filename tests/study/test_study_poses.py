@@ -168,6 +168,7 @@ def test_a_study_made_plain_is_the_same() -> None:
 # ---- runs --------------------
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     "robot", [CAR, {**CAR, "drive": "differential"}, {**CAR, "drive": "omnidirectional"}]
 )
@@ -251,6 +252,7 @@ def test_walls_and_occupied_ends_are_results() -> None:
         assert [(r.ending, r.metrics["outcome"]) for r in rows_of(study)] == [("done", "start-occupied")] * 3
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["plan", "drive"])
 def test_two_workers_give_the_same_bytes_as_one(kind: str, tmp_path: Path) -> None:
     traffic = NONE if kind == "plan" else StudyTraffic("random-walk", 2)
@@ -278,6 +280,7 @@ def test_a_store_resumes(tmp_path: Path) -> None:
     assert [whole[n] for n in names] == [resumed[n] for n in names]
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("controller", ["exact", "rpp"])
 def test_drives_of_poses(controller: str) -> None:
     from dataclasses import asdict

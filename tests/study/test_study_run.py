@@ -183,6 +183,7 @@ def test_jobs_of_one_world_stay_together() -> None:
 # ---- workers that do not do as they should --------------------
 
 
+@pytest.mark.nightly
 def test_a_job_that_kills_its_worker_is_a_row_and_the_others_go_on(trouble: Path) -> None:
     study = hands.study_of(4)
     killers = {job.key for job in study.jobs() if hands.marked(job.plain)}

@@ -122,6 +122,7 @@ db.close()
 """
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("other", [READER, SQLITE], ids=["reader", "sqlite"])
 def test_a_reader_that_closes_does_not_delete_the_log_of_a_writer(tmp_path: Path, other: str) -> None:
     """Closing any descriptor of a file releases the process's POSIX locks on it; SQLite then finds no writer."""
@@ -210,6 +211,7 @@ def after_full(path: Path, told: str) -> None:
         assert list(store.rows().values()) == given
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("ending", ["close", "leave"])
 def test_files_that_may_not_grow(tmp_path: Path, ending: str) -> None:
     told = child(FULL, tmp_path / "a", "rlimit", ending).stdout

@@ -106,6 +106,7 @@ def test_one_world_has_one_set_of_tracks_whoever_plans() -> None:
     assert len(seen) == 4
 
 
+@pytest.mark.nightly
 def test_a_run_that_outlasts_its_tracks_is_run_with_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody stands still because nobody was drawn: with tracks to the last tick the result is the same."""
     grid = grid_of()
@@ -177,6 +178,7 @@ def test_what_fits_no_kernel_is_drawn_one_by_one() -> None:
         assert not obstacle_tracks.alone(replace(scene, traffic=other))
 
 
+@pytest.mark.nightly
 def test_the_quick_look_at_tracks_never_lets_a_meeting_pass() -> None:
     """Random tracks of a small place: what is said to be far apart is so one by one, and often it is said."""
     grid = Grid(np.zeros((5, 6), dtype=np.bool_))

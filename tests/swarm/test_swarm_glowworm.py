@@ -64,6 +64,7 @@ def test_roulette_draws_each_neighbour_as_often_as_equation_2_9_says() -> None:
     assert share[0] == share[5] == 0
 
 
+@pytest.mark.nightly
 def test_the_swarm_itself_draws_that_often() -> None:
     # One dim glowworm in the middle, five brighter ones around it at the same distance: where it goes says
     # whom it followed.

@@ -40,8 +40,8 @@ MEMORY = 256 * 2**20
 NINE = ("png", "bmp", "pgm", "ros", "map", "scen", "scenario-json", "study-json", "store")
 """Parsers that everybody's files go through; the others share most of their code with one of these."""
 COMMIT = {
-    "png": 2_000, "bmp": 3_000, "pgm": 1_500, "ros": 1_500, "map": 3_000, "scen": 3_000,
-    **dict.fromkeys(("npy", "text", "json", "track", "way", "way-yaml", "zones", "dob"), 1_000),
+    "pgm": 1_500, "png": 2_000, "bmp": 600, "map": 600, "scen": 600, "json": 400, "track": 400,
+    **dict.fromkeys(("ros", "npy", "text", "way", "way-yaml", "zones", "dob"), 300),
 }  # fmt: skip
 """Cases with every commit where seeded defects need so many; 100 elsewhere."""
 
@@ -111,7 +111,7 @@ class FuzzedReader:
 
     def _warm(self) -> None:
         """Read good files and none at all, so that what is imported on the way, is."""
-        for name in registry.names():
+        for name in (*registry.names(), *registry.pose_names()):
             registry.origin_of(name)
         for number, data in enumerate((*self.target.mutants.seeds, b"", b"\0") * 2):
             self._path.write_bytes(data)

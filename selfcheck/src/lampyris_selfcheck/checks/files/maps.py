@@ -23,7 +23,7 @@ KINDS = {
     "closed": Kind(
         "a small file of some sort, thresholds and ends of ranges on purpose: the cells are free that say so"
         " plainly, and no others",
-        commit=600, nightly=190_000, release=1_900_000, chunk=950, least={"read": 0.6},
+        commit=300, nightly=190_000, release=1_900_000, chunk=950, least={"read": 0.6},
     ),
     "closed-ros": Kind(
         "a ROS map of any mode and thresholds, its picture grey and partly clear: free is what Nav2 calls 0",
@@ -31,7 +31,7 @@ KINDS = {
     ),
     "round-trip": Kind(
         "a random map written in some format and read again: the same map, and written again the same bytes",
-        commit=300, nightly=120_000, release=600_000, chunk=600,
+        commit=100, nightly=120_000, release=600_000, chunk=600,
     ),
     "one-hash": Kind(
         "a random map written in all formats that can hold it: one hash",

@@ -223,7 +223,7 @@ def _kinds(ask: Ask) -> dict[str, Kind]:
     return {
         "3x3": _exhaustive(f"every start and goal of every 3x3 grid, {ends}", lists.rectangles(3, 3), 8_192),
         "2x4": _exhaustive(f"the same for 2 columns and 4 rows, {ends}", lists.rectangles(2, 4), 4_096),
-        "4x2": _exhaustive(f"the same for 4 columns and 2 rows, {ends}", lists.rectangles(4, 2), 4_096),
+        "4x2": _exhaustive(f"the same for 4 columns and 2 rows, {ends}", lists.rectangles(4, 2), 1_536),
         "1xn": _exhaustive(f"the same for corridors of 1 to 8 cells, {ends}", lists.corridors(), 4_096),
         "outside": Kind(
             "ends outside a 3x3 grid are refused and spoil nothing", 1_000, OUTSIDE, OUTSIDE, 4096, OUTSIDE

@@ -165,7 +165,7 @@ def _kind(what: str, commit: int, nightly: int, chunk: int) -> Kind:
 
 KINDS = {
     "plain": _kind("5 to 64 cells a side, plain ground: exact planners", 1_500, 462_500, 2_000),
-    "rough": _kind("the same on ground that costs more", 1_000, 462_500, 2_000),
+    "rough": _kind("the same on ground that costs more", 300, 462_500, 2_000),
     "large": _kind("65 to 512 cells a side, plain and rough: exact planners", 200, 50_000, 200),
     "others": _kind("5 to 32 cells a side: planners that are not exact keep to the bounds", 200, 25_000, 200),
 }

@@ -26,7 +26,7 @@ KINDS = {
     "paths": Kind(
         "a lawful walk (even numbers) is accepted, one spoilt in one of twelve ways (odd ones) is refused by"
         " the rule it breaks; the public rules agree where they apply",
-        commit=2_000, nightly=1_000_000, release=10_000_000, chunk=1000,
+        commit=1_000, nightly=1_000_000, release=10_000_000, chunk=1000,
     ),
     "wide": Kind(
         "the same for robots with a size on ground that costs: a wall within the radius, a wrong price",
@@ -34,7 +34,7 @@ KINDS = {
     ),
     "wild": Kind(
         "eight cells or fewer on a map of 4 x 4, drawn near each other: both judges say the same",
-        commit=2_000, nightly=1_000_000, release=10_000_000, chunk=5000,
+        commit=1_000, nightly=1_000_000, release=10_000_000, chunk=5000,
     ),
 }  # fmt: skip
 _OCTILE = MOVES["octile"]

@@ -33,7 +33,7 @@ KINDS = {
     "free": Kind(
         "1 to 60 nodes, edges of 1e-9 to 1e6 m, from rest, below, at and an ulp beyond the greatest start "
         "speed; farther beyond it is refused",
-        2_000,
+        600,
         920_000,
         5_000_000,
         1_000,

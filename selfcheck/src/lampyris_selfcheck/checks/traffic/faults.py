@@ -47,8 +47,8 @@ _WHAT = {
 }
 
 KINDS = {
-    **{kind: Kind(_WHAT[kind], 10, 1_250, 10_000, 10, least={"noticed": 0.8}) for kind in FAULTS},
-    "garbage": Kind("fields of messages spoilt: a lawful drive and no exception", 6, 2_500, 20_000, 20),
+    **{kind: Kind(_WHAT[kind], 4, 1_250, 10_000, 10, least={"noticed": 0.8}) for kind in FAULTS},
+    "garbage": Kind("fields of messages spoilt: a lawful drive and no exception", 3, 2_500, 20_000, 20),
 }
 
 _ABOUT_A_BODY = ("jumps", "nan", "missing")

@@ -31,7 +31,7 @@ KINDS = {
     "two patrols": Kind(
         "every free space of 3 x 2 cells, start, goal and two patrols; the order of the patrols decides which"
         " of the two planners is asked, so both are asked of every two",
-        commit=2_000,
+        commit=1_500,
         nightly=TWO_PATROLS,
         release=TWO_PATROLS,
         chunk=4_000,

@@ -29,7 +29,7 @@ KINDS = {
     "perfect": Kind(
         "maps of 14 to 30 cells a side, robots of three drives with polygons of 3 to 8 corners, random walkers, patrols,"
         " crossing obstacles and adversaries; commands are followed at once",
-        commit=10,
+        commit=4,
         nightly=7_000,
         release=70_000,
         chunk=10,

@@ -36,7 +36,7 @@ from lampyris_selfcheck.reference.motion.tick_speed import gains
 KINDS = {
     "fast": Kind(
         "the kernel's runs among 5 to 60 walkers on bundled maps; a share is the loop's, field by field",
-        100,
+        60,
         190_000,
         500_000,
         250,

@@ -25,7 +25,7 @@ KINDS = {
         least={"arrived": 0.3, "met": 0.3},
     )
     for name, commit, nightly in (
-        ("pure-pursuit", 5, 3_000),
+        ("pure-pursuit", 2, 3_000),
         ("rpp", 5, 3_000),
         ("dwa", 6, 1_000),
         ("mppi", 6, 1_000),
