@@ -308,6 +308,7 @@ def test_stages_leave_out_what_they_say_and_nothing_else() -> None:
     np.testing.assert_array_equal(solve(free, moves, (11, 8)).luciferin, whole.luciferin)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("sparing", [False, True])
 def test_the_loops_in_cpp_give_our_bits(sparing: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("scipy")
@@ -344,6 +345,7 @@ def test_cpp_is_built_for_this_processor_too() -> None:
     assert {f"C++ {name}" for name in native.BUILDS} <= set(field_stages.HEADS)
 
 
+@pytest.mark.nightly
 def test_rivals_answers_are_compared() -> None:
     pytest.importorskip("scipy")
     import numpy as np

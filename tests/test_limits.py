@@ -126,6 +126,7 @@ CLAIMS: dict[str, tuple[str, Callable[[int, int], bytes]]] = {
 }
 
 
+@pytest.mark.commit(8)
 @pytest.mark.parametrize("kind", CLAIMS)
 @pytest.mark.parametrize("size", [(4096, 4097), (2**24 + 1, 1), (60_000, 60_000), (2**31 - 1, 2**31 - 1)])
 def test_a_claim_is_refused_before_anything_is_made_for_it(

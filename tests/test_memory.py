@@ -107,6 +107,7 @@ def test_a_field(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
         assert peak <= over + 2 * SLACK
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("compiled")
 def test_a_field_that_is_repaired() -> None:
     def run() -> FieldRepairer:
@@ -119,7 +120,7 @@ def test_a_field_that_is_repaired() -> None:
     assert peak <= kept + SLACK
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("what", "peak", "kept"),

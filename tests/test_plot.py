@@ -68,6 +68,7 @@ def test_every_function_is_tried() -> None:
         assert inspect.signature(getattr(plot, name)).parameters["ax"].default is None
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", CALLS)
 def test_it_draws_on_the_axes_given_and_returns_them(name: str, ax: Axes) -> None:
     assert getattr(plot, name)(*CALLS[name], ax=ax) is ax

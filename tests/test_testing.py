@@ -43,7 +43,7 @@ ALIKE = ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar16-lpso")
 NAMES = sorted(registry.names(), key=ALIKE.__contains__)
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @sized("cases", 1, 8)
 @pytest.mark.parametrize("name", some(NAMES, len(NAMES) - len(ALIKE)))
 def test_every_registered_planner_keeps_the_contract(name: str, cases: int) -> None:
@@ -332,7 +332,7 @@ CASES = {"radius 0.8": 4}
 """Random maps that a defect needs, where one is not enough."""
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(
     ("symptom", "planner"),
     some(DEFECTS.items(), 16),
@@ -344,6 +344,7 @@ def test_each_defect_is_caught_and_named(symptom: str, planner: Wrong) -> None:
     assert symptom in str(caught.value)
 
 
+@pytest.mark.nightly
 def test_the_message_shows_the_map_and_the_answer() -> None:
     with pytest.raises(AssertionError) as caught:
         check_planner(Wrong(says(optimal_exact=3 * PELL_Q)), cases=1)
@@ -379,7 +380,7 @@ def test_all_broken_rules_are_reported_at_once() -> None:
         assert part in str(caught.value)
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", sorted(MOVES))
 def test_a_search_planner_counts_keeps_to_its_budget_and_can_be_cancelled(name: str) -> None:
     @dataclass(frozen=True)

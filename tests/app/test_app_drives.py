@@ -60,7 +60,7 @@ def samples(frames: list[tuple[str, Any]]) -> dict[str, np.ndarray]:
 SMALL = {"samples": 60, "steps": 30, "hold": 3, "smooth": False}
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("controller", ["exact", "rpp", "mppi"])
 def test_a_drive_is_that_of_the_command_line_and_its_samples_are_where_it_was(
     controller: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -112,6 +112,7 @@ def test_a_plan_says_which_steps_are_driven_in_reverse() -> None:
     assert len(plan["obstacle_specs"]) == 2, "they stand where the drive begins"
 
 
+@pytest.mark.nightly
 def test_obstacles_that_come_later_are_nowhere_before() -> None:
     later = car(obstacles=[{"kind": "random-walk", "count": 2, "rate": 0.2}])
     frames = ask("drive", later)

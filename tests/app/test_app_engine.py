@@ -101,6 +101,7 @@ def test_more_than_two_and_eight_are_refused() -> None:
     assert ("busy" in told.what, "try again" in told.todo) == (True, True)
 
 
+@pytest.mark.nightly
 def test_plans_and_layers_never_wait_for_what_takes_long() -> None:
     """All that may run and wait of the long ones does; plans are answered, also while a layer is made."""
 
@@ -360,6 +361,7 @@ def test_memory_has_its_limit_and_others_are_answered() -> None:
     assert small == "Z"
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize(("verb", "code"), [("crash", "ENGINE"), ("forge", "ENGINE"), ("fault", "INTERNAL")])
 def test_an_engine_that_ends_or_talks_nonsense_is_told_of_and_replaced(verb: str, code: str) -> None:
     async def ask() -> Any:
@@ -441,7 +443,7 @@ FORGED = {
 }
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("data", FORGED.values(), ids=list(FORGED))
 def test_an_engine_that_is_sent_nonsense_ends_without_a_word(data: bytes) -> None:
     done = subprocess.run(ODD, input=data, capture_output=True, timeout=120, check=False)

@@ -166,6 +166,7 @@ def told_of(verb: str, scenario: dict[str, Any], **more: Any) -> list[dict[str, 
     return [json.loads(piece[5:]) for piece in pieces]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", some(["webp", "gif"]))
 def test_a_film_tells_how_many_frames_of_how_many_are_drawn(
     what: str, monkeypatch: pytest.MonkeyPatch

@@ -116,7 +116,7 @@ def code_of(ask: Ask, n: int) -> str:
     return ""
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("what", LIMITS)
 def test_one_less_as_much_and_one_more(what: str) -> None:
     limit, ask, code = LIMITS[what]

@@ -722,6 +722,7 @@ def test_every_planner_can_be_watched() -> None:
     assert run.now == 1
 
 
+@pytest.mark.nightly
 def test_no_planning_time_of_a_comparison_holds_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     """D* Lite was told with 650 ms at the first press and 1.3 at the second: the kernels of its repairs were
     compiled while it replanned. Here the planner compiles for an hour in each replanning."""

@@ -63,6 +63,7 @@ def test_looking_at_another_map_does_not_take_the_place_of_a_drawing(context: An
     assert in_address(page) == drawn
 
 
+@pytest.mark.nightly
 def test_each_tab_has_a_draft_of_its_own(context: Any, address: str) -> None:
     page = opened(context, address)
     wall(page)

@@ -86,6 +86,7 @@ def test_clicks_set_the_ends_in_turn_and_a_drag_keeps_off_walls(page: Any) -> No
     assert in_address(page)["start"] == [8, 3], "a drag is undone at once"
 
 
+@pytest.mark.nightly
 def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> None:
     page.keyboard.press("b")
     page.mouse.move(*at(page, (5, 40)))

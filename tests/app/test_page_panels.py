@@ -82,6 +82,7 @@ TALLIES = {
 """What ``lampyris reproduce`` finds of these tables, step by step."""
 
 
+@pytest.mark.nightly
 def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any) -> None:
     before = in_address(page)
     page.click("#tab-learn")

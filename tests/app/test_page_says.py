@@ -153,6 +153,7 @@ def quiet(browser: Any, address: str) -> Any:
     context.close()
 
 
+@pytest.mark.nightly
 @sized("many", 3, len(FILES))
 def test_files_that_are_no_maps_say_which_and_why_and_change_nothing(
     quiet: Any, tmp_path: Path, many: int

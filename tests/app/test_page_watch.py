@@ -38,6 +38,7 @@ def run_to_its_end(page: Any) -> int:
     return int(shown[2])
 
 
+@pytest.mark.nightly
 def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
     last = run_to_its_end(page)
     assert fact(page, "Outcome") == "arrived"
@@ -186,6 +187,7 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
             assert abs(told - values[y, x]) <= near, (name, x, y)
 
 
+@pytest.mark.nightly
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:
     box = page.locator("#map").bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

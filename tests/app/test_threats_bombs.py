@@ -193,7 +193,7 @@ def thrown(
     assert grown < 100 * MIB, f"{grown / MIB:.0f} MiB"
 
 
-@pytest.mark.commit(8)
+@pytest.mark.commit(4)
 @LINUX
 @pytest.mark.parametrize("name", some(sorted(BY_NAME, key=ALIKE.__contains__), len(BY_NAME) - len(ALIKE)))
 def test_one_bomb(live: Live, name: str) -> None:

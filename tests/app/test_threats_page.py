@@ -301,6 +301,7 @@ MOST = [PAYLOADS[k : k + 11] for k in range(0, len(PAYLOADS), 11)]
 FEW = PAYLOADS[:44:9]
 
 
+@pytest.mark.nightly
 @needs_chromium
 @pytest.mark.parametrize(
     "some", sizes.some((one,) for one in [FEW, *MOST]), ids=["few", "first", "second", "third", "fourth"]

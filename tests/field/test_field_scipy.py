@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -47,6 +48,7 @@ def _costs(free: np.ndarray, name: str, goal: tuple[int, int]) -> np.ndarray:
     return found if free[goal[1], goal[0]] else np.full(free.shape, np.inf)
 
 
+@pytest.mark.nightly
 @sized("cases", 500, 2000)
 def test_two_thousand_grids(cases: int) -> None:
     rng = np.random.default_rng(2000)

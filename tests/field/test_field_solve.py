@@ -116,6 +116,7 @@ def test_stop(name: str) -> None:
     assert stopped_early > 20
 
 
+@pytest.mark.nightly
 def test_a_long_way_stays_exact() -> None:
     """A comb of corridors: thousands of steps, and the octile pair is still read back exactly."""
     free = np.ones((41, 400), dtype=np.bool_)
@@ -271,6 +272,7 @@ sys.exit(any(m in sys.modules for m in ("numba", "scipy", "matplotlib")))
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", ["four-connected", "dissertation", "sixteen-connected"])
 def test_heads_and_windows_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Step sets of a caller's own go through windows; on those that have heads both give the same bytes."""

@@ -23,6 +23,7 @@ def same(a: Field, b: Field) -> None:
     assert a.expansions == b.expansions
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", MOVES)
 def test_random_maps(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With and without terrain and a cell to stop at; shares at which luciferin vanishes or overflows."""
@@ -70,6 +71,7 @@ def test_a_spiral(monkeypatch: pytest.MonkeyPatch) -> None:
             same(spared, solve(free, MOVES["four-connected"], goal))
 
 
+@pytest.mark.nightly
 def test_both_forms() -> None:
     free = np.random.default_rng(4).random((40, 50)) >= 0.3
     free[20, 20] = True

@@ -353,6 +353,7 @@ def test_no_bucket_is_wider_than_the_least_step() -> None:
     assert len(seen) == 4
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", MOVES)
 def test_unrolled_loops_and_the_table_of_steps_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Step sets of a caller's own go by a table; on ours both give the same bytes."""

@@ -78,6 +78,7 @@ def test_unknown_cells_are_read_as_they_were_written(ending: str, data: st.DataO
     same(load_map(f"m{ending}"), grid)
 
 
+@pytest.mark.nightly
 @FIXED
 @given(grid=grids())
 def test_a_map_of_movingai_is_read_as_it_was_written(grid: Grid) -> None:
@@ -168,7 +169,7 @@ def scenarios(draw: st.DrawFn) -> lampyris.Scenario:
     return lampyris.Scenario(scene, **who, seed=draw(st.integers(0, 2**63 - 1)), name=draw(label))
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("ending", [".json", ".yaml"])
 @FIXED
 @given(scenario=scenarios())
@@ -227,7 +228,7 @@ SAID = ("version: 1\n", "map: guide\n", '{"version": 1', ', "map": ', '"guide"',
         "\t")  # fmt: skip
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("ending", MAPS)
 @FIXED
 @given(data=st.data())

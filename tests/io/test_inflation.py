@@ -35,6 +35,7 @@ def as_costmap(grid: Grid) -> np.ndarray:
     return costs
 
 
+@pytest.mark.nightly
 @sized("maps", 60, 2000)
 def test_costs_are_those_of_nav2s_layer(maps: int) -> None:
     cells = differ = 0

@@ -203,6 +203,7 @@ def weighed_twin(grid: Grid, start: Cell, goal: Cell) -> tuple[int, int]:
                 heapq.heappush(queue, (cost, straights, diagonals, to))
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", [n for n in WEIGHTED if n != "hills-1024"])
 def test_stored_costs_over_terrain_are_a_twin_s(name: str) -> None:
     info, grid = library.describe(name), load_map(name).grid

@@ -208,7 +208,7 @@ def shortest(blocked: np.ndarray, start: tuple[int, int], goal: tuple[int, int],
     return None
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("moves", MOVES)
 @pytest.mark.parametrize("name", ENVS)
 def test_sealing_the_gates_costs_a_longer_way_and_never_the_way(name: str, moves: str) -> None:

@@ -101,6 +101,7 @@ def some_scenario(rng: np.random.Generator, k: int) -> lampyris.Scenario:
     return lampyris.Scenario(scene, **given, seed=int(rng.integers(2**63 - 1)), name=name, map=source)
 
 
+@pytest.mark.commit(1)
 @sized("cases", 60, 120)
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 def test_load_of_save_is_the_same_scenario(ending: str, cases: int) -> None:

@@ -53,6 +53,7 @@ def test_ctrl_c_during_the_first_compiled_plan() -> None:
     judge("plan", 12)
 
 
+@pytest.mark.nightly
 @posix
 @pytest.mark.parametrize("work", some(["yaml", "regions", "picture"]))
 def test_ctrl_c_while_another_library_is_imported(work: str) -> None:

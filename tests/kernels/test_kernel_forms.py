@@ -41,7 +41,7 @@ def test_fields(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> N
         assert a.expansions == b.expansions
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize("stopping", [False, True])
 def test_fields_over_terrain(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,6 +67,7 @@ def test_fields_over_terrain(name: str, stopping: bool, monkeypatch: pytest.Monk
         assert a.expansions == b.expansions
 
 
+@pytest.mark.nightly
 def test_clearance_and_gates(monkeypatch: pytest.MonkeyPatch) -> None:
     results = {}
     for form in ("plain", "compiled"):

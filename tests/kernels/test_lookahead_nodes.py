@@ -74,6 +74,7 @@ def folded(n: int) -> Points:
     return np.array([[0.0, 0.0], [0.5, 0.0]])[np.arange(n) % 2]
 
 
+@pytest.mark.nightly
 def test_a_folded_path_takes_no_quadratic_number_of_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, "plain")
     monkeypatch.setattr(type(rpp.advance_to_distance), "_easy", lambda _, array: Counted(array.tolist()))

@@ -102,6 +102,7 @@ def test_large_arrays_of_a_sparse_kernel_are_read_in_place() -> None:
     assert values.sum() == 11
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("planner", ["ad-gso", "jps", "theta-star", "dstar-lite", "fastest", "sipp"])
 def test_ways_on_a_map_large_enough_for_views(planner: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both forms, the same plan: here sparse kernels read arrays in place, elsewhere in the tests lists."""

@@ -336,6 +336,7 @@ def test_scenarios_name_the_file_beside_them(tmp_path: Path) -> None:
         lampyris.load_scenario(tmp_path / "s.yaml")
 
 
+@pytest.mark.nightly
 def test_the_verb_writes_shows_converts_and_draws(tmp_path: Path) -> None:
     robot = tmp_path / "car.yaml"
     robot.write_text("rectangle: [1.2, 0.6]\ndrive: ackermann\nturn_radius: 0.5\n")

@@ -61,6 +61,7 @@ def test_random_ways_pass_the_referee(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 0 < refused < 40
 
 
+@pytest.mark.nightly
 def test_both_forms_give_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     said: dict[str, list[Any]] = {}
     for form in ("plain", "compiled"):

@@ -63,7 +63,7 @@ def zigzag(n: int) -> Points:
     return np.stack((0.5 * x, 1.5 * row + 0.5 * (k % 2)), axis=1)
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("beside", ["near", "same", "scribble"])
 def test_work_grows_no_faster_than_the_number_of_points(beside: str, monkeypatch: pytest.MonkeyPatch) -> None:
     done = [0]

@@ -164,6 +164,7 @@ def test_the_walk_is_the_shortest_there_is() -> None:
     assert blocked > 0
 
 
+@pytest.mark.nightly
 def test_it_waits_slows_down_or_passes_first() -> None:
     course, cap = straight(10.0, 101), np.full(101, 1.0)
 
@@ -271,6 +272,7 @@ def test_more_obstacles_never_help_and_more_power_never_hurts() -> None:
             blocked_or(error)
 
 
+@pytest.mark.nightly
 def test_a_finer_lattice_gains_little() -> None:
     rng = np.random.default_rng(21)
     ratios = []

@@ -83,6 +83,7 @@ def test_a_million_lengths_are_those_of_ompl(kind: str) -> None:
     assert off.max() < 1e-9
 
 
+@pytest.mark.commit(1)
 @sized("count", 400, 100_000)
 @pytest.mark.parametrize("kind", FUNCTIONS)
 def test_segments_lead_to_the_goal_and_poses_lie_on_them(kind: str, count: int) -> None:

@@ -103,6 +103,7 @@ def test_cells_distance_is_to_the_squares() -> None:
     assert cells_distance(xy, cells + 50, 0.5, 2.0) is None
 
 
+@pytest.mark.nightly
 def test_no_zone_is_jumped_over() -> None:
     """Zones one cell wide, nodes much farther apart than that."""
     rng = np.random.default_rng(4)

@@ -174,6 +174,7 @@ def test_walls_and_what_moves_slow_it_alike() -> None:
     assert moving.duration > free.duration
 
 
+@pytest.mark.nightly
 def test_it_stands_where_the_course_says_and_keeps_the_robots_limits() -> None:
     rng = np.random.default_rng(5)
     stops = 0

@@ -70,6 +70,7 @@ def free_polyline(rng: np.random.Generator, blocked: np.ndarray, most: int) -> n
     return np.array(points)
 
 
+@pytest.mark.nightly
 @sized("cases", 150, 300)
 def test_curves_of_any_polyline_keep_their_promises(cases: int) -> None:
     rng = np.random.default_rng(511)

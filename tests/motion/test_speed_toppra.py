@@ -104,6 +104,7 @@ def plane(path: Smooth) -> float:
     return float((2 * np.diff(path.grid) / (rate[:-1] + rate[1:])).sum())
 
 
+@pytest.mark.nightly
 @sized("cases", 50, 200)
 def test_on_the_distance_the_speeds_are_toppras(cases: int) -> None:
     rng = np.random.default_rng(1)

@@ -120,6 +120,7 @@ def test_plain_and_compiled_forms_are_equal(monkeypatch: pytest.MonkeyPatch) -> 
 # --- the three choices -------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_exact_is_optimal_and_greedy_arrives_wherever_a_path_exists() -> None:
     found = 0
     for seed in range(5000, 5200):
@@ -139,6 +140,7 @@ def test_exact_is_optimal_and_greedy_arrives_wherever_a_path_exists() -> None:
     assert found > 100
 
 
+@pytest.mark.nightly
 def test_roulette_draws_by_the_probabilities() -> None:
     scene = scene_of("......\n......\nS....G\n......\n......")
     session = open_(scene, 7, record=True, choice="roulette", iter_max=1)

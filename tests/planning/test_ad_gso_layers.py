@@ -58,7 +58,7 @@ def least_exit(cost: np.ndarray, kept: np.ndarray, end: tuple[int, int]) -> tupl
     return min((v for (x, y), v in best.items() if kept[y, x]), default=(np.inf, np.inf))
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("radius", [0.0, 0.5, 0.6, 1.2])
 def test_the_exit_of_an_end_inside_the_margin_against_its_definition(radius: float) -> None:
     rng = np.random.default_rng(int(10 * radius))
@@ -190,6 +190,7 @@ def test_it_keeps_away_where_there_is_a_way_and_gives_in_where_there_is_none() -
     assert api.plan(Scene(Grid(narrow), (2, 7), (22, 7)), min_clearance=3)
 
 
+@pytest.mark.nightly
 def test_the_way_is_no_longer_than_the_bound_allows() -> None:
     rng = np.random.default_rng(3)
     longer = 0

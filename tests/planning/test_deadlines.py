@@ -159,7 +159,7 @@ def test_a_call_that_is_stopped_before_it_starts(name: str) -> None:
     assert np.array_equal(again.path.cells, fresh.path.cells)
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("name", OURS)
 def test_a_session_after_calls_that_were_stopped_anywhere_answers_as_a_fresh_one(
     name: str, monkeypatch: pytest.MonkeyPatch

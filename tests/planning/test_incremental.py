@@ -43,7 +43,7 @@ def grid_of(rows: list[str]) -> Grid:
     return Grid(np.array([[c == "#" for c in row] for row in rows]))
 
 
-@pytest.mark.commit(3)
+@pytest.mark.commit(1)
 @each
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_both_forms_of_the_kernels_do_the_same(
@@ -299,7 +299,7 @@ def test_walls_obstacles_and_ends(planner: Planner) -> None:
     assert not scene.grid.blocked[0, 1], "the scene itself is never touched"
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @each
 def test_a_spent_budget_leaves_the_session_usable(planner: Planner) -> None:
     for number in range(40):
@@ -328,6 +328,7 @@ def _essence(plan: Plan) -> tuple[object, ...]:
     return plan.status, None if plan.cells is None else plan.cells.tolist(), plan.optimal_exact
 
 
+@pytest.mark.commit(1)
 @each
 def test_a_bias_that_grows_too_great_is_dropped(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_incremental_search, "_MOST_BIAS", 25)

@@ -122,6 +122,7 @@ def test_turned_and_mirrored_maps_cost_the_same() -> None:
     assert found > 15
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("name", EIGHT)
 def test_lengths_around_whole_words(name: str) -> None:
     """Widths and heights at which the border, or the last cell, is the first or last bit of a word."""

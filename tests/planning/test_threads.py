@@ -148,7 +148,7 @@ def test_a_call_that_raises_leaves_the_session_usable(name: str, error: Any) -> 
     assert not check_plan(plan, scene)
 
 
-@pytest.mark.commit(12)
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("way", COPIES)
 @pytest.mark.parametrize("name", registry.names())
 def test_a_copy_during_a_call_is_refused_and_a_copy_is_not_busy(name: str, way: str) -> None:

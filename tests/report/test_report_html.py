@@ -116,6 +116,7 @@ def charts(names: list[str]) -> list[str]:
     ]  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("n", some([3, 1, 24]))
 def test_figures_are_sound_small_and_the_same_bytes(n: int) -> None:
     names = [f"planner {k}" for k in range(n)]

@@ -137,7 +137,7 @@ def test_shares_of_a_drive_are_of_its_stretches() -> None:
 # ---- pictures ----
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("by", ["speed", "cause"])
 def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures: list[Any]) -> None:
     profile = sample_course()

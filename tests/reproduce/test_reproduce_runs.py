@@ -124,6 +124,7 @@ class Reader(HTMLParser):
         self.ids.add(str(given.get("id")))
 
 
+@pytest.mark.nightly
 def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, _, _ = made
     reader = Reader()

@@ -49,6 +49,7 @@ def test_turkish_is_made_where_the_system_does_not_speak_it() -> None:
     assert found.counts["locale tr_TR.UTF-8 UTF-8"] == 1, found.counts
 
 
+@pytest.mark.nightly
 def test_what_was_set_beside_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that keeps more of its surroundings than it was told to."""
     for name, other in (("jit", "off"), ("numba threads", "2"), ("zone", "05:45")):

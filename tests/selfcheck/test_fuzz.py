@@ -155,7 +155,7 @@ WRONG: dict[Callable[[Path], None], str] = {
 }
 
 
-@pytest.mark.commit(3)
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("wrong", "said"), some(WRONG.items(), len(WRONG) - 3), ids=lambda v: getattr(v, "__name__", "")
 )

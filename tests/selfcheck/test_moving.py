@@ -105,7 +105,7 @@ def raises(plan: Plan) -> Plan:
     raise RuntimeError("out of order")
 
 
-@pytest.mark.commit(2)
+@pytest.mark.nightly
 @pytest.mark.parametrize("wrong", [later, late_at_the_goal, gives_up, takes_a_short_cut, raises])
 @pytest.mark.parametrize("kind", some(["two patrols", "drawn", "gates"]))
 def test_wrong_answers_fail(

@@ -144,6 +144,7 @@ def test_an_optimum_that_is_not_one_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
     assert any("says the optimum is" in f.what for f in outcome("plain", 60).failures)
 
 
+@pytest.mark.nightly
 def test_a_robot_taken_for_a_point_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lampyris.planning.graph.session.free_space", lambda scene: ~scene.grid.blocked)
     made = outcome("plain", 600)

@@ -34,7 +34,7 @@ def ran(kind: str, cases: int = 400) -> Outcome:
     return referee.run(Ask(), Part(kind, 0, min(cases, referee.KINDS[kind].whole or cases)))
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("rule", some(LOST, 3))
 def test_a_lost_rule_is_found(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def blind(*words: Any) -> Violation | None:

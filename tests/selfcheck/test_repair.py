@@ -40,6 +40,7 @@ def test_a_part_that_begins_anywhere_says_the_same() -> None:
     assert whole == ask("3x3", 1000, 17) + ask("3x3", 1017, 43)
 
 
+@pytest.mark.nightly
 def test_small_maps_are_repaired_and_the_rule_is_put_back() -> None:
     before = repairing.GIVE_UP, repairing.HOPELESS
     seen = ask("stories", 0, 20)
@@ -98,6 +99,7 @@ def test_a_way_that_cannot_be_driven(kind: str, wrong: str, monkeypatch: pytest.
     assert ask(kind, {"3x3": 4000, "4x4": 900_000}[kind], 200).failed > 10
 
 
+@pytest.mark.nightly
 def test_a_map_that_forgets_terrain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(LivingMap, "_grade", lambda *_: [])
     assert ask("stories", 0, 20).failed

@@ -29,6 +29,7 @@ def test_every_swarm_is_asked() -> None:
     assert set(swarm.CHECK.kinds_for(Ask())) == drawing
 
 
+@pytest.mark.nightly
 def test_the_cases_are_varied_and_pieces_give_the_whole() -> None:
     whole = outcome("lpso", 60)
     assert outcome("lpso", 23) + outcome("lpso", 37, 23) == whole

@@ -30,6 +30,7 @@ def _samples() -> None:
     checked.sound(), CHECK.kinds_for(Ask())
 
 
+@pytest.mark.nightly
 def test_a_checksum_that_is_not_compared_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(row_record, "is_sound", lambda table, texts: True)
     fails("bit", 40, "reading: ")
@@ -75,7 +76,7 @@ def test_an_untyped_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     fails("bit", 5, "ValueError: broken")
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("lost", [1, 100])
 def test_rows_that_repair_does_not_save_are_seen(lost: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The check itself added what was missing, and then counted."""

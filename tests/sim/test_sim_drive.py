@@ -171,6 +171,7 @@ def same(a, b):
         assert p.xy.tobytes() == q.xy.tobytes()
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("settings", [{}, {"tracking": "velocity", "delay": 0.2}, {"noise": 0.05}])
 def test_the_same_seed_gives_the_same_bytes(settings):
     for seed in range(3):

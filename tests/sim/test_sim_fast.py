@@ -56,7 +56,7 @@ PLANNERS = (AdGso(), AdGso(choice="exact"), AdGso(gates="close"), AdGso(nt=3, mv
 LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30.0))
 
 
-@pytest.mark.commit(2)
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
 @pytest.mark.parametrize("name", some(["env-1", "caves-64", "rooms-20", "env-3", "env-6"], 3))
 def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
@@ -127,6 +127,7 @@ def test_both_forms_tell_it(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert same(made, known) == ""
 
 
+@pytest.mark.nightly
 def test_limits_end_a_run_as_they_end_the_loop() -> None:
     ended = set()
     for seed in range(12):

@@ -59,7 +59,7 @@ def scene_of(kind: str = "differential", shape=BOX, traffic=(), goal=(3.0, 1.5, 
 # ---- the curve --------------------
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", DRIVES)
 def test_a_curve_passes_every_pose_of_its_path(kind: str) -> None:
     scene = scene_of(kind)
@@ -79,7 +79,7 @@ def test_a_curve_passes_every_pose_of_its_path(kind: str) -> None:
     assert np.allclose(curve.turn[~curve.in_place], -curve.curvature[~curve.in_place])
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", DRIVES)
 def test_parts_of_a_curve_backwards_and_joined_are_where_it_is(kind: str) -> None:
     scene = scene_of(kind)
@@ -174,6 +174,7 @@ def test_clearance_of_a_footprint_is_that_of_every_edge_and_every_square() -> No
         assert (np.isfinite(found) == np.isfinite(wanted))[~inside].all()
 
 
+@pytest.mark.nightly
 def test_a_wall_within_the_footprint_is_at_distance_0() -> None:
     blocked = np.zeros((9, 9), dtype=np.bool_)
     blocked[4, 4] = True

@@ -53,7 +53,7 @@ def _drive(scene: lampyris.Scene, controller: str, **more: Any) -> Drive:
     return drive(scene, LatticePlanner(weight=1.5), controller=controller, **settings)
 
 
-@pytest.mark.commit(5)
+@pytest.mark.commit(2)
 @pytest.mark.parametrize("drive_type", DRIVES)
 @pytest.mark.parametrize("controller", NAMES)
 def test_arrives_and_is_accepted_by_the_referee(controller: str, drive_type: str) -> None:
@@ -126,6 +126,7 @@ class _Straight:
         return Steer(Arc(view.pose.yaw, 0.0, 0.0), view.shape.robot.v_max, "limit")
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("drive_type", DRIVES)
 def test_the_braking_rule_stops_a_blind_controller_before_a_wall_and_none_does_not(drive_type: str) -> None:
     scene = _scene(drive_type, start=(1.0, 3.6, 0.0))
@@ -167,6 +168,7 @@ def test_the_same_seed_gives_the_same_drive() -> None:
     assert not np.array_equal(first.s[: len(other.s)], other.s[: len(first.s)])
 
 
+@pytest.mark.nightly
 def test_limits_are_kept() -> None:
     robot = {"a_max": 0.4, "d_max": 0.7, "v_max": 0.9, "a_lat_max": 0.3, "yaw_rate_max": 0.5}
     for controller in NAMES:
@@ -181,6 +183,7 @@ def test_limits_are_kept() -> None:
         assert -0.7 - 1e-9 <= made.a.min() <= made.a.max() <= 0.4 + 1e-9
 
 
+@pytest.mark.nightly
 def test_regulated_pursuit_is_slower_in_bends_and_near_walls_than_it_would_like() -> None:
     free = _drive(
         _scene("differential"), "rpp", controller_settings={"scaling_distance": 1e-6, "min_radius": 1e-6}

@@ -50,6 +50,7 @@ def test_the_goal_is_reached_exactly(tracking):
         assert check_drive(run) is None
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("tracking", ["velocity", "position"])
 def test_the_last_command_lands(tracking):
     """A slow drive goes the last bit to the goal and to stops; it does not halve what is left for ever.

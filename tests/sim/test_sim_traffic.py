@@ -76,6 +76,7 @@ def test_first_places_are_uniform():
     assert all(abs(n - 300) < 5 * 16 for n in counts.values()), counts
 
 
+@pytest.mark.nightly
 def test_a_walker_stays_or_steps_to_each_legal_neighbour_equally_often():
     # On a map of 3 x 3 with start and goal taken out, the middle has six neighbours left: seven options.
     grid = Grid(np.zeros((3, 3), dtype=bool))

@@ -26,6 +26,7 @@ NEMENYI = {2: 1.960, 3: 2.343, 4: 2.569, 5: 2.728, 6: 2.850, 7: 2.949, 8: 3.031,
 """Critical values at 5 %, ibid., Table 5."""
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("n", [1, 2, 7, 30, 300])
 def test_wilson_is_the_interval_that_scipy_has(n: int) -> None:
     for found in range(n + 1):
@@ -147,6 +148,7 @@ def covered(datasets: int, n: int) -> tuple[float, float]:
     return mean / datasets, share / datasets
 
 
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
     mean, share = covered(300, 30)
     assert 0.90 <= mean <= 0.98

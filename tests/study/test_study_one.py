@@ -75,6 +75,7 @@ def _same_whatever_was_kept(study: Study) -> None:
         assert evidence([job]) == {job.key: fresh[job.key]}
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("who", ["ad-gso", "astar", "sipp", "dstar-lite"])
 @pytest.mark.parametrize("law_", ["physical", "dissertation"])
 def test_a_simulation_is_that_of_the_loop(who: str, law_: str) -> None:

@@ -78,6 +78,7 @@ def test_nothing_is_said_where_all_was_done_as_asked() -> None:
     assert summarise(runs_of(one, run_study(one).records())).notes == ()
 
 
+@pytest.mark.nightly
 def test_rows_of_before_they_had_it_are_read_as_without(tmp_path: Path) -> None:
     one = study("plan")
     made = run_study(one)

@@ -69,6 +69,7 @@ def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> Non
     assert "0.25" in page(one, make, tmp_path, timing=True)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
     one = study(
@@ -103,7 +104,7 @@ def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     assert {c.label for c in one.traffic_cases} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
-@pytest.mark.commit(1)
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("maps", "queries", "says"),
@@ -128,6 +129,7 @@ def test_a_page_says_who_collided(tmp_path: Path) -> None:
     assert "An obstacle ran into the robot in no run." in words
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
     """A cell with an interval is in a table that says how many; one of other runs says so itself."""

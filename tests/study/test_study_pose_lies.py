@@ -224,6 +224,7 @@ def driven(controller: str = "exact", **more: Any) -> Study:
     return posed("drive", ("lattice",), drive=settings, **more)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("controller", ["exact", "pure-pursuit"])
 def test_lies_about_a_drive_of_poses(controller: str) -> None:
     study = driven(controller)
@@ -297,6 +298,7 @@ def test_a_disc_s_drive_is_not_one_of_the_footprint() -> None:
     refused(posed(start=start), {**plan, "key": job.key}, "footprint")
 
 
+@pytest.mark.commit(1)
 @sized("cases", 60, 250)
 @pytest.mark.parametrize("kind", ["plan", "drive"])
 def test_damaged_evidence_never_raises(kind: str, cases: int) -> None:

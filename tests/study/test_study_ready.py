@@ -128,6 +128,7 @@ def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
         assert all(row.metrics["reference_ok"] for row in rows)
 
 
+@pytest.mark.nightly
 def test_gamma_decides_nothing_and_rho_something() -> None:
     """What ``sensitivity`` says of itself: luciferin is a multiple of gamma."""
     study = load_study("sensitivity")

@@ -52,6 +52,7 @@ def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # ---- the same rows --------------------
 
 
+@pytest.mark.commit(2)
 @pytest.mark.parametrize(
     "where",
     [Execution(2), Execution(4), Execution(shuffle=1), Execution(2, shuffle=2)],
@@ -115,6 +116,7 @@ def test_workers_are_other_processes_with_one_thread_each() -> None:
 # ---- nothing more is held than is worked on --------------------
 
 
+@pytest.mark.nightly
 def test_jobs_unfold_as_they_are_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     study = hands.study_of(100_000, maps=1)
     unfolded, stored = 0, 0

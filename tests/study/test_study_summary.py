@@ -97,6 +97,7 @@ def test_differences_are_taken_run_by_run() -> None:
     assert arrived.each == (0.0, 0.0, -0.5)
 
 
+@pytest.mark.nightly
 def test_holm_is_over_all_comparisons_of_a_measure() -> None:
     summary = summarise(runs(study(queries=8), by_chance(1)))
     for name in {p.measure for p in summary.pairs}:
@@ -167,6 +168,7 @@ def test_means_are_those_of_plain_loops(seed: int) -> None:
                 assert own.low <= own.value <= own.high or math.isnan(own.low)
 
 
+@pytest.mark.nightly
 def test_the_order_of_records_says_nothing() -> None:
     one, make = study(), by_chance(3)
     whole = runs(one, make)
@@ -229,7 +231,7 @@ def test_seconds_stand_in_no_summary_that_is_not_asked_for_them() -> None:
     assert any("timing" in tab.name for tab in tabs(summarise(made, timing=True)))
 
 
-@pytest.mark.commit(9)
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 @pytest.mark.parametrize("failing", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("planners", [("only",), ("a", "b"), tuple("abcdefgh")])

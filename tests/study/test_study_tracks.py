@@ -85,6 +85,7 @@ def test_nobody_ever_covers_start_or_goal_and_the_simulator_takes_the_tracks(
             assert not lanes[y, x]
 
 
+@pytest.mark.nightly
 def test_one_world_has_one_set_of_tracks_whoever_plans() -> None:
     """Of every planner and law the obstacles are at the same places at the same ticks, as far as it goes."""
     seen: dict[int, Any] = {}

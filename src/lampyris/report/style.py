@@ -62,6 +62,7 @@ CAUSES = {
     "turn": "#f5b5a7",
     "wait": "#ee1540",
     "jerk": "#c9efd2",
+    "yaw rate": "#3a742e",
     "no data": "#000000",
     "obstacle": "#8208bc",
     "waiting": "#a7ba6e",

@@ -38,6 +38,7 @@ export const CAUSES = {
   clearance: "#e69f00", curvature: "#56b4e9", "moving obstacle": "#cc79a7", zone: "#f0e442",
   uncertainty: "#2e002b", undecided: "#000571", "blind area": "#882af5", "three speeds": "#811d00",
   danger: "#004b69", approach: "#e236f5", turn: "#f5b5a7", wait: "#ee1540", jerk: "#c9efd2",
+  "yaw rate": "#3a742e",
   "no data": "#000000", obstacle: "#8208bc", waiting: "#a7ba6e", "ring 1": "#e69f00", "ring 2": "#f0e442",
   angle: "#56b4e9",
 };
@@ -48,7 +49,7 @@ export const CAUSES = {
 const ON_DARK = {
   start: "#c0c0c0", goal: "#fcfcfc", uncertainty: "#5bf67b", undecided: "#ac1bfd", "blind area": "#91be6e",
   "three speeds": "#89e3f4", danger: "#7c9557", "no data": "#6c6c6c",
-  obstacle: "#d718bb", waiting: "#9f4d8a",
+  obstacle: "#d718bb", waiting: "#9f4d8a", "yaw rate": "#8adb50",
 };
 
 /** Colour of what binds a speed. @param {string} cause @param {boolean} [dark] */
