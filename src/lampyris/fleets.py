@@ -5,6 +5,7 @@ Nothing leaves through :func:`plan_fleet` that the referee has not re-checked.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -15,7 +16,10 @@ from lampyris import referee
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
-from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
+from lampyris.errors import SettingError, UsageError, callable_or_none, file_name, of_kind, shown
+from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
 from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
@@ -145,3 +149,36 @@ def _largest_region(grid: Grid) -> np.ndarray[Any, np.dtype[np.int64]]:
     sizes = np.bincount(labels.ravel())[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
     return np.stack((x, y), axis=1)
+
+
+def load_fleet(
+    path: str | os.PathLike[str],
+    map_: str | os.PathLike[str] | Grid,
+    robots: int | None = None,
+) -> Fleet:
+    """A fleet from a MovingAI ``.scen`` (its first lines) or from a list of agents.
+
+    Parameters
+    ----------
+    path : a file whose name ends in ``.scen``, or a list of agents (YAML, JSON, CSV), see
+        :func:`lampyris.io.fleet_files.read_agents`.
+    map_ : the map: a file, a bundled name or a grid.
+    robots : how many; None: all.
+
+    Raises
+    ------
+    FileError, SceneError, LimitError : see :mod:`lampyris.io.fleet_files`.
+    SettingError : ``ROBOTS``: no whole number of at least 1.
+    """
+    name = file_name("path", path)
+    if robots is not None and not is_whole(robots, 1):
+        raise SettingError.of("ROBOTS", "robots", shown(robots), allowed="a whole number >= 1, or None")
+    document = MapDocument(map_) if isinstance(map_, Grid) else load_map(map_)
+    return read_fleet(name, document, robots).fleet
+
+
+def read_fleet(path: str, document: MapDocument, robots: int | None) -> FleetFile:
+    """The fleet of a file, by its suffix; see :func:`load_fleet`."""
+    if path.lower().endswith(".scen"):
+        return read_scen_fleet(path, document, robots)
+    return read_agents(path, document.grid, robots)

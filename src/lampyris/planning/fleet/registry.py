@@ -33,7 +33,7 @@ def names() -> tuple[str, ...]:
     return tuple(_KINDS)
 
 
-def fleet_planner_class(name: str) -> type[Any]:
+def planner_class(name: str) -> type[Any]:
     """The planner of that name.
 
     Raises
@@ -57,7 +57,7 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> FleetPlanner:
     UsageError : no such planner.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    kind = fleet_planner_class(name)
+    kind = planner_class(name)
     known = defaults_of(kind)
     for key in settings or {}:
         if key not in known:
