@@ -94,13 +94,13 @@ def plan_fleet(
     ended, loaded = loading.wall(), loading.seconds() - loaded
     timing = {"plan_s": planned - began, "referee_s": ended - planned}
     return replace(
-        found, frame=fleet.grid.frame, timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded}
+        found,
+        frame=fleet.grid.frame,
+        timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded},
     )
 
 
-def _within(
-    chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any
-) -> FleetPlan:
+def _within(chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any) -> FleetPlan:
     """The planner's answer within the seconds and the stop of a budget."""
     iterations = None if budget is None else budget.expansions
     seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)

@@ -373,7 +373,7 @@ def parse_settings(planner: str, words: list[str], table: Any = registry) -> dic
     """
     kind = table.planner_class(planner)
     declared = typing.get_type_hints(kind)
-    hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}  # type: ignore[arg-type]
+    hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}
     given: dict[str, Any] = {}
     for word in words:
         key, equals, value = word.partition("=")

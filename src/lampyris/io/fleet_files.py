@@ -156,7 +156,10 @@ def _listed(document: JsonDocument | YamlDocument, grid: Grid) -> list[_Placed]:
         for key in one:
             if key not in ("start", "goal", "start_m", "goal_m"):
                 raise FileError(
-                    "AGENTS", f"unknown key {shown(key)}", where=document.at("agents", k, key), allowed=_ALLOWED
+                    "AGENTS",
+                    f"unknown key {shown(key)}",
+                    where=document.at("agents", k, key),
+                    allowed=_ALLOWED,
                 )
         ends = [_end(document, k, one, what, grid) for what in ("start", "goal")]
         found.append((partial(document.at, "agents", k), ends[0], ends[1]))
@@ -167,7 +170,9 @@ def _end(document: JsonDocument | YamlDocument, k: int, one: dict[str, Any], wha
     keys = [key for key in (what, f"{what}_m") if key in one]
     if len(keys) != 1:
         twice = f"both {what} and {what}_m" if keys else f"no {what}"
-        raise FileError("AGENTS", twice, where=document.at("agents", k), allowed=f"one of {what} and {what}_m")
+        raise FileError(
+            "AGENTS", twice, where=document.at("agents", k), allowed=f"one of {what} and {what}_m"
+        )
     key, pair = keys[0], one[keys[0]]
     metric = key.endswith("_m")
     numbers = pair if isinstance(pair, list) and len(pair) == 2 else ()
@@ -175,7 +180,9 @@ def _end(document: JsonDocument | YamlDocument, k: int, one: dict[str, Any], wha
     right = all(isinstance(v, kind) and not isinstance(v, bool) and abs(v) <= GREATEST for v in numbers)
     if not numbers or not right:
         allowed = "two numbers x, y: metres" if metric else "two whole numbers x, y: a cell"
-        raise FileError("AGENTS", f"{key} is {shown(pair)}", where=document.at("agents", k, key), allowed=allowed)
+        raise FileError(
+            "AGENTS", f"{key} is {shown(pair)}", where=document.at("agents", k, key), allowed=allowed
+        )
     x, y = numbers
     return grid.to_cell(float(x), float(y)) if metric else (int(x), int(y))
 

@@ -184,7 +184,9 @@ def _force(low, order, base, at, now, following, occupant, reserved):
 
 
 @kernel(out=("config", "waited", "order", "node", "opened", "bucket", "state"))
-def add(table, goals, distance, cells, config, waited, order, node, opened, bucket, state, parent, cost, hashed):
+def add(
+    table, goals, distance, cells, config, waited, order, node, opened, bucket, state, parent, cost, hashed
+):
     """Append a node for these cells and open it; its robots' order is made from the parent's."""
     robots = len(goals)
     many = len(table) // robots

@@ -31,7 +31,7 @@ def drawn(state):
 
 
 @kernel()
-def _ways_on(edge, degree, goals, occupant, back, cell):
+def _exits(edge, degree, goals, occupant, back, cell):
     """From ``cell``, come to from ``back``: how many cells one can go on to, and one of them.
 
     A dead end whose robot is on its goal is none: that robot need not move. Returned as ``cell * 8 + count``.
@@ -60,7 +60,7 @@ def _is_swap_required(edge, degree, table, goals, occupant, pusher, puller, fron
     mine = pusher * cells
     theirs = puller * cells
     while table[mine + back] < table[mine + front]:
-        found = _ways_on(edge, degree, goals, occupant, front, back)
+        found = _exits(edge, degree, goals, occupant, front, back)
         if found % 8 >= 2:
             return False
         if found % 8 == 0:
@@ -77,7 +77,7 @@ def _is_swap_possible(edge, degree, goals, occupant, front, back):
     """Whether who leaves ``front`` by way of ``back`` comes to a cell with room for two to pass."""
     origin = front
     while back != origin:
-        found = _ways_on(edge, degree, goals, occupant, front, back)
+        found = _exits(edge, degree, goals, occupant, front, back)
         if found % 8 >= 2:
             return True
         if found % 8 == 0:

@@ -70,9 +70,10 @@ class FleetPlan(Value):
 
     def __post_init__(self) -> None:
         given: Any = self.paths
-        if not isinstance(self.status, Status):
+        status: Any = self.status
+        if not isinstance(status, Status):
             allowed = ", ".join(one.value for one in Status)
-            raise SettingError("FLEET_PLAN", shown(self.status), where="status", allowed=allowed)
+            raise SettingError("FLEET_PLAN", shown(status), where="status", allowed=allowed)
         if not isinstance(given, tuple | list) or (self.status is Status.FOUND and not given):
             raise SettingError("FLEET_PLAN", shown(given), where="paths", allowed="a path for each robot")
         paths = []
@@ -114,7 +115,7 @@ class FleetPlan(Value):
     @property
     def lower_bound(self) -> int | None:
         """Sum of the robots' shortest paths: no plan costs less. None: unknown."""
-        return None if self.shortest is None else sum(self.shortest.tolist())
+        return None if self.shortest is None else int(self.shortest.sum(dtype=np.int64))
 
     @property
     def gap(self) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -29,6 +30,7 @@ BUCKETS = 1 << 15
 """Heads of the hash table of configurations."""
 FIRST_NODES = 64
 UNBOUNDED = 2**62
+_GROWING = ("_config", "_waited", "_order", "_node", "_low", "_link", "_opened")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +81,17 @@ class Lacam:
         # Without a budget of any kind nothing would end the improvement.
         endless = iterations is None and not _is_timed()
         try:
-            detail = self._searched(search, endless, UNBOUNDED if iterations is None else iterations, progress)
+            detail = self._searched(
+                search, endless, UNBOUNDED if iterations is None else iterations, progress
+            )
         except Cancelled:
             if is_stopped():
                 raise
-            detail = "" if search.best is None else "All robots reach their goals; stopped improving at the time limit."
+            detail = (
+                ""
+                if search.best is None
+                else "All robots reach their goals; stopped improving at the time limit."
+            )
         if search.best is None:
             status = Status.NO_PATH if search.exhausted else Status.LIMIT
             paths = search.nearest()
@@ -94,9 +102,7 @@ class Lacam:
             tuple(search.improvements), seed, detail=detail,
         )  # fmt: skip
 
-    def _searched(
-        self, search: LacamSearch, endless: bool, most: int, progress: Progress | None
-    ) -> str:
+    def _searched(self, search: LacamSearch, endless: bool, most: int, progress: Progress | None) -> str:
         """Search to the end; why it ended, where the status does not say so."""
         while True:
             ending = search.go_on(min(most, search.iterations + CHUNK))
@@ -108,9 +114,15 @@ class Lacam:
                 return "" if search.best is None else "All robots reach their goals; the search is exhausted."
             if ending == kernels.FULL:
                 room = f"the search's {MEMORY.allowed:,} MiB ({MEMORY.variable}) are used"
-                return f"Stopped: {room}." if search.best is None else f"All robots reach their goals; {room}."
+                return (
+                    f"Stopped: {room}." if search.best is None else f"All robots reach their goals; {room}."
+                )
             if search.iterations >= most and ending == kernels.LIMIT:
-                return "" if search.best is None else "All robots reach their goals; stopped improving at the budget."
+                return (
+                    ""
+                    if search.best is None
+                    else "All robots reach their goals; stopped improving at the budget."
+                )
 
 
 class LacamSearch:
@@ -216,8 +228,8 @@ class LacamSearch:
         ]
         if "_config" in arrays:
             arrays += ["_waited", "_order", "_node"]
-        more = sum(getattr(self, name).nbytes for name in arrays)
-        if self._tables.mebibytes + (self._bytes() + more) // MIB > MEMORY.allowed:
+        more = self._bytes(arrays)
+        if self._tables.mebibytes + (self._bytes(_GROWING) + more) // MIB > MEMORY.allowed:
             return False
         for name in arrays:
             setattr(self, name, grown(getattr(self, name)))
@@ -225,9 +237,11 @@ class LacamSearch:
             self._queue = np.empty(len(self._node) // kernels.NODE_WIDTH + 1, dtype=np.int32)
         return True
 
-    def _bytes(self) -> int:
-        growing = (self._config, self._waited, self._order, self._node, self._low, self._link, self._opened)
-        return sum(array.nbytes for array in growing)
+    def _bytes(self, arrays: Iterable[str]) -> int:
+        total = 0
+        for name in arrays:
+            total += int(getattr(self, name).nbytes)
+        return total
 
 
 def _is_timed() -> bool:

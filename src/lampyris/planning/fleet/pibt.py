@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,7 +47,9 @@ class Pibt:
 
     name: ClassVar[str] = "pibt"
     traits: ClassVar[FleetTraits] = FleetTraits(reaches=True, stochastic=True)
-    summary: ClassVar[str] = "PIBT: priorities tick by tick; quickest, may never have all robots on their goals at once."
+    summary: ClassVar[str] = (
+        "PIBT: priorities tick by tick; quickest, may never have all robots on their goals at once."
+    )
     source: ClassVar[str] = (
         "Okumura, Machida, Defago, Tamura, AIJ 310, 2022; swap rule: Okumura, IJCAI 2023; hindrance: arXiv 2505.12623."
     )
@@ -76,7 +78,8 @@ class Pibt:
             limited = True
         track = run.track
         home = int(np.count_nonzero(track[-1] == tables.goals))
-        detail, improvements = "", ((run.tick, int(arrivals(track, tables.goals).sum())),)
+        detail = ""
+        improvements: tuple[tuple[int, int], ...] = ((run.tick, int(arrivals(track, tables.goals).sum())),)
         status = Status.FOUND
         if not run.solved:
             status = Status.LIMIT if limited else Status.ITERATION_LIMIT
@@ -141,9 +144,9 @@ class PibtRun:
             self._track = grown(self._track)
 
 
-def grown(array: np.ndarray, size: int | None = None) -> np.ndarray:  # type: ignore[type-arg]
-    """A copy with twice the room, or ``size`` elements."""
-    made = np.empty(2 * len(array) if size is None else size, dtype=array.dtype)
+def grown(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """A copy with twice the room."""
+    made = np.empty(2 * len(array), dtype=array.dtype)
     made[: len(array)] = array
     return made
 

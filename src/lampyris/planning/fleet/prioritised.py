@@ -30,7 +30,7 @@ class PrioritisedSipp:
     """Prioritised planning: each robot takes the earliest arrival that the robots before it leave.
 
     Robots with long ways plan first; where one finds no path, the order is shuffled and all is planned again, that robot
-    first. It is incomplete: there are fleets that it never solves in any order, and many crowded ones that it does not
+    first. It is incomplete: there are fleets that it never solves in any order, and many dense ones that it does not
     in practice. Its plans are often cheaper than those of PIBT.
 
     Parameters
@@ -46,8 +46,12 @@ class PrioritisedSipp:
 
     name: ClassVar[str] = "prioritised-sipp"
     traits: ClassVar[FleetTraits] = FleetTraits(stochastic=True)
-    summary: ClassVar[str] = "Prioritised SIPP: one robot after another, earlier ones as known tracks; incomplete."
-    source: ClassVar[str] = "Erdmann, Lozano-Perez 1987; Silver 2005; SIPP: Phillips, Likhachev 2011. Ours: the restarts."
+    summary: ClassVar[str] = (
+        "Prioritised SIPP: one robot after another, earlier ones as known tracks; incomplete."
+    )
+    source: ClassVar[str] = (
+        "Erdmann, Lozano-Perez 1987; Silver 2005; SIPP: Phillips, Likhachev 2011. Ours: the restarts."
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))

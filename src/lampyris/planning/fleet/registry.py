@@ -14,7 +14,9 @@ from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.pibt import Pibt
 from lampyris.planning.fleet.prioritised import PrioritisedSipp
 
-_KINDS: Mapping[str, type[Any]] = MappingProxyType({kind.name: kind for kind in (Lacam, Pibt, PrioritisedSipp)})
+_KINDS: Mapping[str, type[Any]] = MappingProxyType(
+    {kind.name: kind for kind in (Lacam, Pibt, PrioritisedSipp)}
+)
 
 
 @dataclass(frozen=True, slots=True)

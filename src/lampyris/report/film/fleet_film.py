@@ -145,11 +145,11 @@ class FleetRenderer:
 
             home = int((self._tracks[tick] == self._goals).all(axis=1).sum())
             every = f" (1 in {self._stride} shown)" if self._stride > 1 else ""
-            words = f"tick {tick} of {self._ticks}{every}    {home} of {len(self._goals)} robots on their goals"
+            words = (
+                f"tick {tick} of {self._ticks}{every}    {home} of {len(self._goals)} robots on their goals"
+            )
             image = Image.new("RGB", (self._width, CAPTION), (255, 255, 255))
             font = ImageFont.load_default(size=14)
-            ImageDraw.Draw(image).text(
-                (MARGIN, CAPTION / 2), words, font=font, fill=sprites.INK, anchor="lm"
-            )
+            ImageDraw.Draw(image).text((MARGIN, CAPTION / 2), words, font=font, fill=sprites.INK, anchor="lm")
             self._captioned = tick, np.asarray(image)
         return self._captioned[1]

@@ -7,6 +7,7 @@ numbers of tick and cells. Nothing is taken from planners or kernels.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,9 @@ def check_fleet_plan(plan: FleetPlan, fleet: Fleet, *, every: bool | None = None
     Rules: ``paths`` (one for each robot), ``start``, ``outside``, ``wall``, ``step`` (to one of four neighbours, or
     none), ``goal``, ``arrival`` (the path ends at the tick of the last arrival, and no sooner), ``vertex`` (two robots in
     one cell), ``swap`` (two that change places), ``cost`` and ``makespan`` (as counted again), ``bound`` (the
-    shortest paths as worked out again, and their sum), ``improvements`` (they fall, and end at the plan's cost). Of a plan that is not
-    found the paths are judged as far as they go, except for goal and arrival; robots then stay at their last cells.
+    shortest paths as worked out again, and their sum), ``improvements`` (they fall, and end at the plan's cost). Of a
+    plan that is not found the paths are judged as far as they go, except for goal and arrival; robots then stay at their
+    last cells.
 
     Parameters
     ----------
@@ -73,7 +75,9 @@ def _check_path(k: int, path: Cells, fleet: Fleet, *, whole: bool) -> Violation 
     if (length > 1).any():
         t = int((length > 1).argmax())
         return Violation(
-            "step", f"robot {k}, tick {t + 1}", f"goes from ({x[t]}, {y[t]}) to ({x[t + 1]}, {y[t + 1]}) in a tick"
+            "step",
+            f"robot {k}, tick {t + 1}",
+            f"goes from ({x[t]}, {y[t]}) to ({x[t + 1]}, {y[t + 1]}) in a tick",
         )
     if not whole:
         return None
@@ -157,7 +161,7 @@ def _check_costs(plan: FleetPlan) -> Violation | None:
     if plan.makespan != max(ends):
         return Violation("makespan", "plan", f"makespan {plan.makespan}; counted: {max(ends)}")
     costs = [cost for _, cost in plan.improvements]
-    if any(b >= a for a, b in zip(costs, costs[1:], strict=False)) or (costs and costs[-1] != sum(ends)):
+    if any(b >= a for a, b in pairwise(costs)) or (costs and costs[-1] != sum(ends)):
         return Violation("improvements", "plan", f"costs {costs[-3:]} do not fall to the plan's {sum(ends)}")
     return None
 
@@ -170,7 +174,9 @@ def _check_bound(plan: FleetPlan, fleet: Fleet, every: bool | None) -> Violation
     if plan.shortest.shape != (robots,):
         return Violation("bound", "plan", f"{plan.shortest.shape} shortest lengths for {robots} robots")
     if plan.lower_bound != sum(plan.shortest.tolist()):
-        return Violation("bound", "plan", f"lower bound {plan.lower_bound} is not the sum of the shortest lengths")
+        return Violation(
+            "bound", "plan", f"lower bound {plan.lower_bound} is not the sum of the shortest lengths"
+        )
     for k, (one, length) in enumerate(zip(fleet.robots, plan.shortest.tolist(), strict=True)):
         (x0, y0), (x1, y1) = one.start, one.goal
         most = len(plan.paths[k]) - 1 if plan.status is Status.FOUND else length
@@ -182,7 +188,9 @@ def _check_bound(plan: FleetPlan, fleet: Fleet, every: bool | None) -> Violation
     distances = _distances(fleet.grid, [(fleet.robots[k].start, fleet.robots[k].goal) for k in chosen])
     for k, distance in zip(chosen, distances, strict=True):
         if distance != plan.shortest[k]:
-            return Violation("bound", f"robot {k}", f"{plan.shortest[k]} steps at least; the shortest path has {distance}")
+            return Violation(
+                "bound", f"robot {k}", f"{plan.shortest[k]} steps at least; the shortest path has {distance}"
+            )
     return None
 
 
