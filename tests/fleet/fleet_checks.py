@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from scipy import ndimage
@@ -29,7 +29,7 @@ def conflicts(plan: lampyris.FleetPlan, fleet: lampyris.Fleet) -> list[str]:
     for k, (path, agent) in enumerate(zip(cells, fleet.robots, strict=True)):
         if path[0] != agent.start or path[-1] != agent.goal:
             found.append(f"ends of {k}")
-        for (x, y), (u, v) in zip(path, path[1:], strict=False):
+        for (x, y), (u, v) in pairwise(path):
             if abs(x - u) + abs(y - v) > 1 or fleet.grid.blocked[v, u]:
                 found.append(f"step of {k}")
     for t in range(last):

@@ -30,8 +30,8 @@ class PrioritisedSipp:
     """Prioritised planning: each robot takes the earliest arrival that the robots before it leave.
 
     Robots with long ways plan first. Where one finds no path, all is planned again with that robot first, or in a random
-    order if it has been first before. It is incomplete: there are fleets that it never solves in any order, and many dense ones that it does not
-    in practice. Its plans are often cheaper than those of PIBT.
+    order if it has been first before. It is incomplete: there are fleets that it never solves in any order, and many
+    dense ones that it does not in practice. Its plans are often cheaper than those of PIBT.
 
     Parameters
     ----------
