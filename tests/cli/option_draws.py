@@ -367,7 +367,7 @@ def template(folder: Path) -> None:
         texts = {
             "m.txt": ROOM,
             "m.map": "type octile\nheight 5\nwidth 6\nmap\n......\n.@@...\n......\n...@..\n......\n",
-            "m.map.scen": "version 1\n0\tm.map\t6\t5\t0\t0\t5\t4\t6.6\n0\tm.map\t6\t5\t0\t0\t5\t0\t5\n",
+            "m.map.scen": "version 1\n0\tm.map\t6\t5\t0\t0\t5\t4\t6.6\n0\tm.map\t6\t5\t1\t0\t5\t0\t4\n",
             "cost.csv": "0,0,0\n0,100,0\n0,0,50\n",
             "zones.csv": "\n".join(["1,1,1,1,1,1"] * 5) + "\n",
             "way.csv": "x_m,y_m\n0.5,0.5\n3.5,0.5\n5.5,0.5\n",
