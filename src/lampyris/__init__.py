@@ -33,6 +33,10 @@ _HOME = {
     "solve_field": "lampyris.planning.field.solve",
     "solve_fields": "lampyris.planning.field.many",
     "dissertation_speeds": "lampyris.motion.laws.dissertation",
+    "load_fleet": "lampyris.fleets",
+    "plan_fleet": "lampyris.fleets",
+    "random_fleet": "lampyris.fleets",
+    "Agent": "lampyris.model.fleet.fleet",
     "Budget": "lampyris.planning.base",
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
@@ -40,6 +44,8 @@ _HOME = {
     "Drive": "lampyris.model.drive",
     "Edit": "lampyris.model.edit",
     "Field": "lampyris.model.field",
+    "Fleet": "lampyris.model.fleet.fleet",
+    "FleetPlan": "lampyris.model.fleet.fleet_plan",
     "Gate": "lampyris.model.field",
     "Grid": "lampyris.model.grid",
     "LampyrisError": "lampyris.errors",
@@ -86,6 +92,9 @@ if TYPE_CHECKING:
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
+    from lampyris.fleets import load_fleet as load_fleet
+    from lampyris.fleets import plan_fleet as plan_fleet
+    from lampyris.fleets import random_fleet as random_fleet
     from lampyris.io.maps.inflation import inflate as inflate
     from lampyris.io.maps.inflation import inflation_costs as inflation_costs
     from lampyris.io.primitives.load import load_primitives as load_primitives
@@ -97,6 +106,9 @@ if TYPE_CHECKING:
     from lampyris.model.edit import Edit as Edit
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
+    from lampyris.model.fleet.fleet import Agent as Agent
+    from lampyris.model.fleet.fleet import Fleet as Fleet
+    from lampyris.model.fleet.fleet_plan import FleetPlan as FleetPlan
     from lampyris.model.grid import Grid as Grid
     from lampyris.model.lattice.motion_primitives import Motion as Motion
     from lampyris.model.lattice.motion_primitives import MotionPrimitives as MotionPrimitives

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api, curves, kernels
+from lampyris import api, curves, fleets, kernels
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
@@ -35,8 +35,10 @@ from lampyris.motion.safety.blind_areas import visible_cells
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import checked, fill, solve
+from lampyris.planning.fleet import registry as fleet_planners
 from lampyris.planning.graph.fastest_search import FieldSearch
 from lampyris.planning.graph.jps_search import JumpSearch
 from lampyris.sim.grid.fast_simulation import FastRuns
@@ -164,6 +166,7 @@ def jobs() -> Iterator[Callable[[], object]]:
         yield partial(_speeds, law)
         yield partial(_driven, law)
     yield _watched
+    yield _fleets
 
 
 def _grid(terrain: bool = False) -> Grid:
@@ -267,6 +270,12 @@ def _studied(moves: str) -> None:
         for choice in ("greedy", "exact"):
             FastRuns(scene, AdGso(choice=choice)).run(1, 30)
     Replay(scene, 1).upto(10)
+
+
+def _fleets() -> None:
+    """A fleet, by each planner of fleets."""
+    for planner in fleet_planners.names():
+        fleets.plan_fleet(fleets.random_fleet(_grid(), 8), planner, budget=Budget(expansions=200))
 
 
 def _speeds(law: str) -> None:

@@ -138,13 +138,13 @@ def test_kinds_differ_in_shape_and_letter_not_in_colour_alone() -> None:
 
 def test_a_long_run_stays_bounded_and_says_so(tmp_path: Path) -> None:
     trace = sample_trace(ticks=1000)
-    shown = simulation_film._moments(trace.ticks, 16)
+    shown = simulation_film.moments(trace.ticks, 16)
     assert len(shown.moments) <= simulation_film.MAX_FRAMES + 1
     assert (shown.moments[0], shown.moments[-1], shown.stride) == (0.0, 1000.0, 5)
     plain, told = (TraceRenderer(trace, None, k).frame(0.0) for k in (1, 5))
     assert not (plain == told).all()
     for ticks, frames in ((0, 1), (1, 3), (120, 241), (121, 122), (240, 241), (241, 122)):
-        assert len(simulation_film._moments(ticks, 16).moments) == frames
+        assert len(simulation_film.moments(ticks, 16).moments) == frames
 
 
 def test_films_of_odd_maps(tmp_path: Path) -> None:

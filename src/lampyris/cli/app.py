@@ -12,6 +12,7 @@ from lampyris.cli.option_errors import Command
 from lampyris.cli.option_groups import with_groups
 from lampyris.cli.verbs import app as app_command
 from lampyris.cli.verbs import (
+    fleet,
     laws,
     maps,
     movingai,
@@ -69,6 +70,6 @@ def _root(
 
 for verb in (
     plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, primitives.primitives, movingai.movingai,
-    speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
+    fleet.fleet, speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
 ):  # fmt: skip
     app.command(cls=Command)(with_groups(verb))

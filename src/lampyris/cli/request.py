@@ -358,30 +358,36 @@ def _number(kind: type[Any], text: str, where: str) -> Any:
     return value
 
 
-def parse_settings(planner: str, words: list[str]) -> dict[str, Any]:
+def parse_settings(planner: str, words: list[str], table: Any = registry) -> dict[str, Any]:
     """``KEY=VALUE`` words as the types the planner's settings declare.
+
+    Parameters
+    ----------
+    planner : its name.
+    words : as they were typed.
+    table : the module that knows the planners of this kind by name (``planner_class``, ``make``).
 
     Raises
     ------
     UsageError : a word without ``=``, a setting the planner does not have, a value of the wrong type.
     """
-    kind = registry.planner_class(planner)
+    kind = table.planner_class(planner)
     declared = typing.get_type_hints(kind)
-    hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}  # type: ignore[arg-type]
+    hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}
     given: dict[str, Any] = {}
     for word in words:
         key, equals, value = word.partition("=")
         key = key.strip().replace("-", "_")
         if not equals or not key:
             raise UsageError("SET", f"{word!r}", where="--set", allowed="KEY=VALUE")
-        given[key] = _value(planner, key, value.strip(), hints)
+        given[key] = _value(planner, key, value.strip(), hints, table)
     return given
 
 
-def _value(planner: str, key: str, text: str, hints: Mapping[str, Any]) -> Any:
+def _value(planner: str, key: str, text: str, hints: Mapping[str, Any], table: Any) -> Any:
     if key not in hints:
         try:
-            registry.make(planner, {key: None})  # raises, naming the settings there are
+            table.make(planner, {key: None})  # raises, naming the settings there are
         except UnknownSettingError as unknown:
             raise UsageError(
                 unknown.code, unknown.what, where="--set", allowed=unknown.allowed, todo=unknown.todo

@@ -1,4 +1,4 @@
-"""The referee: an independent check that judges paths, plans, profiles, traces and drives, and names the broken rule.
+"""The referee: an independent check that judges paths, plans, profiles, traces, drives and fleets, and names the broken rule.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each
@@ -31,6 +31,7 @@ from lampyris.referee.verdict import Violation, demand
 
 if TYPE_CHECKING:
     from lampyris.referee.drive import check_drive as check_drive
+    from lampyris.referee.fleets.fleet_plan import check_fleet_plan as check_fleet_plan
     from lampyris.referee.trace import check_trace as check_trace
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "certify",
     "check_curve",
     "check_drive",
+    "check_fleet_plan",
     "check_motion",
     "check_path",
     "check_plan",
@@ -48,11 +50,15 @@ __all__ = [
 ]
 
 
+_LATER = {"check_drive": "drive", "check_fleet_plan": "fleets.fleet_plan", "check_trace": "trace"}
+"""Functions to their modules."""
+
+
 def __getattr__(name: str) -> Any:
     # Loaded when they are asked for: who plans drives nothing yet.
-    if name not in ("check_drive", "check_trace"):
+    if name not in _LATER:
         raise AttributeError(f"module 'lampyris.referee' has no attribute {name!r}")
-    found = getattr(import_module(f"lampyris.referee.{name.removeprefix('check_')}"), name)
+    found = getattr(import_module(f"lampyris.referee.{_LATER[name]}"), name)
     globals()[name] = found
     return found
 

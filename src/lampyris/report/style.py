@@ -75,6 +75,13 @@ CAUSES = {
 searched for by chance, so that any two that can meet are far apart to the colour-blind too: at least 12 in
 CIELAB, with and without each of the three kinds. Causes not named here take :data:`SPARE` in order."""
 
+FLEET = (
+    (0, 114, 178), (230, 120, 0), (0, 135, 95), (200, 30, 60), (123, 44, 191), (86, 180, 233), (240, 200, 40),
+    (204, 121, 167), (130, 90, 40), (90, 170, 60), (60, 70, 160), (240, 130, 120),
+)  # fmt: skip
+"""Colours of the robots of a fleet, by turns: Okabe and Ito's and darker ones; a robot's number tells it apart, not
+its colour alone."""
+
 SPARE = ("#882255", "#44aa99", "#ddcc77", "#332288", "#117733", "#aa4499")
 
 

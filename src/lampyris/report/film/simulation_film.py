@@ -89,13 +89,13 @@ def film(
     FileError : the system refuses to write.
     """
     check(out, fps, scale)
-    shown = _moments(trace.ticks, fps)
+    shown = moments(trace.ticks, fps)
     write_film(TraceRenderer(trace, scale, shown.stride, landscape), shown, out, progress)
 
 
 def frames_of(trace: Trace, fps: float = FPS) -> int:
     """How many frames the film of a simulation has: what ``progress`` of :func:`film` comes to."""
-    return len(_moments(trace.ticks, fps).moments)
+    return len(moments(trace.ticks, fps).moments)
 
 
 def check(out: OutFile, fps: float, scale: int | None) -> None:
@@ -126,7 +126,7 @@ def write_film(stage: Draws, shown: Shown, out: OutFile, progress: Callable[[int
     _write(out, suffix_of(out, (".webp", ".gif")), images, durations)
 
 
-def _moments(ticks: int, fps: float) -> Shown:
+def moments(ticks: int, fps: float) -> Shown:
     """The moments of a run: several a tick while the bound allows it, else every k-th tick and the last."""
     each_ms = frame_ms(fps)
     glide = max(1, min(GLIDE, MAX_FRAMES // max(1, ticks)))

@@ -1,0 +1,244 @@
+"""``lampyris fleet``: paths for many robots that never collide.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lampyris._core.limits import MAX_CELLS
+from lampyris.cli import outputs, text
+from lampyris.cli.exit_codes import NO_ANSWER
+from lampyris.cli.option_errors import check_choice
+from lampyris.cli.options import (
+    AllowOutside,
+    Colour,
+    Film,
+    Force,
+    Json,
+    Map,
+    MaxCells,
+    NoTiming,
+    Picture,
+    Resolution,
+    Seed,
+    Values,
+    moves_name,
+)
+from lampyris.cli.outputs import print_written
+from lampyris.cli.progress import counting, working
+from lampyris.cli.text import print_json, print_notes
+
+if TYPE_CHECKING:
+    from lampyris.io.fleet_files import FleetFile
+    from lampyris.io.maps.formats.document import MapDocument
+    from lampyris.model.fleet.fleet import Fleet
+    from lampyris.model.fleet.fleet_plan import FleetPlan
+
+
+def fleet(
+    map_: Map,
+    scen: Annotated[
+        Path | None,
+        typer.Option("--scen", metavar="FILE", help="Starts and goals: the first lines of a MovingAI .scen."),
+    ] = None,
+    agents: Annotated[
+        Path | None,
+        typer.Option(
+            "--agents", metavar="FILE", help="Starts and goals: a list (.yaml, .json, .csv), cells or metres."
+        ),
+    ] = None,
+    robots: Annotated[
+        int | None,
+        typer.Option(
+            "--robots",
+            metavar="N",
+            help="How many robots (default: all of the file); without a file, drawn at random with the seed.",
+        ),
+    ] = None,
+    planner: Annotated[
+        str,
+        typer.Option(
+            "--planner", metavar="lacam|pibt|prioritised-sipp", help="lacam, pibt or prioritised-sipp."
+        ),
+    ] = "lacam",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
+    ] = None,
+    moves: Annotated[
+        str,
+        typer.Option(
+            "--moves",
+            metavar="four-connected",
+            help="four-connected: a step to one of four neighbours, or a wait.",
+            callback=moves_name,
+        ),
+    ] = "four-connected",
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds",
+            metavar="S",
+            help="Time limit; lacam improves its plan until then (default: the first plan).",
+        ),
+    ] = None,
+    iterations: Annotated[
+        int | None,
+        typer.Option(
+            "--iterations",
+            metavar="N",
+            help="Limit of the planner's iterations: as --seconds, but with the same bytes every time.",
+        ),
+    ] = None,
+    seed: Seed = 0,
+    resolution: Resolution = None,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    picture: Picture = None,
+    film: Film = None,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    force: Force = False,
+) -> None:
+    """Plan paths for many robots that never collide.
+
+    The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to one of
+    four neighbouring cells or waits. Exit code 4: not solved.
+    """
+    from lampyris import fleets
+    from lampyris.cli.request import budget_of, parse_settings
+    from lampyris.planning.base import Budget
+    from lampyris.planning.fleet import registry
+
+    outputs.check_outputs(force, json=json_, picture=picture, film=film)
+    given = parse_settings(planner, settings or [], registry)
+    budget = budget_of("--seconds", seconds) or Budget()
+    budget = Budget(_checked(iterations), budget.seconds)
+    document = _load(map_, resolution, values, colour, allow_outside, max_cells)
+    asked = _fleet(document, scen, agents, robots, seed)
+    if seconds is not None:
+        _load_kernels(planner, quiet=json_)
+    print_notes((*document.notes, *asked.notes))
+    with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
+        show = None if tick is None else (lambda done, _cost: tick(done))
+        made = fleets.plan_fleet(
+            asked.fleet, planner, moves=moves, seed=seed, budget=budget, progress=show, planner_settings=given
+        )
+    _draw(made, asked.fleet, picture, film, quiet=json_)
+    if json_:
+        from lampyris.report.data.fleet_record import fleet_record
+
+        record = fleet_record(made, asked.fleet, moves)
+        print_json({**record, "timing": {}} if no_timing else record)
+    else:
+        _print(made, asked.fleet)
+        print_written(picture, film)
+    raise typer.Exit(0 if made else NO_ANSWER)
+
+
+def _load_kernels(planner: str, *, quiet: bool) -> None:
+    """Load or compile what a planner runs: the seconds are for planning."""
+    from lampyris import fleets
+    from lampyris.kernels import _jit
+    from lampyris.model.fleet.fleet import Agent, Fleet
+    from lampyris.model.grid import Grid
+
+    if _jit.jit_disabled():
+        return
+    small = Fleet(Grid([[False] * 3] * 2), [Agent((0, 0), (2, 1)), Agent((2, 0), (0, 1))])
+    with working("loading compiled code", quiet=quiet), _jit.compiled_only():
+        fleets.plan_fleet(small, planner)
+
+
+def _checked(iterations: int | None) -> int | None:
+    from lampyris.errors import SettingError
+
+    if iterations is not None and iterations < 1:
+        raise SettingError.of("BUDGET", "iterations", f"{iterations}", allowed="a whole number >= 1")
+    return iterations
+
+
+def _load(
+    map_: str, resolution: float | None, values: str, colour: str, allow_outside: bool, max_cells: int | None
+) -> MapDocument:
+    from lampyris.io.maps.load import COLOURS, VALUES, load_map
+
+    return load_map(
+        map_,
+        resolution=resolution,
+        values=check_choice("VALUES", "--values", values, VALUES),
+        colour=check_choice("COLOUR", "--colour", colour, COLOURS),
+        allow_outside=allow_outside,
+        max_cells=MAX_CELLS if max_cells is None else max_cells,
+    )
+
+
+def _fleet(
+    document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int
+) -> FleetFile:
+    """The fleet of the file that is given, or a random one."""
+    from lampyris import fleets
+    from lampyris.errors import SettingError, UsageError
+    from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
+
+    if scen is not None and agents is not None:
+        raise UsageError("OPTIONS", "--scen and --agents both given", allowed="one of them")
+    if robots is not None and robots < 1:
+        raise SettingError.of("ROBOTS", "robots", f"{robots}", allowed="a whole number >= 1")
+    if scen is not None:
+        return read_scen_fleet(scen, document, robots)
+    if agents is not None:
+        return read_agents(agents, document.grid, robots)
+    if robots is None:
+        todo = "give --robots N for random robots, --scen FILE or --agents FILE"
+        raise UsageError("OPTIONS", "no robots", todo=todo)
+    return FleetFile(fleets.random_fleet(document.grid, robots, seed=seed))
+
+
+def _draw(made: FleetPlan, asked: Fleet, picture: Path | None, film: Path | None, *, quiet: bool) -> None:
+    if picture is not None:
+        from lampyris.report.pictures.fleet_picture import draw_fleet
+
+        with working("drawing", quiet=quiet):
+            draw_fleet(made, asked, picture)
+    if film is not None and not made.paths:
+        print_notes(("no paths, so no film was made",))
+    elif film is not None:
+        from lampyris.report.film.fleet_film import fleet_film
+
+        with counting("filming", "frames", quiet=quiet) as frame:
+            fleet_film(made, asked, film, progress=frame)
+
+
+def _print(made: FleetPlan, asked: Fleet) -> None:
+    """Print a plan: the verdict first, then the numbers."""
+    text.line(made.sentence, style=f"bold {'green' if made else 'red'}")
+    grid = asked.grid
+    rows: list[Any] = [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("robots", f"{len(asked.robots)}, four-connected moves, seed {made.seed}"),
+        ("planner", made.planner),
+    ]
+    if made.sum_of_costs is not None:
+        rows.append(("makespan", f"{made.makespan} ticks"))
+        gap = "" if made.gap is None else f"; at least {made.lower_bound:,}, gap {made.gap:.2%}"
+        rows.append(("sum of costs", f"{made.sum_of_costs:,} ticks until each robot stays at its goal{gap}"))
+    if len(made.improvements) > 1:
+        first = made.improvements[0][1]
+        rows.append(("improved", f"{len(made.improvements) - 1} times, from {first:,}"))
+    rows.append(("iterations", f"{made.iterations:,}; {made.expansions:,} states"))
+    rows += [("note", note) for note in made.notes]
+    seconds = made.timing.get("total_s")
+    if seconds is not None:
+        loaded = made.timing.get("loading_s", 0.0)
+        once = f", loading compiled code {1000 * loaded:.1f} ms" if loaded >= 1e-4 else ""
+        plan = f"planning {1000 * made.timing['plan_s']:.1f} ms, referee {1000 * made.timing['referee_s']:.1f} ms"
+        rows.append(("time", f"{1000 * seconds:.1f} ms, of which {plan}{once}"))
+    text.facts("", rows)

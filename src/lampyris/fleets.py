@@ -1,0 +1,184 @@
+"""Many robots on one map: plan_fleet, load_fleet, random_fleet.
+
+Nothing leaves through :func:`plan_fleet` that the referee has not re-checked.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lampyris import referee
+from lampyris._core import cancellation
+from lampyris._core.cancellation import Cancelled
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
+from lampyris.errors import SettingError, UsageError, callable_or_none, file_name, of_kind, shown
+from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import load_map
+from lampyris.kernels import loading
+from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.model.grid import Grid
+from lampyris.model.moves import moves_named
+from lampyris.model.plan import Status
+from lampyris.planning.base import Budget
+from lampyris.planning.fleet import registry
+from lampyris.planning.fleet.base import FleetPlanner
+
+PLANNER = "lacam"
+"""The planner by default."""
+MOVES = "four-connected"
+"""The step set; the others would need conflicts where two robots cross diagonally."""
+
+
+def plan_fleet(
+    fleet: Fleet,
+    planner: str | FleetPlanner = PLANNER,
+    *,
+    moves: str = MOVES,
+    seed: int = 0,
+    budget: Budget | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
+    planner_settings: Mapping[str, Any] | None = None,
+    **settings: Any,
+) -> FleetPlan:
+    """Paths for all robots of a fleet that never collide, re-checked by the referee.
+
+    ::
+
+        fleet = lampyris.Fleet(grid, robots=[lampyris.Agent((0, 0), (9, 9)), lampyris.Agent((9, 9), (0, 0))])
+        found = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=2))
+        found.sum_of_costs, found.lower_bound, found.paths[0]
+
+    Parameters
+    ----------
+    fleet : the map, and each robot's start and goal.
+    planner : a name (see :func:`lampyris.planning.fleet.registry.list_fleet_planners`) or a planner object.
+    moves : ``four-connected``: a step to one of four neighbours or a wait takes a tick and costs 1.
+    seed : seed of all random draws: the same seed gives the same plan, unless seconds end the search.
+    budget : ``seconds`` and ``stop`` end the call; ``expansions`` limits the planner's iterations
+        (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` improves its plan until the budget is used,
+        and without one returns its first.
+    progress : called now and then with the iterations so far and the sum of costs of the best plan, or None.
+    planner_settings : the planner's settings by name.
+    settings : the same as keywords.
+
+    Raises
+    ------
+    UsageError : no such planner; ``MOVES``: a step set that fleets cannot use.
+    SettingError : a setting it does not have, or out of its range.
+    LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
+    InternalFault : the referee refused the plan; a bug of ours.
+    """
+    of_kind("fleet", fleet, Fleet)
+    of_kind("budget", budget, Budget, none=True)
+    of_kind("planner_settings", planner_settings, Mapping, none=True)
+    callable_or_none("progress", progress)
+    chosen = registry.chosen(planner, {**settings, **(planner_settings or {})})
+    if moves_named(moves).name != MOVES:
+        raise UsageError.of(
+            "MOVES", "moves", shown(moves), allowed=MOVES,
+            todo="other steps need conflicts of robots that cross diagonally, which planners of fleets do not know yet",
+        )  # fmt: skip
+    if not is_whole(seed, 0, MAX_SEED):
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
+    began, loaded = loading.wall(), loading.seconds()
+    found = _within(chosen, fleet, int(seed), budget, progress)
+    planned = loading.wall()
+    referee.demand(referee.check_fleet_plan(found, fleet))
+    ended, loaded = loading.wall(), loading.seconds() - loaded
+    timing = {"plan_s": planned - began, "referee_s": ended - planned}
+    return replace(
+        found,
+        frame=fleet.grid.frame,
+        timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded},
+    )
+
+
+def _within(chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any) -> FleetPlan:
+    """The planner's answer within the seconds and the stop of a budget."""
+    iterations = None if budget is None else budget.expansions
+    seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)
+    with cancellation.watching(seconds, stop) as own:
+        try:
+            return chosen.plan(fleet, seed, iterations, progress)
+        except Cancelled:
+            if own is None or (own.outer is not None and own.outer.is_over):
+                raise
+            status = Status.CANCELLED if own.was_cancelled else Status.LIMIT
+            return FleetPlan(status, chosen.name, seed=seed)
+
+
+def random_fleet(grid: Grid, robots: int, *, seed: int = 0) -> Fleet:
+    """A fleet with random starts and goals in the largest connected region of a map.
+
+    Parameters
+    ----------
+    grid : the map.
+    robots : how many.
+    seed : of the draws; of two fleets with one seed the smaller is the beginning of the larger.
+
+    Raises
+    ------
+    SettingError : ``ROBOTS``: fewer than one, or more than the region has cells.
+    """
+    of_kind("grid", grid, Grid)
+    if not is_whole(seed, 0, MAX_SEED):
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
+    region = _largest_region(grid)
+    if not is_whole(robots, 1, len(region)):
+        allowed = f"a whole number, 1 to {len(region):,}: the free cells of the largest region"
+        raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=allowed)
+    rng = np.random.Generator(np.random.PCG64(int(seed)))
+    starts, goals = (region[rng.permutation(len(region))[: int(robots)]].tolist() for _ in range(2))
+    return Fleet(grid, [Agent(start, goal) for start, goal in zip(starts, goals, strict=True)])
+
+
+def _largest_region(grid: Grid) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """The cells (x, y) of the largest region that is connected by four-connected steps."""
+    from scipy import ndimage
+
+    labels, regions = ndimage.label(~grid.blocked)
+    if regions == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    sizes = np.bincount(labels.ravel())[1:]
+    y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
+    return np.stack((x, y), axis=1)
+
+
+def load_fleet(
+    path: str | os.PathLike[str],
+    map_: str | os.PathLike[str] | Grid,
+    robots: int | None = None,
+) -> Fleet:
+    """A fleet from a MovingAI ``.scen`` (its first lines) or from a list of agents.
+
+    Parameters
+    ----------
+    path : a file whose name ends in ``.scen``, or a list of agents (YAML, JSON, CSV), see
+        :func:`lampyris.io.fleet_files.read_agents`.
+    map_ : the map: a file, a bundled name or a grid.
+    robots : how many; None: all.
+
+    Raises
+    ------
+    FileError, SceneError, LimitError : see :mod:`lampyris.io.fleet_files`.
+    SettingError : ``ROBOTS``: no whole number of at least 1.
+    """
+    name = file_name("path", path)
+    if robots is not None and not is_whole(robots, 1):
+        raise SettingError.of("ROBOTS", "robots", shown(robots), allowed="a whole number >= 1, or None")
+    document = MapDocument(map_) if isinstance(map_, Grid) else load_map(map_)
+    return read_fleet(name, document, robots).fleet
+
+
+def read_fleet(path: str, document: MapDocument, robots: int | None) -> FleetFile:
+    """The fleet of a file, by its suffix; see :func:`load_fleet`."""
+    if path.lower().endswith(".scen"):
+        return read_scen_fleet(path, document, robots)
+    return read_agents(path, document.grid, robots)

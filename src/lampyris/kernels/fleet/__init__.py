@@ -1,0 +1,1 @@
+"""Loops of multi-robot planning: distance tables, PIBT, LaCAM*."""

@@ -1,0 +1,325 @@
+"""PIBT: the next cell of every robot, by priority inheritance with backtracking and the swap rule.
+
+K. Okumura, M. Machida, X. Defago, Y. Tamura, "Priority inheritance with backtracking for iterative multi-agent path
+finding", Artificial Intelligence 310, 2022; the swap rule: K. Okumura, "Improving LaCAM for scalable eventually optimal
+multi-agent pathfinding", IJCAI 2023, appendix; hindrance as the tie-break: "Lightweight and effective preference
+construction in PIBT for large-scale multi-agent pathfinding", arXiv 2505.12623.
+
+Robots decide in the order of their priorities. A robot tries its cells by distance to its goal; if another robot that
+has not decided stands on one, that robot inherits the priority and has to decide first; if it cannot leave, the next
+cell is tried. The recursion is an explicit stack, and a robot is on it at most once.
+
+Cells are numbers of free cells. ``edge`` is int32, (4 * cells,): each cell's neighbours first, then ``cells`` for those that
+are missing; ``degree`` says how many there are.
+"""
+
+from __future__ import annotations
+
+from lampyris.kernels._helpers import LOOK
+from lampyris.kernels._jit import kernel, stopped
+
+SOLVED, LIMIT, FULL = 0, 1, 2
+MASK = 0xFFFFFFFF
+
+
+@kernel()
+def drawn(state):
+    """The next state of a 32-bit xorshift generator (Marsaglia 2003); never 0 if ``state`` is not."""
+    state ^= (state << 13) & MASK
+    state ^= state >> 17
+    return state ^ ((state << 5) & MASK)
+
+
+@kernel()
+def _exits(edge, degree, goals, occupant, back, cell):
+    """From ``cell``, come to from ``back``: how many cells one can go on to, and one of them.
+
+    A dead end whose robot is on its goal is none: that robot need not move. Returned as ``cell * 8 + count``.
+    """
+    count = 0
+    on = 0
+    for k in range(degree[cell]):
+        u = edge[4 * cell + k]
+        if u == back:
+            continue
+        if degree[u] == 1 and occupant[u] >= 0 and goals[occupant[u]] == u:
+            continue
+        count += 1
+        on = int(u)
+    return on * 8 + count
+
+
+@kernel()
+def _is_swap_required(edge, degree, table, goals, occupant, pusher, puller, front, back):
+    """Whether ``pusher``, on ``front``, cannot pass ``puller``, on ``back``, unless the two swap their cells.
+
+    The pusher is moved down its distances, the puller in front of it, until there is room to pass or one of them would
+    be content.
+    """
+    cells = len(degree)
+    mine = pusher * cells
+    theirs = puller * cells
+    while table[mine + back] < table[mine + front]:
+        found = _exits(edge, degree, goals, occupant, front, back)
+        if found % 8 >= 2:
+            return False
+        if found % 8 == 0:
+            break
+        front = back
+        back = found // 8
+    if table[theirs + front] >= table[theirs + back]:
+        return False
+    return table[mine + front] == 0 or table[mine + back] < table[mine + front]
+
+
+@kernel()
+def _is_swap_possible(edge, degree, goals, occupant, front, back):
+    """Whether who leaves ``front`` by way of ``back`` comes to a cell with room for two to pass."""
+    origin = front
+    while back != origin:
+        found = _exits(edge, degree, goals, occupant, front, back)
+        if found % 8 >= 2:
+            return True
+        if found % 8 == 0:
+            return False
+        front = back
+        back = found // 8
+    return False
+
+
+@kernel()
+def _partner(edge, degree, table, goals, now, following, occupant, i, first):
+    """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1."""
+    here = now[i]
+    a = occupant[first]
+    if (
+        a >= 0
+        and following[a] < 0
+        and _is_swap_required(edge, degree, table, goals, occupant, i, a, here, first)
+        and _is_swap_possible(edge, degree, goals, occupant, first, here)
+    ):
+        return int(a)
+    for k in range(degree[here]):
+        u = edge[4 * here + k]
+        a = occupant[u]
+        if (
+            a >= 0
+            and u != first
+            and _is_swap_required(edge, degree, table, goals, occupant, a, i, here, first)
+            and _is_swap_possible(edge, degree, goals, occupant, first, here)
+        ):
+            return int(a)
+    return -1
+
+
+@kernel(out=("choice", "key", "random"))
+def _rank(edge, degree, table, now, occupant, choice, key, random, i):
+    """Write the cells that robot ``i`` may go to, best first, to ``choice[5 * i:]``.
+
+    By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
+    (hindrance), then at random.
+    """
+    cells = len(degree)
+    here = now[i]
+    row = i * cells
+    n = int(degree[here])
+    state = drawn(random[0])
+    random[0] = state
+    for k in range(n):
+        key[k] = int(table[row + edge[4 * here + k]]) << 16
+    for k in range(n):
+        distance = key[k] >> 16
+        tie = False
+        for j in range(n):
+            tie = tie or (j != k and key[j] >> 16 == distance)
+        if tie:
+            u = int(edge[4 * here + k])
+            hindered = 0
+            for j in range(degree[u]):
+                a = occupant[edge[4 * u + j]]
+                if a >= 0 and a != i and table[a * cells + u] < table[a * cells + now[a]]:
+                    hindered += 1
+            key[k] += (hindered << 8) + ((state >> (8 * k)) & 255)
+    base = 5 * i
+    key[n] = int(table[row + here]) << 16
+    for k in range(n + 1):
+        u = int(edge[4 * here + k]) if k < n else int(here)
+        own = key[k]
+        j = k
+        while j > 0 and key[j - 1] > own:
+            key[j] = key[j - 1]
+            choice[base + j] = choice[base + j - 1]
+            j -= 1
+        key[j] = own
+        choice[base + j] = u
+
+
+@kernel(out=("following", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
+def step(
+    edge, degree, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
+    stack, random, swapping, halt,
+):  # fmt: skip
+    """Decide the next cell of every robot; whether all could (without given cells, they always can).
+
+    Parameters
+    ----------
+    edge, degree : see above. ``table`` : (robots * cells,), see :mod:`.distances`.
+    goals, now : int32, (robots,); cells.
+    order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
+    following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
+    occupant, reserved : int32, (cells,); the robot that is there now, and next (the given ones), or -1.
+    choice, key, turn, partner, stack : int32, (5 * robots), (5), and (robots,) each; scratch.
+    random : int64, (1,); state of the generator, 1 .. 2**32 - 1.
+    swapping : whether the swap rule applies.
+    """
+    for r in range(len(goals)):
+        root = order[base + r]
+        if following[root] >= 0:
+            continue
+        if r % LOOK == 0 and stopped(halt):
+            return False
+        depth = 0
+        stack[0] = root
+        turn[root] = -1
+        ended = 0  # of the robot that was pushed last: 1 it moves, 2 it cannot
+        while depth >= 0:
+            i = int(stack[depth])
+            here = int(now[i])
+            if turn[i] < 0:
+                _rank(edge, degree, table, now, occupant, choice, key, random, i)
+                partner[i] = -1
+                first = int(choice[5 * i])
+                if swapping and first != here:
+                    partner[i] = _partner(edge, degree, table, goals, now, following, occupant, i, first)
+                    if partner[i] >= 0:
+                        low = 5 * i
+                        high = low + int(degree[here])
+                        while low < high:
+                            u = choice[low]
+                            choice[low] = choice[high]
+                            choice[high] = u
+                            low += 1
+                            high -= 1
+                turn[i] = 0
+            elif ended == 2:
+                turn[i] += 1
+            moves = ended == 1
+            ended = 0
+            pushed = False
+            while not moves and not pushed and turn[i] <= degree[here]:
+                u = int(choice[5 * i + turn[i]])
+                a = int(occupant[u])
+                if reserved[u] >= 0 or (a >= 0 and following[a] == here):
+                    turn[i] += 1
+                    continue
+                reserved[u] = i
+                following[i] = u
+                if a >= 0 and a != i and following[a] < 0:
+                    depth += 1
+                    stack[depth] = a
+                    turn[a] = -1
+                    pushed = True
+                else:
+                    moves = True
+            if pushed:
+                continue
+            if moves:
+                a = int(partner[i])
+                if turn[i] == 0 and a >= 0 and following[a] < 0 and reserved[here] < 0:
+                    following[a] = here
+                    reserved[here] = a
+                ended = 1
+            else:
+                reserved[here] = i
+                following[i] = here
+                ended = 2
+            depth -= 1
+        if ended == 2:
+            return False
+    return True
+
+
+@kernel(out=("order",))
+def rearrange(order, base, waited, since, distance):
+    """Sort the robots of ``order[base:]`` by falling priority: ticks off the goal, then distance at the start.
+
+    Nearly sorted to begin with, so insertion is quick. ``waited[since + i]`` are the ticks of robot i.
+    """
+    for r in range(1, len(distance)):
+        i = order[base + r]
+        ticks = waited[since + i]
+        far = distance[i]
+        k = r
+        while k > 0:
+            j = order[base + k - 1]
+            if waited[since + j] > ticks or (waited[since + j] == ticks and distance[j] >= far):
+                break
+            order[base + k] = j
+            k -= 1
+        order[base + k] = i
+
+
+@kernel(
+    out=(
+        "order", "waited", "now", "following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack",
+        "random", "track", "visited", "tick",
+    ),
+    of="track",
+    each=15_000,
+)  # fmt: skip
+def run(
+    edge, degree, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
+    partner, stack, random, swapping, track, visited, tick, most, halt,
+):  # fmt: skip
+    """Steps of PIBT until all robots are on their goals at once; SOLVED, LIMIT or FULL.
+
+    Parameters
+    ----------
+    edge .. random, swapping : as for :func:`step`; ``distance``, int32, (robots,), as for :func:`rearrange`.
+    waited : int32, (robots,); ticks off the goal. ``order`` is sorted by it.
+    track : int32, (ticks, robots); the cells of tick 0 are there. FULL: there was no room for another tick.
+    visited : int32, (robots,); the first tick at which each robot was on its goal, or -1.
+    tick : int64, (1,); the last tick that is written.
+    most : tick after which to give up.
+    """
+    robots = len(goals)
+    for i in range(robots):
+        occupant[now[i]] = i
+    ending = LIMIT
+    while True:
+        home = 0
+        for i in range(robots):
+            if now[i] == goals[i]:
+                home += 1
+                if visited[i] < 0:
+                    visited[i] = tick[0]
+        if home == robots:
+            ending = SOLVED
+            break
+        if tick[0] >= most or stopped(halt):
+            break
+        if (tick[0] + 2) * robots > len(track):
+            ending = FULL
+            break
+        for i in range(robots):
+            following[i] = -1
+        step(
+            edge, degree, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
+            stack, random, swapping, halt,
+        )  # fmt: skip
+        if stopped(halt):
+            break
+        for i in range(robots):
+            occupant[now[i]] = -1
+            reserved[following[i]] = -1
+        tick[0] += 1
+        for i in range(robots):
+            u = following[i]
+            now[i] = u
+            occupant[u] = i
+            track[tick[0] * robots + i] = u
+            waited[i] = 0 if u == goals[i] else waited[i] + 1
+        rearrange(order, 0, waited, 0, distance)
+    for i in range(robots):
+        occupant[now[i]] = -1
+    return ending

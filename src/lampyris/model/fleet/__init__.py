@@ -1,0 +1,1 @@
+"""Values of multi-robot planning: agents, fleets, joint plans."""

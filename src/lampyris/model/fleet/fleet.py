@@ -1,0 +1,137 @@
+"""Fleet: a map, and the start and goal of each of its robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lampyris._core.noun import Noun
+from lampyris._core.predicates import cell_of
+from lampyris.errors import SceneError, SettingError, shown
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.typing import Cell, CellLike
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Agent(Noun):
+    """One robot of a fleet: where it starts and where it goes.
+
+    Parameters
+    ----------
+    start, goal : cells (x, y).
+    robot : its size and limits; None: a robot that fits in a cell. Planners of fleets take robots whose radius is at
+        most half a cell, one cell a robot.
+
+    Raises
+    ------
+    SettingError : ``TYPE``: no cell, or no robot.
+    """
+
+    start: Cell
+    goal: Cell
+    robot: Robot | None = None
+
+    if TYPE_CHECKING:  # what is accepted; what is stored is declared above
+
+        def __init__(self, start: CellLike, goal: CellLike, robot: Robot | None = ...) -> None: ...
+
+    def __post_init__(self) -> None:
+        for what in ("start", "goal"):
+            given: Any = getattr(self, what)
+            cell = cell_of(given)
+            if cell is None:
+                raise SettingError(
+                    "TYPE", f"{shown(given)} is not a cell", where=what, allowed="two whole numbers x, y"
+                )
+            object.__setattr__(self, what, cell)
+        robot: Any = self.robot
+        if robot is not None and not isinstance(robot, Robot):
+            raise SettingError("TYPE", shown(robot), where="robot", allowed="a lampyris.Robot, or None")
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Fleet(Noun):
+    """Robots on one map, each with a start and a goal: one question of multi-agent path finding.
+
+    Parameters
+    ----------
+    grid : the map.
+    robots : one or more; no two share a start, no two share a goal.
+
+    Raises
+    ------
+    SettingError : ``TYPE``: no grid or no agents; ``FLEET``: no robot at all, or two with one start or one goal;
+        ``FLEET_ROBOT``: a robot larger than a cell. They name the robot by its index, from 0.
+    SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``, with the robot's index.
+    """
+
+    grid: Grid
+    robots: tuple[Agent, ...]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, grid: Grid, robots: Sequence[Agent]) -> None: ...
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.grid, Grid):
+            raise SettingError("TYPE", f"a {type(self.grid).__name__}", where="grid", allowed="a Grid")
+        given: Any = self.robots
+        if not isinstance(given, tuple | list):
+            raise SettingError("TYPE", shown(given), where="robots", allowed="a list of lampyris.Agent")
+        object.__setattr__(self, "robots", tuple(given))
+        if not given:
+            raise SettingError("FLEET", "no robot", where="robots", allowed="one or more")
+        taken: dict[str, dict[Cell, int]] = {"start": {}, "goal": {}}
+        for k, one in enumerate(given):
+            if not isinstance(one, Agent):
+                raise SettingError("TYPE", shown(one), where=f"robots[{k}]", allowed="a lampyris.Agent")
+            self._check_size(k, one)
+            for what in ("start", "goal"):
+                cell: Cell = getattr(one, what)
+                self._check_end(k, what, cell)
+                other = taken[what].setdefault(cell, k)
+                if other != k:
+                    raise SettingError(
+                        "FLEET", f"{cell} is the {what} of robot {other}, too", where=f"robots[{k}].{what}",
+                        allowed=f"a {what} for each robot alone",
+                    )  # fmt: skip
+
+    def _check_size(self, k: int, one: Agent) -> None:
+        most = self.grid.resolution / 2
+        if one.robot is not None and one.robot.radius > most:
+            raise SettingError(
+                "FLEET_ROBOT", f"a radius of {one.robot.radius:g} m", where=f"robots[{k}].robot",
+                allowed=f"at most half a cell, {most:g} m",
+                todo="take a map with larger cells (a coarser resolution)",
+            )  # fmt: skip
+
+    def _check_end(self, k: int, what: str, cell: Cell) -> None:
+        where, grid = f"robots[{k}].{what}", self.grid
+        if not grid.contains(cell):
+            allowed = f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}"
+            raise SceneError(
+                f"{what.upper()}_OUTSIDE", f"{cell} is outside the map", where=where, allowed=allowed
+            )
+        if grid.blocked[cell[1], cell[0]]:
+            raise SceneError(
+                f"{what.upper()}_OCCUPIED", f"{cell} is blocked", where=where, allowed="a free cell"
+            )
+
+    def _brief(self) -> str:
+        name = self.grid.name[:40] or f"{self.grid.width} x {self.grid.height} cells"
+        return f"<Fleet {name}: {len(self.robots)} robot{'s' if len(self.robots) > 1 else ''}>"
+
+    def __len__(self) -> int:
+        return len(self.robots)
+
+    @property
+    def starts(self) -> tuple[Cell, ...]:
+        """The start of each robot."""
+        return tuple(one.start for one in self.robots)
+
+    @property
+    def goals(self) -> tuple[Cell, ...]:
+        """The goal of each robot."""
+        return tuple(one.goal for one in self.robots)

@@ -1,0 +1,136 @@
+"""FleetPlan: the paths of all robots of a fleet, and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.predicates import cells, numbers
+from lampyris._core.values import Value
+from lampyris.errors import SettingError, shown
+from lampyris.model.grid import MapFrame, frozen
+from lampyris.model.plan import Status
+from lampyris.typing import Cells
+
+Counts = NDArray[np.int32]
+"""int32, (n,)."""
+
+_SENTENCES = {
+    Status.FOUND: "All robots reach their goals.",
+    Status.NO_PATH: "No plan: the robots cannot all reach their goals.",
+    Status.ITERATION_LIMIT: "Stopped before all robots stood on their goals at once.",
+    Status.LIMIT: "Stopped at the budget before a plan was found.",
+    Status.CANCELLED: "Stopped on request.",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FleetPlan(Value):
+    """The answer of a planner of fleets.
+
+    Parameters
+    ----------
+    status : how it ended; only ``found`` is true: every robot reaches its goal and stays there.
+    planner : the planner's name.
+    paths : one for each robot, in the order of the fleet: int32 (ticks + 1, 2), its cell (x, y) at every tick, from
+        its start to the tick at which it comes to its goal for good. It stays at the last cell from then on. Of a plan
+        that is not found: where the robots were led as far as it goes; empty where nothing is known.
+    shortest : steps of each robot's own shortest path on the bare map, int32 (robots,); None: unknown.
+    iterations : what the planner counts and a budget limits: configurations tried (``lacam``), ticks (``pibt``),
+        searches of one robot (``prioritised-sipp``).
+    expansions : states made: configurations, ticks, states of a cell and an interval.
+    improvements : rows of iteration and sum of costs, at each plan that cost less than the ones before.
+    seed : the seed of the random draws.
+    frame : where the map's cells lie in metres.
+    timing : seconds by stage; the only part that differs from run to run.
+    detail : why, in words, where there is more to say than the status's own sentence.
+    notes : sentences a person should read.
+
+    Raises
+    ------
+    SettingError : ``FLEET_PLAN``: a path that is none, or no path of a plan that is found.
+    """
+
+    status: Status
+    planner: str
+    paths: tuple[Cells, ...] = ()
+    shortest: Counts | None = None
+    iterations: int = 0
+    expansions: int = 0
+    improvements: tuple[tuple[int, int], ...] = ()
+    seed: int = 0
+    frame: MapFrame | None = None
+    timing: Mapping[str, float] = field(default_factory=dict, compare=False)
+    detail: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        given: Any = self.paths
+        status: Any = self.status
+        if not isinstance(status, Status):
+            allowed = ", ".join(one.value for one in Status)
+            raise SettingError("FLEET_PLAN", shown(status), where="status", allowed=allowed)
+        if not isinstance(given, tuple | list) or (self.status is Status.FOUND and not given):
+            raise SettingError("FLEET_PLAN", shown(given), where="paths", allowed="a path for each robot")
+        paths = []
+        for k, one in enumerate(given):
+            path = cells(one)
+            if path is None or not len(path):
+                allowed = "whole numbers (ticks + 1, 2)"
+                raise SettingError("FLEET_PLAN", shown(one), where=f"paths[{k}]", allowed=allowed)
+            paths.append(frozen(path))
+        object.__setattr__(self, "paths", tuple(paths))
+        if self.shortest is not None:
+            lengths = numbers(self.shortest, (None,))
+            if lengths is None or (lengths < 0).any() or (lengths >= 2**31).any() or (lengths % 1).any():
+                allowed = "whole numbers of steps >= 0 (robots,), or None"
+                raise SettingError("FLEET_PLAN", shown(self.shortest), where="shortest", allowed=allowed)
+            object.__setattr__(self, "shortest", frozen(lengths.astype(np.int32)))
+
+    def _brief(self) -> str:
+        head = f"<FleetPlan {self.status} by {self.planner}: {len(self.paths)} robots"
+        if not self:
+            return f"{head}>"
+        gap = "" if self.gap is None else f", gap {self.gap:.2%}"
+        return f"{head}, makespan {self.makespan}, sum of costs {self.sum_of_costs}{gap}>"
+
+    def __bool__(self) -> bool:
+        return bool(self.status)
+
+    @property
+    def makespan(self) -> int | None:
+        """The tick of the last arrival; None when not found."""
+        return max(len(path) for path in self.paths) - 1 if self else None
+
+    @property
+    def sum_of_costs(self) -> int | None:
+        """Sum over the robots of the ticks until each stays at its goal for good, waiting included (the convention of
+        the MovingAI benchmark); None when not found."""
+        return sum(len(path) - 1 for path in self.paths) if self else None
+
+    @property
+    def lower_bound(self) -> int | None:
+        """Sum of the robots' shortest paths: no plan costs less. None: unknown."""
+        return None if self.shortest is None else int(self.shortest.sum(dtype=np.int64))
+
+    @property
+    def gap(self) -> float | None:
+        """How much more than the lower bound the plan costs, as a fraction; None where one is unknown."""
+        costs = self.sum_of_costs
+        if costs is None or self.lower_bound is None:
+            return None
+        return (costs - self.lower_bound) / self.lower_bound if self.lower_bound else 0.0
+
+    @property
+    def sentence(self) -> str:
+        """What a person should read."""
+        return self.detail or _SENTENCES.get(self.status, self.status.sentence)
+
+    def at(self, tick: int) -> Cells:
+        """The cell of every robot at a tick, int32 (robots, 2); after its last cell a robot stays there."""
+        made = np.array([path[min(tick, len(path) - 1)] for path in self.paths], dtype=np.int32)
+        return frozen(made.reshape(-1, 2))

@@ -1,0 +1,1 @@
+"""Planning for many robots on one map: prioritised SIPP, PIBT, LaCAM*."""

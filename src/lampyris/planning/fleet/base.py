@@ -1,0 +1,58 @@
+"""The contract of planners of fleets: frozen settings, traits that say what is promised, and one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, runtime_checkable
+
+from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.fleet.fleet_plan import FleetPlan
+
+Progress = Callable[[int, int | None], None]
+"""Called with the iterations so far and the sum of costs of the best plan so far (None: there is none yet)."""
+
+
+@dataclass(frozen=True, slots=True)
+class FleetTraits:
+    """What a planner of fleets promises. None is free of conflicts by promise: the referee judges every plan.
+
+    Parameters
+    ----------
+    complete : it finds a plan if there is one, given time and memory, and says that there is none only if so.
+    reaches : every robot comes to its goal after finitely many ticks, though not all are there at once, on maps where
+        neighbouring free cells always lie on a common cycle; with the settings that its docstring names.
+    anytime : it goes on to cheaper plans until the budget is used.
+    stochastic : plans depend on the seed.
+    """
+
+    complete: bool = False
+    reaches: bool = False
+    anytime: bool = False
+    stochastic: bool = False
+
+
+@runtime_checkable
+class FleetPlanner(Protocol):
+    """A frozen dataclass; its fields are the settings."""
+
+    name: ClassVar[str]
+    traits: ClassVar[FleetTraits]
+    summary: ClassVar[str]
+    source: ClassVar[str]
+
+    def plan(
+        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+    ) -> FleetPlan:
+        """A plan for the fleet with four-connected moves.
+
+        Parameters
+        ----------
+        fleet : the question.
+        seed : of every random draw.
+        iterations : how many at most, see :attr:`FleetPlan.iterations`; None: as many as its settings say.
+        progress : called now and then.
+
+        The caller's time limit and cancel token are those of :mod:`lampyris._core.cancellation`.
+        """
+        ...
