@@ -70,7 +70,7 @@ def test_beside_the_optimum_of_the_joint_space(seed: int) -> None:
         if plan:
             assert best is not None
             assert plan.lower_bound <= best <= plan.sum_of_costs
-        elif planner == "lacam":
+        elif planner in ("lacam", "lns"):
             assert plan.status is Status.NO_PATH
             assert best is None
     if best is not None:
@@ -196,12 +196,51 @@ def test_samples_make_plans_cheaper() -> None:
     assert costs[10] < costs[1]
 
 
+def test_neighbourhoods_make_plans_cheaper_and_no_longer() -> None:
+    """Where robots are dense LNS gains far more than LaCAM* in as many iterations."""
+    total = {"lacam": 0, "lns": 0, "first": 0, "bound": 0}
+    budget = lampyris.Budget(expansions=2000)
+    for seed in range(4):
+        fleet = random_fleet(random_map(seed, 24, 24, 0.1), 100, seed=seed)
+        first = lampyris.plan_fleet(fleet)
+        plans = {name: lampyris.plan_fleet(fleet, name, budget=budget) for name in ("lacam", "lns")}
+        for name, plan in plans.items():
+            assert conflicts(plan, fleet) == []
+            total[name] += plan.sum_of_costs
+        total["first"] += first.sum_of_costs
+        total["bound"] += first.lower_bound
+        assert plans["lns"].makespan <= first.makespan
+        assert plans["lns"].iterations <= 2000
+        costs = [cost for _, cost in plans["lns"].improvements]
+        assert costs == sorted(set(costs), reverse=True)
+    assert total["first"] - total["lns"] > 3 * (total["first"] - total["lacam"])
+    assert total["lns"] < 1.15 * total["bound"]
+
+
+@pytest.mark.parametrize("seed", some(range(300), 20))
+def test_neighbourhoods_beside_the_optimum(seed: int) -> None:
+    """With all robots in one neighbourhood the plan is never better than the optimum of the joint space."""
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((3, 4)) < 0.15
+    blocked.flat[rng.permutation(12)[:5]] = False
+    fleet = random_fleet_anywhere(lampyris.Grid(blocked), 3, rng)
+    best = joint_optimum(fleet)
+    plan = lampyris.plan_fleet(fleet, "lns", seed=seed, rounds=300)
+    assert bool(plan) == (best is not None)
+    if best is not None:
+        assert best <= plan.sum_of_costs
+        assert conflicts(plan, fleet) == []
+
+
 def test_seconds_keep_the_best_plan_so_far() -> None:
     fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
     lampyris.plan_fleet(fleet)  # compiled
-    plan = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=0.3))
-    assert plan
-    assert check_fleet_plan(plan, fleet) is None
+    for planner in ("lacam", "lns"):
+        lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=500))
+        plan = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(seconds=0.3))
+        assert plan
+        assert "time limit" in plan.sentence
+        assert check_fleet_plan(plan, fleet) is None
     none = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=1e-9))
     assert (none.status, none.paths) == (Status.LIMIT, ())
 
@@ -278,7 +317,7 @@ def test_what_is_refused() -> None:
 
 def test_the_table_of_planners() -> None:
     rows = list_fleet_planners()
-    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam"]
+    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam", "lns"]
     assert rows["lacam"].settings == {"swap": True, "improve": True, "samples": 1}
     assert all(row.summary and row.source for row in rows.values())
 
