@@ -13,6 +13,8 @@ from fleet_checks import conflicts, is_biconnected, joint_optimum, random_map
 import lampyris
 from lampyris.errors import LimitError, SettingError, UsageError
 from lampyris.fleets import random_fleet
+from lampyris.kernels import _jit
+from lampyris.kernels._jit import Kernel, compiled_only
 from lampyris.planning.fleet.distance_tables import tables_of
 from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.pibt import PibtRun
@@ -154,8 +156,6 @@ def test_one_seed_gives_the_same_bytes(planner: str) -> None:
 
 @pytest.mark.parametrize("planner", names())
 def test_plain_and_compiled_form_agree(planner: str) -> None:
-    from lampyris.kernels._jit import Kernel, compiled_only
-
     fleet = random_fleet(random_map(4, 12, 9, 0.2), 14, seed=4)
     budget = lampyris.Budget(expansions=300)
     with compiled_only():
@@ -163,7 +163,7 @@ def test_plain_and_compiled_form_agree(planner: str) -> None:
     asked = Kernel._plain_is_quicker
     try:
         Kernel._plain_is_quicker = lambda self, args: True
-        forms = {k: k._compiled for k in lampyris.kernels._jit.KERNELS}
+        forms = {k: k._compiled for k in _jit.KERNELS}
         for k in forms:
             k._compiled = None
         plain = packed(lampyris.plan_fleet(fleet, planner, budget=budget))
@@ -234,9 +234,9 @@ def test_neighbourhoods_beside_the_optimum(seed: int) -> None:
 
 def test_seconds_keep_the_best_plan_so_far() -> None:
     fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
-    lampyris.plan_fleet(fleet)  # compiled
     for planner in ("lacam", "lns"):
-        lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=500))
+        with compiled_only():
+            lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=500))
         plan = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(seconds=0.3))
         assert plan
         assert "time limit" in plan.sentence
