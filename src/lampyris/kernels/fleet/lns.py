@@ -4,8 +4,8 @@ J. Li, Z. Chen, D. Harabor, P. Stuckey, S. Koenig, "Anytime multi-agent path fin
 2021; written from the paper. Each robot is planned by A* over cells and ticks, with the distance tables as estimates, among
 all other robots' paths. Ours: buckets of a stack each as the open list, and neighbourhoods of random size.
 
-No path gets longer than the makespan that the search began with, so that all that is held fits in a table of ticks and
-cells, ``held``. What is written is whole after every neighbourhood: a search that was stopped left a plan without conflicts.
+No path gets longer than the makespan that the search began with, so that all that is held fits in a table of cells
+and ticks, ``held``. What is written is whole after every neighbourhood: a search that was stopped left a plan without conflicts.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ ROUNDS, COST, STATES = range(3)
 
 
 @kernel(out=("held",))
-def hold(held, path, row, cells, span, robot):
+def hold(held, path, row, span, robot):
     """Write a robot (or -1) to all that it is on in the ``span`` ticks of ``path[row:]``."""
     for t in range(span):
-        held[t * cells + path[row + t]] = robot
+        held[path[row + t] * span + t] = robot
 
 
 @kernel(out=("state_cell", "state_tick", "state_from", "state_next", "bucket", "mark", "marked", "count"))
@@ -36,7 +36,7 @@ def _find(
     cells = len(degree)
     row = robot * cells
     since = span
-    while since > 0 and held[(since - 1) * cells + goal] < 0:
+    while since > 0 and held[goal * span + since - 1] < 0:
         since -= 1
     first = max(int(table[row + start]), since)
     if first > limit:
@@ -67,14 +67,13 @@ def _find(
                 continue
             break
         n = int(degree[u])
-        then = (t + 1) * cells
         for k in range(n + 1):
             # The wait first and the steps in turn: the last one is tried first.
             v = u if k == 0 else int(edge[4 * u + (k + shift) % n])
-            if held[then + v] >= 0:
+            if held[v * span + t + 1] >= 0:
                 continue
-            other = held[t * cells + v]
-            if other >= 0 and held[then + u] == other:
+            other = held[v * span + t]
+            if other >= 0 and held[u * span + t + 1] == other:
                 continue
             value = max(t + 1 + int(table[row + v]), since)
             if value > limit:
@@ -142,7 +141,7 @@ def _choose(edge, degree, table, held, path, length, span, distance, member, ran
                     break
             if ahead < 0:
                 break
-            for other in (int(held[(t + 1) * cells + ahead]), int(held[t * cells + ahead])):
+            for other in (int(held[ahead * span + t + 1]), int(held[ahead * span + t])):
                 if other >= 0 and chosen[other] == 0 and count < size:
                     chosen[other] = 1
                     member[count] = other
@@ -186,7 +185,7 @@ def improve(
     Parameters
     ----------
     edge, degree, table, goals, distance : as for :func:`lampyris.kernels.fleet.pibt.run`.
-    held : signed, (span, cells); the robot on each cell at each tick, or -1.
+    held : signed, (cells, span); the robot on each cell at each tick, or -1.
     path : int32, (robots, span); the cell of each robot at each tick.
     length : int32, (robots,); the tick from which each stays at its goal.
     trial, arrival, member : int32, (size, span), (size,), (size,); scratch. ``chosen`` : uint8, (robots,), 0.
@@ -196,7 +195,6 @@ def improve(
     size : robots of a neighbourhood at most.
     """
     robots = len(goals)
-    cells = len(degree)
     least = 0
     for i in range(robots):
         least += int(distance[i])
@@ -210,7 +208,7 @@ def improve(
         room = 0  # what the paths may cost beyond the shortest ones, together
         for k in range(many):
             i = int(member[k])
-            hold(held, path, i * span, cells, span, -1)
+            hold(held, path, i * span, span, -1)
             room += int(length[i]) - int(distance[i])
         done = 0
         while done < many:
@@ -231,7 +229,7 @@ def improve(
             while s >= 0:
                 trial[done * span + int(state_tick[s])] = state_cell[s]
                 s = int(state_from[s])
-            hold(held, trial, done * span, cells, span, i)
+            hold(held, trial, done * span, span, i)
             done += 1
         if done == many:
             count[COST] -= room
@@ -242,6 +240,6 @@ def improve(
                     path[i * span + t] = trial[k * span + t]
         else:
             for k in range(done):
-                hold(held, trial, k * span, cells, span, -1)
+                hold(held, trial, k * span, span, -1)
             for k in range(many):
-                hold(held, path, int(member[k]) * span, cells, span, member[k])
+                hold(held, path, int(member[k]) * span, span, member[k])

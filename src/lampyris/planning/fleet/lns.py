@@ -116,7 +116,7 @@ class NeighbourhoodSearch:
         robots, cells, span = track.shape[1], tables.graph.cells, len(track)
         kind = np.int16 if robots < np.iinfo(np.int16).max else np.int32
         self._held = np.full(span * cells, -1, dtype=kind)
-        self._held.reshape(span, cells)[np.arange(span)[:, None], track] = np.arange(robots)
+        self._held.reshape(cells, span)[track, np.arange(span)[:, None]] = np.arange(robots)
         self._path = np.ascontiguousarray(track.T).ravel()
         self._length = arrivals(track, tables.goals).astype(np.int32)
         self._trial = np.empty(size * span, dtype=np.int32)
