@@ -62,8 +62,8 @@ def plan_fleet(
     moves : ``four-connected``: a step to one of four neighbours or a wait takes a tick and costs 1.
     seed : seed of all random draws: the same seed gives the same plan, unless seconds end the search.
     budget : ``seconds`` and ``stop`` end the call; ``expansions`` limits the planner's iterations
-        (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` improves its plan until the budget is used,
-        and without one returns its first.
+        (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` and ``lns`` improve their plans until the
+        budget is used; without one ``lacam`` returns its first.
     progress : called now and then with the iterations so far and the sum of costs of the best plan, or None.
     planner_settings : the planner's settings by name.
     settings : the same as keywords.

@@ -13,6 +13,8 @@ from fleet_checks import conflicts, is_biconnected, joint_optimum, random_map
 import lampyris
 from lampyris.errors import LimitError, SettingError, UsageError
 from lampyris.fleets import random_fleet
+from lampyris.kernels import _jit
+from lampyris.kernels._jit import Kernel, compiled_only
 from lampyris.planning.fleet.distance_tables import tables_of
 from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.pibt import PibtRun
@@ -70,7 +72,7 @@ def test_beside_the_optimum_of_the_joint_space(seed: int) -> None:
         if plan:
             assert best is not None
             assert plan.lower_bound <= best <= plan.sum_of_costs
-        elif planner == "lacam":
+        elif planner in ("lacam", "lns"):
             assert plan.status is Status.NO_PATH
             assert best is None
     if best is not None:
@@ -154,8 +156,6 @@ def test_one_seed_gives_the_same_bytes(planner: str) -> None:
 
 @pytest.mark.parametrize("planner", names())
 def test_plain_and_compiled_form_agree(planner: str) -> None:
-    from lampyris.kernels._jit import Kernel, compiled_only
-
     fleet = random_fleet(random_map(4, 12, 9, 0.2), 14, seed=4)
     budget = lampyris.Budget(expansions=300)
     with compiled_only():
@@ -163,7 +163,7 @@ def test_plain_and_compiled_form_agree(planner: str) -> None:
     asked = Kernel._plain_is_quicker
     try:
         Kernel._plain_is_quicker = lambda self, args: True
-        forms = {k: k._compiled for k in lampyris.kernels._jit.KERNELS}
+        forms = {k: k._compiled for k in _jit.KERNELS}
         for k in forms:
             k._compiled = None
         plain = packed(lampyris.plan_fleet(fleet, planner, budget=budget))
@@ -196,12 +196,51 @@ def test_samples_make_plans_cheaper() -> None:
     assert costs[10] < costs[1]
 
 
+def test_neighbourhoods_make_plans_cheaper_and_no_longer() -> None:
+    """Where robots are dense LNS gains far more than LaCAM* in as many iterations."""
+    total = {"lacam": 0, "lns": 0, "first": 0, "bound": 0}
+    budget = lampyris.Budget(expansions=2000)
+    for seed in range(4):
+        fleet = random_fleet(random_map(seed, 24, 24, 0.1), 100, seed=seed)
+        first = lampyris.plan_fleet(fleet)
+        plans = {name: lampyris.plan_fleet(fleet, name, budget=budget) for name in ("lacam", "lns")}
+        for name, plan in plans.items():
+            assert conflicts(plan, fleet) == []
+            total[name] += plan.sum_of_costs
+        total["first"] += first.sum_of_costs
+        total["bound"] += first.lower_bound
+        assert plans["lns"].makespan <= first.makespan
+        assert plans["lns"].iterations <= 2000
+        costs = [cost for _, cost in plans["lns"].improvements]
+        assert costs == sorted(set(costs), reverse=True)
+    assert total["first"] - total["lns"] > 3 * (total["first"] - total["lacam"])
+    assert total["lns"] < 1.15 * total["bound"]
+
+
+@pytest.mark.parametrize("seed", some(range(300), 20))
+def test_neighbourhoods_beside_the_optimum(seed: int) -> None:
+    """With all robots in one neighbourhood the plan is never better than the optimum of the joint space."""
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((3, 4)) < 0.15
+    blocked.flat[rng.permutation(12)[:5]] = False
+    fleet = random_fleet_anywhere(lampyris.Grid(blocked), 3, rng)
+    best = joint_optimum(fleet)
+    plan = lampyris.plan_fleet(fleet, "lns", seed=seed, rounds=300)
+    assert bool(plan) == (best is not None)
+    if best is not None:
+        assert best <= plan.sum_of_costs
+        assert conflicts(plan, fleet) == []
+
+
 def test_seconds_keep_the_best_plan_so_far() -> None:
     fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
-    lampyris.plan_fleet(fleet)  # compiled
-    plan = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=0.3))
-    assert plan
-    assert check_fleet_plan(plan, fleet) is None
+    for planner in ("lacam", "lns"):
+        with compiled_only():
+            lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=500))
+        plan = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(seconds=0.3))
+        assert plan
+        assert "time limit" in plan.sentence
+        assert check_fleet_plan(plan, fleet) is None
     none = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=1e-9))
     assert (none.status, none.paths) == (Status.LIMIT, ())
 
@@ -278,7 +317,7 @@ def test_what_is_refused() -> None:
 
 def test_the_table_of_planners() -> None:
     rows = list_fleet_planners()
-    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam"]
+    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam", "lns"]
     assert rows["lacam"].settings == {"swap": True, "improve": True, "samples": 1}
     assert all(row.summary and row.source for row in rows.values())
 

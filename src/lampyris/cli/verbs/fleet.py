@@ -63,7 +63,9 @@ def fleet(
     planner: Annotated[
         str,
         typer.Option(
-            "--planner", metavar="lacam|pibt|prioritised-sipp", help="lacam, pibt or prioritised-sipp."
+            "--planner",
+            metavar="lacam|lns|pibt|prioritised-sipp",
+            help="lacam, lns, pibt or prioritised-sipp.",
         ),
     ] = "lacam",
     settings: Annotated[
@@ -84,7 +86,7 @@ def fleet(
         typer.Option(
             "--seconds",
             metavar="S",
-            help="Time limit; lacam improves its plan until then (default: the first plan).",
+            help="Time limit; lacam and lns improve the plan until then (default: lacam's first plan).",
         ),
     ] = None,
     iterations: Annotated[

@@ -1,1 +1,1 @@
-"""Loops of multi-robot planning: distance tables, PIBT, LaCAM*."""
+"""Loops of multi-robot planning: distance tables, PIBT, LaCAM*, large neighbourhood search."""

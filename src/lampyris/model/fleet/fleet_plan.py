@@ -40,8 +40,8 @@ class FleetPlan(Value):
         its start to the tick at which it comes to its goal for good. It stays at the last cell from then on. Of a plan
         that is not found: where the robots were led as far as it goes; empty where nothing is known.
     shortest : steps of each robot's own shortest path on the bare map, int32 (robots,); None: unknown.
-    iterations : what the planner counts and a budget limits: configurations tried (``lacam``), ticks (``pibt``),
-        searches of one robot (``prioritised-sipp``).
+    iterations : what the planner counts and a budget limits: configurations tried (``lacam``), these and neighbourhoods
+        (``lns``), ticks (``pibt``), searches of one robot (``prioritised-sipp``).
     expansions : states made: configurations, ticks, states of a cell and an interval.
     improvements : rows of iteration and sum of costs, at each plan that cost less than the ones before.
     seed : the seed of the random draws.

@@ -73,13 +73,18 @@ class Lacam:
         self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a configuration that is tried."""
-        tables = tables_of(fleet)
+        return self.plan_on(tables_of(fleet), seed, iterations, progress)
+
+    def plan_on(
+        self, tables: FleetTables, seed: int, iterations: int | None = None, progress: Progress | None = None
+    ) -> FleetPlan:
+        """The same from the tables of the fleet."""
         if tables.cut_off is not None:
             return unreachable(self.name, tables.cut_off, seed)
         search = LacamSearch(tables, self.swap, self.samples, seed)
         detail, status = "", Status.FOUND
         # Without a budget of any kind nothing would end the improvement.
-        endless = iterations is None and not _is_timed()
+        endless = iterations is None and not is_timed()
         try:
             detail = self._searched(
                 search, endless, UNBOUNDED if iterations is None else iterations, progress
@@ -244,7 +249,7 @@ class LacamSearch:
         return total
 
 
-def _is_timed() -> bool:
+def is_timed() -> bool:
     """Whether the call has a time limit."""
     scope = cancellation.watch()
     return scope is not None and scope.deadline < math.inf

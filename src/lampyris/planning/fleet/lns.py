@@ -1,0 +1,172 @@
+"""Large neighbourhood search: the first plan of LaCAM*, then a few robots planned again at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.cancellation import Cancelled
+from lampyris._core.limits import MEMORY
+from lampyris._core.settings import check_settings, flag, under_name, whole
+from lampyris.kernels.fleet import lns as kernels
+from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.distance_tables import MIB, FleetTables, tables_of
+from lampyris.planning.fleet.lacam import Lacam, is_timed
+from lampyris.planning.fleet.pibt import is_stopped
+from lampyris.planning.fleet.tracks import arrivals, paths_of
+from lampyris.planning.fleet.work import generator
+
+CHUNK = 200
+"""Neighbourhoods between two calls of ``progress``."""
+STATES = 1 << 16
+"""Cells and ticks that the search of one path may make."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lns:
+    """Large neighbourhood search: a plan of ``lacam``, then robots' paths planned again a few at a time.
+
+    A late robot and those in its way lose their paths and are planned one after another among all others; the new paths
+    are kept if they cost no more together. It is complete, as ``lacam`` is; plans become cheaper until the budget is used,
+    much quicker than by ``lacam`` alone where robots are many. The makespan never grows.
+
+    Parameters
+    ----------
+    neighbourhood : robots that are planned again at once, at most.
+    rounds : neighbourhoods, where no budget is given.
+    swap : as for :class:`lampyris.planning.fleet.pibt.Pibt`.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    neighbourhood: int = whole(8, 1, 1000, unit="robots")
+    rounds: int = whole(2000, 1, 1_000_000_000)
+    swap: bool = flag(True)
+
+    name: ClassVar[str] = "lns"
+    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, anytime=True, stochastic=True)
+    summary: ClassVar[str] = "LNS: a plan of lacam, made much cheaper until the budget is used."
+    source: ClassVar[str] = (
+        "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; the first plan as lacam's. Ours: A* with stacks of equal "
+        "estimates, neighbourhoods of random size."
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def plan(
+        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+    ) -> FleetPlan:
+        """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is one of ``lacam`` or a neighbourhood."""
+        first = Lacam(swap=self.swap, improve=False)
+        tables = tables_of(fleet)
+        found = first.plan_on(tables, seed, iterations, progress)
+        found = replace(found, planner=self.name)
+        if not found:
+            return found
+        rounds = self.rounds if iterations is None else iterations - found.iterations
+        if iterations is None and is_timed():
+            rounds = 2**60
+        search = NeighbourhoodSearch.of(tables, found, self.neighbourhood, seed)
+        if search is None:
+            detail = (
+                f"All robots reach their goals; no memory was left to improve the plan ({MEMORY.variable})."
+            )
+            return replace(found, detail=detail)
+        improvements = list(found.improvements)
+        detail = ""
+        try:
+            while search.rounds < rounds and search.go_on(min(rounds, search.rounds + CHUNK)):
+                if search.cost < improvements[-1][1]:
+                    improvements.append((found.iterations + search.rounds, search.cost))
+                if progress is not None:
+                    progress(found.iterations + search.rounds, search.cost)
+        except Cancelled:
+            if is_stopped():
+                raise
+            detail = "All robots reach their goals; stopped improving at the time limit."
+        if search.cost < improvements[-1][1]:
+            improvements.append((found.iterations + search.rounds, search.cost))
+        return replace(
+            found, paths=search.paths, iterations=found.iterations + search.rounds,
+            expansions=found.expansions + search.states, improvements=tuple(improvements), detail=detail,
+        )  # fmt: skip
+
+
+class NeighbourhoodSearch:
+    """One search, which can be continued.
+
+    Parameters
+    ----------
+    tables : the fleet.
+    track : int32, (ticks + 1, robots); cells of a plan without conflicts.
+    size : robots of a neighbourhood at most.
+    seed : of the draws.
+    """
+
+    def __init__(self, tables: FleetTables, track: NDArray[np.int32], size: int, seed: int) -> None:
+        self._tables, self._size, self._span = tables, size, len(track)
+        robots, cells, span = track.shape[1], tables.graph.cells, len(track)
+        kind = np.int16 if robots < np.iinfo(np.int16).max else np.int32
+        self._held = np.full(span * cells, -1, dtype=kind)
+        self._held.reshape(cells, span)[track, np.arange(span)[:, None]] = np.arange(robots)
+        self._path = np.ascontiguousarray(track.T).ravel()
+        self._length = arrivals(track, tables.goals).astype(np.int32)
+        self._trial = np.empty(size * span, dtype=np.int32)
+        self._arrival, self._member = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
+        self._chosen = np.zeros(robots, dtype=np.uint8)
+        self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(4))
+        self._bucket = np.empty(span + 1, dtype=np.int32)
+        self._mark = np.zeros(2 * STATES, dtype=np.int64)
+        self._marked = np.zeros(2 * STATES, dtype=np.int32)
+        self._random = np.array([int(generator(seed).integers(1, 2**32))], dtype=np.int64)
+        self._count = np.array([0, int(self._length.sum(dtype=np.int64)), 0], dtype=np.int64)
+
+    @classmethod
+    def of(cls, tables: FleetTables, plan: FleetPlan, size: int, seed: int) -> NeighbourhoodSearch | None:
+        """The search that begins with a plan; None if it would take more memory than is allowed."""
+        span, robots = (plan.makespan or 0) + 1, len(plan.paths)
+        needed = span * (tables.graph.cells * 4 + robots * 8)
+        if tables.mebibytes + needed // MIB > MEMORY.allowed:
+            return None
+        ticks = np.arange(span)
+        cells = np.stack([path[np.minimum(ticks, len(path) - 1)] for path in plan.paths], axis=1)
+        return cls(tables, tables.graph.number[cells[..., 1], cells[..., 0]], size, seed)
+
+    @property
+    def rounds(self) -> int:
+        """How many neighbourhoods were planned again."""
+        return int(self._count[kernels.ROUNDS])
+
+    @property
+    def cost(self) -> int:
+        """The sum of costs."""
+        return int(self._count[kernels.COST])
+
+    @property
+    def states(self) -> int:
+        """Cells and ticks that were looked at."""
+        return int(self._count[kernels.STATES])
+
+    @property
+    def paths(self) -> tuple[NDArray[np.int32], ...]:
+        """Each robot's cells (x, y)."""
+        track = self._path.reshape(-1, self._span).T
+        return paths_of(track, self._tables.goals, self._tables.graph.places)
+
+    def go_on(self, most: int) -> bool:
+        """Go on to round ``most``; whether the plan may still become cheaper."""
+        t = self._tables
+        kernels.improve(
+            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._path, self._length,
+            self._span, self._trial, self._arrival, self._member, self._chosen, *self._states, self._bucket,
+            self._mark, self._marked, self._random, self._count, self._size, most,
+        )  # fmt: skip
+        return self.rounds >= most
