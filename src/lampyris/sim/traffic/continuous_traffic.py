@@ -298,10 +298,10 @@ class RunningTraffic:
     def _turn(self) -> None:
         """A tick begins: where polygons turn to, the shorter way."""
         self._to_yaw = self._yaw.copy()
-        moving = self._turning & (self._go != 0.0).any(axis=1)
-        for obstacle in np.flatnonzero(moving).tolist():
-            dx, dy = self._go[obstacle].tolist()
-            self._turn_to(obstacle, _direction(dx, dy))
+        moving = np.flatnonzero(self._turning & (self._go != 0.0).any(axis=1))
+        ahead = elementary.atan2(0.0 - self._go[moving, 1], self._go[moving, 0])
+        for obstacle, yaw in zip(moving.tolist(), ahead.tolist(), strict=True):
+            self._turn_to(obstacle, yaw)
         for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
             if spec.yaw:
                 self._turn_to(obstacle, self._in_cells(spec.yaw[min(self._now, len(spec.yaw) - 1)]))
