@@ -122,19 +122,36 @@ def footprint_of(given: object, where: str = "robot.footprint", code: str = "ROB
 
     Raises
     ------
-    SettingError : ``ROBOT_FOOTPRINT``, or another code: fewer than three vertices or more than 64, two equal ones in a
-        row, edges that cross, or an origin that is not inside.
+    SettingError : ``ROBOT_FOOTPRINT``, or another code: as :func:`outline_of`, or an origin that is not inside.
     """
+    points = outline_of(given, where, code)
+    if not _inside(list(points)):
+        what, allowed = "the origin, the base, is not inside", "an outline around (0, 0)"
+        raise SettingError(code, what, where=where, allowed=allowed)
+    return points
 
+
+def outline_of(given: object, where: str, code: str, reach: float = _REACH) -> Polygon:
+    """A polygon anywhere from its vertices, metres, counterclockwise.
+
+    Parameters
+    ----------
+    where, code : of errors.
+    reach : greatest coordinate, metres.
+
+    Raises
+    ------
+    SettingError : fewer than three vertices or more than 64, two equal ones in a row, or edges that cross.
+    """
     from lampyris._core.predicates import numbers
 
     def refuse(what: str, allowed: str) -> SettingError:
         return SettingError(code, what, where=where, allowed=allowed)
 
-    pairs = "3 to 64 pairs [x, y] of metres, each within 1e6"
+    pairs = f"3 to 64 pairs [x, y] of metres, each within {'1e6' if reach == _REACH else '1e9'}"
     listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else given
     array = numbers(listed, (None, 2))
-    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= _REACH).all():
+    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= reach).all():
         raise refuse(shown(given), pairs)
     points = [(float(x), float(y)) for x, y in array.tolist()]
     edges = list(zip(points, points[1:] + points[:1], strict=True))
@@ -149,8 +166,6 @@ def footprint_of(given: object, where: str = "robot.footprint", code: str = "ROB
     area = math.fsum(ax * by - bx * ay for (ax, ay), (bx, by) in edges)
     if area < 0:
         points = [points[0], *points[:0:-1]]
-    if not _inside(points):
-        raise refuse("the origin, the base, is not inside", "an outline around (0, 0)")
     return tuple(points)
 
 

@@ -165,7 +165,7 @@ class _Build:
         made: list[Edit] = []
         for k, spec in enumerate(self.file.edits):
             key_path: KeyPath = ("edits", k)
-            edit = self.tried(key_path, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
+            edit = self.tried(key_path, self._edit, spec, grid)
             if edit is None:
                 continue
             if grid is not None:
@@ -180,6 +180,15 @@ class _Build:
                 self.faults.keep(key_path, fault)
             made.append(edit)
         return tuple(made)
+
+    @staticmethod
+    def _edit(spec: form.EditTable, grid: Grid | None) -> Edit:
+        """An edit with the cells of its polygons."""
+        blocked = dict.fromkeys(_cells(spec.blocked)) if spec.polygons else _cells(spec.blocked)
+        if isinstance(blocked, dict) and grid is not None:
+            for vertices in spec.polygons:
+                blocked.update(dict.fromkeys(map(tuple, grid.polygon_cells(vertices).tolist())))
+        return Edit(spec.tick, tuple(blocked), _cells(spec.freed))
 
     def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""

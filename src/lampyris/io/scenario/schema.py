@@ -322,6 +322,13 @@ class EditTable(Table):
     )
     blocked: Painted = Field([], description="Cells that turn into walls.")
     freed: Painted = Field([], description="Cells that turn free.")
+    polygons: Annotated[
+        list[Annotated[list[Metres], Rule("POLYGON", "pairs [x, y] of metres")]],
+        Field(max_length=MAX_EDITS),
+        Rule("POLYGON", "a list of polygons, each of pairs [x, y] of metres"),
+    ] = Field(
+        [], description="Polygons, vertices in metres of the map frame: every cell that one covers turns into a wall."
+    )
 
 
 # ---- the whole --------------------
