@@ -58,4 +58,5 @@ def _covered(vertices: Points, height: int, width: int) -> BoolGrid:
         right_of = np.clip(np.floor(x) + 1.0, 0, width).astype(np.int64)
         np.add.at(flips, (inside, right_of), 1)
     covered: BoolGrid = np.cumsum(steps, axis=1)[:, :width] > 0
-    return covered | (np.cumsum(flips, axis=1)[:, :width] % 2 == 1)
+    covered |= np.cumsum(flips, axis=1)[:, :width] % 2 == 1
+    return covered

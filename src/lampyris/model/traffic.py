@@ -8,7 +8,7 @@ the robot's own making.
 An obstacle is a disc, or a polygon with a heading that follows its direction of motion: during a step it turns at an even
 rate, the shorter way, to the direction of the step; while it stands it keeps its heading. Before they move, recorded,
 crossing and patrolling obstacles have the direction of their first step, random walkers that of the rows (to the right).
-Whoever plans, or keeps off, takes the disc around the polygon; contacts in drives are those of the polygon.
+Planners and whatever keeps a distance take the disc around the polygon; contacts in drives are those of the polygon.
 """
 
 from __future__ import annotations

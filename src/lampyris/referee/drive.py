@@ -49,9 +49,9 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``, ``body shape``, ``heading``, ``body speed``,
-    ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
-    contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``,
+    ``obstacle shape``, ``heading``, ``body speed``, ``collision`` (contact while the robot moves), ``yield`` (one that
+    yields ran into it), ``untold contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
 
     On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
@@ -90,7 +90,8 @@ def measure(drive: Drive) -> dict[str, Any]:
     driven), ``stood`` (seconds), ``lateral`` (greatest, m/s2), ``peak_accel``, ``peak_braking``, ``wall``
     (least distance from the centre to a wall, metres, infinity beyond the radius + 1 m), ``gap`` (least
     distance of the rims to an obstacle while moving; below 0 they overlap), ``gap_when``, ``gap_body``,
-    ``collisions`` (obstacles in contact while the robot moved), ``hits`` (contacts while it stood). Of a polygon on the robot the gap is 0.
+    ``collisions`` (obstacles in contact while the robot moved), ``hits`` (contacts while it stood). Of a polygon that is on the
+    robot the gap is 0.
     """
     empty = len(drive.t) < 2 or not drive.curves
     motion = None if empty else _motion(drive)

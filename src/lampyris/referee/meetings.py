@@ -79,9 +79,11 @@ class Meetings:
         return standing_contacts(self.motion, self.discs, apart) + polygons
 
     def nearest(self) -> tuple[float, float, int]:
-        """The least gap while the robot moves (metres), when, and which obstacle; (infinity, 0, -1): nobody there."""
+        """The least gap while the robot moves (metres), when, and which obstacle; (infinity, 0, -1): none was there."""
         discs = nearest(self.motion, self.discs)
-        return min(discs, nearest_polygon(self.motion, self.polygons, self.radius)) if self.polygons else discs
+        return (
+            min(discs, nearest_polygon(self.motion, self.polygons, self.radius)) if self.polygons else discs
+        )
 
     def gap_at(self, obstacle: int, t: float) -> float:
         """Metres between the robot and an obstacle at one time; infinity before it is there."""
@@ -130,7 +132,7 @@ def tracks_violation(drive: Drive) -> Violation | None:
 def _shape(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
     """Whether a polygon of a track is its obstacle's, and within the disc around it."""
     if track.outline != obstacle.outline:
-        return Violation("body shape", f"body {k}", "its track has another outline than the obstacle")
+        return Violation("obstacle shape", f"body {k}", "its track has another outline than the obstacle")
     far = 0.0 if track.outline is None else float(np.hypot(*np.array(track.outline).T).max())
     if track.radius < far:
         return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, a vertex at {far!r}")
@@ -154,7 +156,9 @@ def _heading(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
     if not bad.any():
         return None
     i = int(bad.argmax())
-    what = f"turns by {float(turn[i]):.6g} rad from {float(track.t[i]):g} s on, not to its direction of motion"
+    what = (
+        f"turns by {float(turn[i]):.6g} rad from {float(track.t[i]):g} s on, not to its direction of motion"
+    )
     return Violation("heading", f"body {k}", what)
 
 

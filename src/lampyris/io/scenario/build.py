@@ -294,9 +294,11 @@ class _Build:
         data = read_regular(path, MAX_BYTES)
         if not dob.looks_like(data):
             self._csv_only(spec, k)
-            track, yaw = read_headed_track(path)
-            headed = {} if shape["footprint"] is None else {"footprint": shape["footprint"], "yaw": yaw}
-            made = (Recorded(track, spec.radius or 0.0, **headed),)
+            if shape["footprint"] is None:
+                made = (Recorded(read_track(path), spec.radius or 0.0),)
+            else:
+                track, yaw = read_headed_track(path)
+                made = (Recorded(track, footprint=shape["footprint"], yaw=yaw),)
             self._count(made[0])
             return made
         if grid is None:
@@ -316,7 +318,12 @@ class _Build:
                 raise FileError("KEY", f"`{key}` with a CSV", where=where, allowed="with a .dob file")
 
     def _from_dob(
-        self, spec: form.TrackFileTable, k: int, found: tuple[dob.DobObstacle, ...], grid: Grid, robot: Robot,
+        self,
+        spec: form.TrackFileTable,
+        k: int,
+        found: tuple[dob.DobObstacle, ...],
+        grid: Grid,
+        robot: Robot,
         footprint: Polygon | None,
     ) -> tuple[ObstacleSpec, ...]:
         if spec.id is not None and spec.id >= len(found):

@@ -35,9 +35,7 @@ def with_footprint(
     settings = dict(given)
     shapes = [name for name in ("radius", "rectangle", "footprint") if settings.get(name)]
     if len(shapes) > 1:
-        raise SettingError(
-            code, f"{' and '.join(shapes)} together", where=owner, allowed="one of them"
-        )
+        raise SettingError(code, f"{' and '.join(shapes)} together", where=owner, allowed="one of them")
     rectangle = settings.pop("rectangle", None)
     if rectangle is not None:
         settings["footprint"] = rectangle_of(rectangle, f"{owner}.rectangle", code)

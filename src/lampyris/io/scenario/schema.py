@@ -203,7 +203,9 @@ NameOrTable: TypeAlias = Annotated[
 Radius: TypeAlias = Annotated[float, Field(ge=0, le=1e6), Rule("TRAFFIC_RADIUS", "0 to 1e6 metres")]
 _RADIUS = "Radius of each, metres; 0 is one cell."
 Outline: TypeAlias = Annotated[list[Metres] | None, Rule("TRAFFIC_FOOTPRINT", "pairs [x, y] of metres")]
-_OUTLINE = "Vertices of the outline of each, metres, x ahead and y to the left of its centre; in place of radius."
+_OUTLINE = (
+    "Vertices of the outline of each, metres, x ahead and y to the left of its centre; in place of radius."
+)
 Rectangle: TypeAlias = Annotated[Metres | None, Rule("TRAFFIC_FOOTPRINT", "[length, width] in metres")]
 _RECTANGLE = "Length and width of a rectangle around the centre of each, metres; in place of radius."
 Count: TypeAlias = Annotated[
@@ -264,7 +266,8 @@ class TrackTable(Table):
     footprint: Outline = Field(None, description=_OUTLINE)
     rectangle: Rectangle = Field(None, description=_RECTANGLE)
     yaw: Annotated[list[float], Rule("OBSTACLE_YAW", "a number for each cell of the track: radians")] = Field(
-        [], description="With a footprint, its heading at each tick, radians; none: it follows the direction of motion."
+        [],
+        description="With a footprint, its heading at each tick, radians; none: it follows the direction of motion.",
     )
 
 
@@ -327,7 +330,8 @@ class EditTable(Table):
         Field(max_length=MAX_EDITS),
         Rule("POLYGON", "a list of polygons, each of pairs [x, y] of metres"),
     ] = Field(
-        [], description="Polygons, vertices in metres of the map frame: every cell that one covers turns into a wall."
+        [],
+        description="Polygons, vertices in metres of the map frame: every cell that one covers turns into a wall.",
     )
 
 

@@ -203,7 +203,7 @@ def outline_first_contact(
 ):  # fmt: skip
     """The first instant at which a robot on a curve and one of several polygons are within :data:`MET` of each other.
 
-    Conservative advancement: a step is so short that the gap stays above :data:`APART` in it, whoever moves or turns.
+    Conservative advancement: a step is so short that the gap stays above :data:`APART` in it, however both move and turn.
 
     Parameters
     ----------

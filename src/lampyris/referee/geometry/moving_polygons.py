@@ -202,7 +202,9 @@ class _Look:
         return pairs, np.concatenate((begin, middle)), np.concatenate((middle, end))
 
 
-def _look(motion: RobotMotion, p: PolygonPairs, begin: Floats, end: Floats, radius: float, near: float) -> _Look:
+def _look(
+    motion: RobotMotion, p: PolygonPairs, begin: Floats, end: Floats, radius: float, near: float
+) -> _Look:
     h = 0.5 * (end - begin)
     quick = motion.quick[p.part] + np.hypot(*p.velocity.T) + np.abs(p.spin) * _arm(p.outline)
     gap = _gaps(motion, p, 0.5 * (begin + end), radius, quick * h + near)

@@ -56,19 +56,22 @@ def _between_outlines(drive: Drive, track: Track, t: Floats) -> Floats:
     """Distance of a polygon from the robot at some times, metres, 0 where they overlap; (m,)."""
     frame, robot = drive.scene.grid.frame, drive.scene.robot
     poses, headed = drive.poses(t), with_footprint(drive)
-    theirs = _placed(np.array(track.outline), frame.to_metres(track.at(t)), track.heading(t) + frame.origin[2])
+    theirs = _placed(
+        np.array(track.outline), frame.to_metres(track.at(t)), track.heading(t) + frame.origin[2]
+    )
     if headed:
         ours = _placed(np.array(robot.footprint), poses[:, :2], poses[:, 2])
         gap = np.minimum(_vertices_from(ours, theirs), _vertices_from(theirs, ours))
-        return np.where(_edges_cross(ours, theirs), 0.0, np.maximum(gap, 0.0))
-    return np.maximum(_vertices_from(poses[:, None, :2], theirs) - robot.radius, 0.0)
+        return np.asarray(np.where(_edges_cross(ours, theirs), 0.0, np.maximum(gap, 0.0)))
+    gap = _vertices_from(poses[:, None, :2], theirs) - robot.radius
+    return np.asarray(np.maximum(gap, 0.0))
 
 
 def _placed(outline: Floats, at: Floats, yaw: Floats) -> Floats:
     """An outline at poses; (m, k, 2)."""
     cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     x, y = outline.T
-    return at[:, None] + np.stack((cos * x - sin * y, sin * x + cos * y), axis=2)
+    return np.asarray(at[:, None] + np.stack((cos * x - sin * y, sin * x + cos * y), axis=2))
 
 
 def _vertices_from(points: Floats, polygon: Floats) -> Floats:
@@ -92,8 +95,7 @@ def _edges_cross(one: Floats, other: Floats) -> NDArray[np.bool_]:
     u, v = np.roll(one, -1, axis=1)[:, :, None] - a, np.roll(other, -1, axis=1)[:, None] - b
     first = _cross(u, b - a) * _cross(u, b + v - a) < 0.0
     second = _cross(v, a - b) * _cross(v, a + u - b) < 0.0
-    met: NDArray[np.bool_] = (first & second).any(axis=(1, 2))
-    return met
+    return np.asarray((first & second).any(axis=(1, 2)))
 
 
 def _cross(u: Floats, v: Floats) -> Floats:

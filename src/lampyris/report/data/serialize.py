@@ -149,7 +149,8 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "speed": trace.speed.tolist(),
         "cause": list(trace.cause),
         "obstacle_specs": [
-            {"kind": b.kind, "radius": b.radius, "yields": b.yields, **_outline(b)} for b in trace.obstacle_specs
+            {"kind": b.kind, "radius": b.radius, "yields": b.yields, **_outline(b)}
+            for b in trace.obstacle_specs
         ],
         "obstacles": [[list(c) for c in trace.obstacles_at(t)] for t in range(trace.ticks + 1)],
         "events": [

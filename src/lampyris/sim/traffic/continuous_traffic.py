@@ -348,7 +348,7 @@ class RunningTraffic:
         if stopping or self._stopped:
             for obstacle in sorted(self._stopped.symmetric_difference(stopping)):
                 at, yaw = self._at[obstacle].tolist(), float(self._yaw[obstacle])
-                self.roster.go(int(self._numbers[obstacle]), t, *at, yaw)
+                self.roster.go(int(self._numbers[obstacle]), t, at[0], at[1], yaw)
             self._stopped = set(stopping)
             self.world.late |= self._stopped
         headed = bool(self._turning.any())

@@ -47,7 +47,14 @@ class Roster:
     whole: dict[int, Track] = field(default_factory=dict)
 
     def add(
-        self, obstacle: Obstacle, radius: float, top_speed: float, t: float, x: float, y: float, yaw: float = 0.0
+        self,
+        obstacle: Obstacle,
+        radius: float,
+        top_speed: float,
+        t: float,
+        x: float,
+        y: float,
+        yaw: float = 0.0,
     ) -> int:
         """A new obstacle; its number."""
         self.obstacles.append(obstacle)

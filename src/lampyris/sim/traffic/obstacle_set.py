@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.kernels.motion.curve_motion import first_contact
 from lampyris.kernels.motion.footprint_motion import outline_first_contact
@@ -152,12 +153,23 @@ class ObstacleSet:
         return met
 
     def _outline_contact(
-        self, route: CurveLookup, made: Floats, legs: Floats, obstacles: NDArray[np.int64], old: NDArray[np.int64]
+        self,
+        route: CurveLookup,
+        made: Floats,
+        legs: Floats,
+        obstacles: NDArray[np.int64],
+        old: NDArray[np.int64],
     ) -> tuple[float, int] | None:
         """As :meth:`contact`, with polygons."""
         lines, robot = route.lines, self.scene.robot
         if isinstance(route, PoseLookup):
-            turning, rate, (vx, vy), arm, margin = route.turning, route.rate, route.vertices, route.arm, route.margin
+            turning, rate, (vx, vy), arm, margin = (
+                route.turning,
+                route.rate,
+                route.vertices,
+                route.arm,
+                route.margin,
+            )
         else:
             none, one = np.zeros(len(lines.px)), np.ones(len(lines.px))
             turning, rate, arm, margin = Turning(one, none, none), one, 0.0, robot.radius
@@ -176,7 +188,12 @@ class ObstacleSet:
         return None if found[0] < 0.0 else (float(when), int(obstacles[int(found[0])]))
 
     def _disc_contact(
-        self, route: CurveLookup, made: Floats, legs: Floats, obstacles: NDArray[np.int64], old: NDArray[np.int64]
+        self,
+        route: CurveLookup,
+        made: Floats,
+        legs: Floats,
+        obstacles: NDArray[np.int64],
+        old: NDArray[np.int64],
     ) -> tuple[float, int] | None:
         """As :meth:`contact`, with discs."""
         if isinstance(route, PoseLookup):
