@@ -51,13 +51,13 @@ def check_drive(drive: Drive) -> Violation | None:
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
     :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``,
     ``obstacle shape``, ``heading``, ``body speed``, ``collision`` (contact while the robot moves), ``yield`` (one that
-    yields ran into it), ``untold contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
-    ``outcome``, ``moments``, ``numbers``.
+    yields ran into it), ``untold contact``, ``told contact``, ``bodies apart`` (two obstacles overlap:
+    :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
 
     On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
     rate``; walls and contacts are those of the footprint, and to turn in place is to move.
 
-    Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so
+    Contact is an overlap of more than 1e-9 m, with a polygon a distance of less than 1e-8 m. A jerk limit is not judged: a stretch has one acceleration, so
     that the jerk between two is not defined.
     """
     found = _shapes(drive) or _legs(drive)

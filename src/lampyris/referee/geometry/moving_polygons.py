@@ -237,11 +237,11 @@ def first_polygon_contact(
 
 
 def nearest_polygon(
-    motion: RobotMotion, pairs: Sequence[PolygonPairs], radius: float, give: float = 1e-6
+    motion: RobotMotion, pairs: Sequence[PolygonPairs], radius: float, give: float = 1e-4
 ) -> tuple[float, float, int]:
     """The least gap while the robot moves (metres, within ``give``; 0 where they overlap), when, and which.
 
-    (infinity, 0, -1) if no polygon was there.
+    (infinity, 0, -1) if no polygon was there. Two sides that pass along each other are looked at in steps of ``give``.
     """
     best, when, who = np.inf, 0.0, -1
     for one in pairs:
@@ -254,7 +254,8 @@ def nearest_polygon(
             k = int(np.argmin(look.gap))
             if look.gap[k] < best:
                 best, who, when = float(look.gap[k]), p.obstacle, 0.5 * float(begin[k] + end[k])
-            p, begin, end = look.halves(look.low < best - give)
+            # Nothing is less than no gap at all.
+            p, begin, end = look.halves(np.maximum(look.low, 0.0) < best - give)
     return best, when, who
 
 
