@@ -72,9 +72,14 @@ class Roster:
         elif t > last[0]:
             corners.append((t, *here))
 
-    def tracks(self, end: float, xy: Points, yaw: Floats) -> tuple[Track, ...]:
-        """Where all obstacles were until ``end``, seconds; ``xy`` (m, 2), cells, and ``yaw`` (m,) are theirs then."""
+    def tracks(self, end: float, xy: Points, yaw: Floats | None = None) -> tuple[Track, ...]:
+        """Where all obstacles were until ``end``, seconds; ``xy`` (m, 2), cells, and ``yaw`` (m,) are theirs then.
+
+        Without ``yaw`` they have turned no farther than at their last corners.
+        """
         made = []
+        if yaw is None:
+            yaw = np.array([corners[-1][3] for corners in self.corners])
         rows = zip(self.corners, self.obstacles, xy.tolist(), yaw.tolist(), strict=True)
         for k, (corners, obstacle, (x, y), heading) in enumerate(rows):
             kept = [c for c in corners if c[0] <= end] or corners[:1]
