@@ -248,6 +248,7 @@ ASKED: dict[str, str] = {
     "errors.MAX_SHOWN": "test_bad_arguments.py",
     "planning.field.frame.MOST": NOT_INPUT
     + "as many cells as a number of 32 bits tells apart; maps are smaller",
+    "io.scenario.build.MAX_COVERED": "sim/test_sim_polygons.py",
     "io.text.csv_table.MAX_BYTES": LIMITS_PY,
     "io.text.csv_table.MAX_LINE": LIMITS_PY,
     "io.text.csv_table.MAX_LINES": LIMITS_PY,

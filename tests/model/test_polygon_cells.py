@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 import shapely
-from sizes import sized
 
 import lampyris
 from lampyris.errors import SettingError
+from sizes import sized
 
 
 @sized("cases", 150, 20_000)
@@ -23,7 +23,11 @@ def test_cells_are_those_that_shapely_overlaps(cases: int) -> None:
         grid = lampyris.Grid(np.zeros((12, 15), dtype=bool), resolution=0.5, origin=(1.0, 2.0, yaw))
         n = int(rng.integers(3, 10))
         angle, far = np.sort(rng.uniform(0.0, 2 * math.pi, n)), rng.uniform(0.2, 4.0, n)
-        vertices = rng.uniform(0.0, 7.0, 2) + (1.0, 2.0) + np.column_stack((far * np.cos(angle), far * np.sin(angle)))
+        vertices = (
+            rng.uniform(0.0, 7.0, 2)
+            + (1.0, 2.0)
+            + np.column_stack((far * np.cos(angle), far * np.sin(angle)))
+        )
         if k % 2:
             vertices = np.round(vertices * 2) / 2  # on the lines between cells
         try:
@@ -48,7 +52,11 @@ def test_what_lies_outside_the_map_is_left_out() -> None:
 
 
 @pytest.mark.parametrize(
-    "vertices", [[(0, 0), (1, 1)], [(0, 0), (1, 1), (1, 0), (0, 1)], [(0, 0), (0, 0), (1, 1)], "box", [(0, math.nan)] * 3, [(0, 2e9), (1, 0), (0, 1)]]
+    "vertices",
+    [
+        [(0, 0), (1, 1)], [(0, 0), (1, 1), (1, 0), (0, 1)], [(0, 0), (0, 0), (1, 1)], "box", [(0, math.nan)] * 3,
+        [(0, 2e9), (1, 0), (0, 1)],
+    ],
 )  # fmt: skip
 def test_what_is_no_polygon_is_refused(vertices: object) -> None:
     with pytest.raises(SettingError, match="POLYGON"):

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from sizes import sized
 
 import lampyris
 from lampyris.errors import SettingError
@@ -36,6 +35,7 @@ from lampyris.sim.traffic.motion_sources import Roster
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import CurveLookup
+from sizes import sized
 
 BOX = ((0.5, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.5, -0.2))
 RES = 0.1
@@ -103,13 +103,17 @@ def contact_of_drive(made: Drive, track: Track) -> float:
     obstacles = ObstacleSet.__new__(ObstacleSet)
     obstacles.scene, obstacles.roster = made.scene, Roster()
     assert track.outline is not None and track.yaw is not None
-    obstacles.roster.add(Obstacle("recorded", track.radius, False, outline=track.outline), 1.0, 1.0, 0.0, 0.0, 0.0)
+    obstacles.roster.add(
+        Obstacle("recorded", track.radius, False, outline=track.outline), 1.0, 1.0, 0.0, 0.0, 0.0
+    )
     obstacles._radius = np.array([track.radius])
     t = np.append(track.t, made.duration + 1.0)
     state = np.column_stack((track.xy, track.yaw))
     state = np.vstack((state, state[-1:]))
     rate = np.diff(state, axis=0) / np.diff(t)[:, None]
-    legs = np.column_stack((0.0 * t[1:], t[:-1], t[1:], state[:-1, :2], rate[:, :2], state[:-1, 2], rate[:, 2]))
+    legs = np.column_stack(
+        (0.0 * t[1:], t[:-1], t[1:], state[:-1, :2], rate[:, :2], state[:-1, 2], rate[:, 2])
+    )
     none = np.zeros(len(legs), dtype=np.int64)
     best = math.inf
     for k in np.flatnonzero(np.diff(made.t) > 0.0).tolist():
@@ -174,7 +178,16 @@ def test_contacts_are_those_that_shapely_sees(kind: str, cases: int) -> None:
 def test_contacts_with_a_standing_robot_are_those_that_shapely_sees(cases: int) -> None:
     made, rng = driven("differential"), np.random.default_rng(5)
     x, y = made.at(np.array([0.0]))[0][0]
-    still = replace(made, t=[0.0, 9.0], s=[0, 0], v=[0, 0], a=[0, 0], leg=[0, 0], cause=("wait",) * 2, cause_index=[-1] * 2)
+    still = replace(
+        made,
+        t=[0.0, 9.0],
+        s=[0, 0],
+        v=[0, 0],
+        a=[0, 0],
+        leg=[0, 0],
+        cause=("wait",) * 2,
+        cause_index=[-1] * 2,
+    )
     motion, apart, met = _motion(still), 0.1, 0
     for _ in range(cases):
         polygon = some_polygon(rng)
@@ -223,8 +236,14 @@ def among(kind: str) -> Drive:
     box = [(0.6, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.6, -0.2)]
     robot = lampyris.Robot(footprint=BOX) if kind == "footprint" else lampyris.Robot(radius=0.3)
     passing = lampyris.Recorded([(20, y) for y in range(3, 25)], footprint=box)
-    traffic = (lampyris.RandomWalk(4, footprint=box), lampyris.Patrol([(36, 3), (28, 3)], footprint=box), passing)
-    scene = lampyris.Scene(grid, start_pose=(1.0, 3.0, 0.0), goal_pose=(8.5, 4.0, 0.0), robot=robot, traffic=traffic)
+    traffic = (
+        lampyris.RandomWalk(4, footprint=box),
+        lampyris.Patrol([(36, 3), (28, 3)], footprint=box),
+        passing,
+    )
+    scene = lampyris.Scene(
+        grid, start_pose=(1.0, 3.0, 0.0), goal_pose=(8.5, 4.0, 0.0), robot=robot, traffic=traffic
+    )
     made = lampyris.drive(scene, "lattice" if kind == "footprint" else "astar", seed=2, obstacle_speed=0.7)
     assert made.arrived, made.detail
     return made

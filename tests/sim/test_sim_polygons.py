@@ -10,18 +10,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sizes import sized
 
 import lampyris
-from lampyris.errors import FileError, LampyrisError, SettingError
+from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.model.drive import Drive
 from lampyris.model.obstacles import Track
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import ObstacleSpec, bound_radius
+from lampyris.planning.graph.astar import AStar
+from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
 from lampyris.report.data.serialize import drive_record
 from lampyris.report.film.drive_film import DriveRenderer
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.adversary import Adversary
+from sizes import sized
 
 LONG = ((0.55, 0.15), (-0.35, 0.15), (-0.35, -0.15), (0.55, -0.15))
 KINDS: dict[str, ObstacleSpec] = {
@@ -83,7 +87,9 @@ def test_tracks_of_polygons_have_headings() -> None:
 
 def _hall(*traffic: ObstacleSpec, yaw: float = 0.0, **robot: Any) -> lampyris.Scene:
     grid = lampyris.Grid(np.zeros((24, 30), dtype=bool), resolution=0.25, origin=(0.0, 0.0, yaw))
-    return lampyris.Scene(grid, (2, 12), (27, 12), robot=lampyris.Robot(**({"radius": 0.2} | robot)), traffic=traffic)
+    return lampyris.Scene(
+        grid, (2, 12), (27, 12), robot=lampyris.Robot(**({"radius": 0.2} | robot)), traffic=traffic
+    )
 
 
 def test_heading_follows_the_direction_of_motion() -> None:
@@ -94,7 +100,9 @@ def test_heading_follows_the_direction_of_motion() -> None:
     tick = 0.25 / 0.5
     east, north_east, south = 0.0, math.pi / 4, -math.pi / 2
     # It has the direction of a step at its end, turns evenly during it, and keeps it while it stands.
-    assert one.heading(tick * np.arange(6)) == pytest.approx([east, east, east, north_east, south, south], abs=1e-12)
+    assert one.heading(tick * np.arange(6)) == pytest.approx(
+        [east, east, east, north_east, south, south], abs=1e-12
+    )
     assert one.heading(np.array([3.5 * tick]))[0] == pytest.approx((north_east + south) / 2)
     assert one.outline == made.obstacle_specs[0].outline == LONG
     assert check_drive(made) is None
@@ -111,7 +119,9 @@ def test_a_track_may_give_its_heading() -> None:
 
 
 def test_obstacles_that_walk_and_halt_turn_to_where_they_go() -> None:
-    scene = _hall(lampyris.RandomWalk(10, footprint=LONG), lampyris.Patrol([(8, 12), (22, 12)], footprint=LONG))
+    scene = _hall(
+        lampyris.RandomWalk(10, footprint=LONG), lampyris.Patrol([(8, 12), (22, 12)], footprint=LONG)
+    )
     for seed in range(2):
         made = lampyris.drive(scene, "astar", seed=seed, time_limit=25.0)
         halts = 0
@@ -183,6 +193,28 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     assert arrived["polygon"] >= arrived["disc"] > 0
 
 
+@sized("cases", 3, 200)
+@pytest.mark.parametrize("kind", ["disc", "footprint"])
+def test_beside_discs_that_run_at_the_robot(kind: str, cases: int) -> None:
+    met = 0
+    for seed in range(cases):
+        scene, planner = _room(np.random.default_rng(seed), {"footprint": LONG}, kind)
+        chosen = AStar() if planner == "astar" else LatticePlanner()
+        sources = [Adversary(1.0, count=2, wait=1.0)]
+        made = drive(
+            scene, chosen, seed=seed, sources=sources, time_limit=15.0, on_hit="go-on", obstacle_speed=0.6
+        )
+        assert check_drive(made) is None
+        assert measure(made)["collisions"] == 0
+        kinds = {
+            spec.kind: (track.yaw is None)
+            for spec, track in zip(made.obstacle_specs, made.tracks, strict=True)
+        }
+        assert kinds == {"random-walk": False, "crossing": False, "cutter": True}
+        met += measure(made)["hits"]
+    assert met > 0
+
+
 @sized("cases", 8, 300)
 def test_a_law_that_looks_at_nothing_hits_fewer_polygons_than_discs(cases: int) -> None:
     hit = {"polygon": 0, "disc": 0}
@@ -197,19 +229,32 @@ def test_a_law_that_looks_at_nothing_hits_fewer_polygons_than_discs(cases: int) 
 def test_controllers_that_steer_keep_off_polygons(controller: str, cases: int) -> None:
     small = {"yaw_rates": 11, "directions": 5} if controller == "dwa" else {}
     for seed in range(cases):
-        made = _drive(seed, {"footprint": LONG}, "footprint", controller=controller, controller_settings=small, time_limit=8.0)
+        made = _drive(
+            seed,
+            {"footprint": LONG},
+            "footprint",
+            controller=controller,
+            controller_settings=small,
+            time_limit=8.0,
+        )
         assert measure(made)["collisions"] == 0
 
 
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_a_recorded_polygon_that_runs_into_the_standing_robot(kind: str) -> None:
     """It is told when its front reaches the robot, which is later than the disc around it does."""
-    robot: dict[str, Any] = {"radius": 0.2} if kind == "disc" else {"footprint": [(0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)]}
+    robot: dict[str, Any] = (
+        {"radius": 0.2}
+        if kind == "disc"
+        else {"footprint": [(0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)]}
+    )
     planner = "astar" if kind == "disc" else "lattice"
     wide = ((0.1, 0.5), (-0.1, 0.5), (-0.1, -0.5), (0.1, -0.5))
     told = {}
     for name, shape in (("polygon", {"footprint": wide}), ("disc", {"radius": bound_radius(wide)})):
-        scene = replace(_hall(lampyris.Recorded([(x, 12) for x in range(20, 1, -1)], **shape), **robot), start=(2, 12))
+        scene = replace(
+            _hall(lampyris.Recorded([(x, 12) for x in range(20, 1, -1)], **shape), **robot), start=(2, 12)
+        )
         # It comes head-on, and the robot can only stand.
         made = lampyris.drive(scene, planner, obstacle_speed=1.0, on_hit="go-on", time_limit=8.0)
         assert check_drive(made) is None
@@ -237,7 +282,10 @@ def test_records_and_films_have_the_outline() -> None:
 
 def test_simulations_take_the_disc_around_it() -> None:
     scene = _hall(lampyris.RandomWalk(4, footprint=LONG), lampyris.Patrol([(8, 4), (8, 20)], footprint=LONG))
-    disc = _hall(lampyris.RandomWalk(4, radius=bound_radius(LONG)), lampyris.Patrol([(8, 4), (8, 20)], radius=bound_radius(LONG)))
+    disc = _hall(
+        lampyris.RandomWalk(4, radius=bound_radius(LONG)),
+        lampyris.Patrol([(8, 4), (8, 20)], radius=bound_radius(LONG)),
+    )
     one, other = lampyris.simulate(scene, "astar", seed=3), lampyris.simulate(disc, "astar", seed=3)
     assert np.array_equal(one.robot, other.robot)
     assert all(np.array_equal(a, b) for a, b in zip(one.tracks, other.tracks, strict=True))
@@ -251,7 +299,10 @@ def test_planned_times_keep_off_the_disc_around_it() -> None:
     robot = {"footprint": ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))}
     plans = [
         lampyris.plan(_hall(one, **robot), "lattice-sipp")
-        for one in (lampyris.Recorded(track, footprint=LONG), lampyris.Recorded(track, radius=bound_radius(LONG)))
+        for one in (
+            lampyris.Recorded(track, footprint=LONG),
+            lampyris.Recorded(track, radius=bound_radius(LONG)),
+        )
     ]
     assert plans[0].pose_path is not None and plans[1].pose_path is not None
     assert np.array_equal(plans[0].pose_path.times, plans[1].pose_path.times)
@@ -286,7 +337,11 @@ def test_scenario_files(tmp_path: Path) -> None:
     assert read.track == ((8, 2), (8, 2), (8, 2), (8, 1))
     assert read.yaw == (0.5, 0.5, 0.5, -0.25)
     # Two cells of half a metre are covered by the polygon, whatever share of them.
-    assert {c for c in zip(*np.nonzero(scenario.scene.grid.blocked.T), strict=True)} == {(8, 0), (3, 2), (4, 2)}
+    assert {c for c in zip(*np.nonzero(scenario.scene.grid.blocked.T), strict=True)} == {
+        (8, 0),
+        (3, 2),
+        (4, 2),
+    }
     for name in ("b.yaml", "b.json"):
         lampyris.save_scenario(scenario, tmp_path / name)
         again = lampyris.load_scenario(tmp_path / name)
@@ -321,3 +376,18 @@ def test_bad_scenario_files_are_refused(tmp_path: Path, old: str, new: str, code
         lampyris.load_scenario(tmp_path / "a.yaml")
     assert refused.value.code == code
     assert ("track.csv:2" if code == "TRACK" else "a.yaml:") in refused.value.where
+
+
+def test_polygons_may_not_cover_more_cells_than_memory_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    two = "[[1.6, 1.1], [2.4, 1.1], [2.4, 1.4], [1.6, 1.4]]"
+    (tmp_path / "a.yaml").write_text(SCENARIO.replace(two, f"{two}, {two}"))
+    (tmp_path / "track.csv").write_text("x,y\n8,2\n")
+    for most in (3, 4, 5):
+        monkeypatch.setattr("lampyris.io.scenario.build.MAX_COVERED", most)
+        if most < 4:
+            with pytest.raises(LimitError, match="covered cells"):
+                lampyris.load_scenario(tmp_path / "a.yaml")
+        else:
+            lampyris.load_scenario(tmp_path / "a.yaml")

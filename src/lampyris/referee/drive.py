@@ -57,8 +57,8 @@ def check_drive(drive: Drive) -> Violation | None:
     On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
     rate``; walls and contacts are those of the footprint, and to turn in place is to move.
 
-    Contact is an overlap of more than 1e-9 m, with a polygon a distance of less than 1e-8 m. A jerk limit is not judged: a stretch has one acceleration, so
-    that the jerk between two is not defined.
+    Contact is an overlap of more than 1e-9 m, with a polygon a distance of less than 1e-8 m. A jerk limit is not judged:
+    a stretch has one acceleration, so that the jerk between two is not defined.
     """
     found = _shapes(drive) or _legs(drive)
     if found is not None or drive.outcome in _NEVER:

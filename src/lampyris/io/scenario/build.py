@@ -31,6 +31,9 @@ from lampyris.typing import Cell, FloatGrid
 
 T = TypeVar("T")
 
+MAX_COVERED = 1 << 22
+"""Cells that the polygons of a file cover, each polygon counted by itself: what half a gigabyte of memory holds."""
+
 
 class Names(Protocol):
     """What rooms above this one know by name: asked, not imported. All raise what is wrong."""
@@ -70,6 +73,7 @@ class _Build:
         self.faults = Mistakes(parsed)
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS
+        self.covered = 0  # cells of polygons so far
 
     def scenario(self) -> Scenario:
         """The scenario, or every mistake at once."""
@@ -181,14 +185,20 @@ class _Build:
             made.append(edit)
         return tuple(made)
 
-    @staticmethod
-    def _edit(spec: form.EditTable, grid: Grid | None) -> Edit:
+    def _edit(self, spec: form.EditTable, grid: Grid | None) -> Edit:
         """An edit with the cells of its polygons."""
-        blocked = dict.fromkeys(_cells(spec.blocked)) if spec.polygons else _cells(spec.blocked)
-        if isinstance(blocked, dict) and grid is not None:
+        blocked = _cells(spec.blocked)
+        if spec.polygons and grid is not None:
+            found = dict.fromkeys(blocked)
             for vertices in spec.polygons:
-                blocked.update(dict.fromkeys(map(tuple, grid.polygon_cells(vertices).tolist())))
-        return Edit(spec.tick, tuple(blocked), _cells(spec.freed))
+                cells = grid.polygon_cells(vertices)
+                self.covered += len(cells)
+                if self.covered > MAX_COVERED:
+                    allowed = f"at most {MAX_COVERED:,} cells of all polygons together"
+                    raise LimitError("LIMIT", f"{self.covered:,} covered cells", allowed=allowed)
+                found.update(dict.fromkeys((x, y) for x, y in cells.tolist()))
+            blocked = tuple(found)
+        return Edit(spec.tick, blocked, _cells(spec.freed))
 
     def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
