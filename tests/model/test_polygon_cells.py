@@ -23,11 +23,8 @@ def test_cells_are_those_that_shapely_overlaps(cases: int) -> None:
         grid = lampyris.Grid(np.zeros((12, 15), dtype=bool), resolution=0.5, origin=(1.0, 2.0, yaw))
         n = int(rng.integers(3, 10))
         angle, far = np.sort(rng.uniform(0.0, 2 * math.pi, n)), rng.uniform(0.2, 4.0, n)
-        vertices = (
-            rng.uniform(0.0, 7.0, 2)
-            + (1.0, 2.0)
-            + np.column_stack((far * np.cos(angle), far * np.sin(angle)))
-        )
+        centre = rng.uniform((1.0, 2.0), (8.0, 9.0))
+        vertices = centre + np.column_stack((far * np.cos(angle), far * np.sin(angle)))
         if k % 2:
             vertices = np.round(vertices * 2) / 2  # on the lines between cells
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -102,7 +103,8 @@ def contact_of_drive(made: Drive, track: Track) -> float:
     route = lookup(made.curves[0])  # type: ignore[arg-type]
     obstacles = ObstacleSet.__new__(ObstacleSet)
     obstacles.scene, obstacles.roster = made.scene, Roster()
-    assert track.outline is not None and track.yaw is not None
+    assert track.outline is not None
+    assert track.yaw is not None
     obstacles.roster.add(
         Obstacle("recorded", track.radius, False, outline=track.outline), 1.0, 1.0, 0.0, 0.0, 0.0
     )
@@ -124,7 +126,7 @@ def contact_of_drive(made: Drive, track: Track) -> float:
     return best
 
 
-@sized("cases", 10, 2000)
+@sized("cases", 8, 2000)
 @pytest.mark.parametrize("kind", [*DRIVES, "disc"])
 def test_contacts_are_those_that_shapely_sees(kind: str, cases: int) -> None:
     made, rng = driven(kind), np.random.default_rng(31)
@@ -174,7 +176,7 @@ def test_contacts_are_those_that_shapely_sees(kind: str, cases: int) -> None:
     assert min(met, clear) >= cases // 8
 
 
-@sized("cases", 40, 3000)
+@sized("cases", 20, 3000)
 def test_contacts_with_a_standing_robot_are_those_that_shapely_sees(cases: int) -> None:
     made, rng = driven("differential"), np.random.default_rng(5)
     x, y = made.at(np.array([0.0]))[0][0]
@@ -203,7 +205,7 @@ def test_contacts_with_a_standing_robot_are_those_that_shapely_sees(cases: int) 
             inside |= (times >= one.begin - 1e-9) & (times <= one.end + 1e-9)
             met += 1
         assert not (on & ~inside).any()
-        for before, after in zip(found, found[1:], strict=False):
+        for before, after in itertools.pairwise(found):
             assert after.begin > before.end + apart
         edge = np.array([t for one in found for t in (one.begin, one.end)])
         if len(edge):
@@ -220,7 +222,7 @@ def test_distances_are_those_of_shapely(cases: int) -> None:
     rng = np.random.default_rng(8)
     one = rng.uniform(-1.0, 1.0, (cases, 3, 2))
     other = one[:, [0, 2, 1]] * rng.uniform(0.1, 1.5, (cases, 1, 1)) + rng.normal(0.0, 1.0, (cases, 1, 2))
-    other[: cases // 10] = one[: cases // 10] + (0.0, 2.0)
+    other[: cases // 10] = one[: cases // 10] + np.array((0.0, 2.0))
     want = shapely.distance(shapely.polygons(one), shapely.polygons(other))
     assert np.abs(outline_distances(one, other) - want).max() < 1e-12
     assert 0.1 < (want == 0.0).mean() < 0.9
@@ -272,7 +274,7 @@ def turned_onto_the_robot(made: Drive) -> Drive:
     """An obstacle stands so near that its front, and nothing else, sweeps over the robot when it turns once."""
     k, t = passing(made), 0.5 * made.duration
     xy, _ = made.at(np.array([t]))
-    at = np.repeat(xy + (0.0, 0.62 / 0.25), 4, axis=0)
+    at = np.repeat(xy + np.array((0.0, 0.62 / 0.25)), 4, axis=0)
     outline = ((0.6, 0.02), (-0.02, 0.02), (-0.02, -0.02), (0.6, -0.02))
     specs = list(made.obstacle_specs)
     specs[k] = replace(specs[k], outline=outline, radius=bound_radius(outline))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
+from lampyris.errors import FileError, LimitError, SceneError, SettingError
 from lampyris.model.drive import Drive
 from lampyris.model.obstacles import Track
 from lampyris.model.trace import Outcome
@@ -163,7 +163,7 @@ def _drive(seed: int, shape: dict[str, Any], kind: str, **more: Any) -> Drive:
     return made
 
 
-@sized("cases", 4, 400)
+@sized("cases", 3, 400)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     """By the law that promises it; and no fewer arrive than among the discs around the polygons."""
@@ -174,8 +174,7 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
         for name, shape in (("polygon", {"footprint": LONG}), ("disc", {"radius": bound_radius(LONG)})):
             try:
                 made = done[name] = _drive(seed, shape, kind, on_hit="end")
-            except LampyrisError as full:
-                assert full.code == "OBSTACLE_ROOM"
+            except SceneError:  # no room for the obstacles
                 continue
             seen = measure(made)
             assert seen["collisions"] == 0
@@ -193,7 +192,7 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     assert arrived["polygon"] >= arrived["disc"] > 0
 
 
-@sized("cases", 3, 200)
+@sized("cases", 2, 200)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_beside_discs_that_run_at_the_robot(kind: str, cases: int) -> None:
     met = 0
@@ -304,7 +303,8 @@ def test_planned_times_keep_off_the_disc_around_it() -> None:
             lampyris.Recorded(track, radius=bound_radius(LONG)),
         )
     ]
-    assert plans[0].pose_path is not None and plans[1].pose_path is not None
+    assert plans[0].pose_path is not None
+    assert plans[1].pose_path is not None
     assert np.array_equal(plans[0].pose_path.times, plans[1].pose_path.times)
 
 
@@ -337,7 +337,7 @@ def test_scenario_files(tmp_path: Path) -> None:
     assert read.track == ((8, 2), (8, 2), (8, 2), (8, 1))
     assert read.yaw == (0.5, 0.5, 0.5, -0.25)
     # Two cells of half a metre are covered by the polygon, whatever share of them.
-    assert {c for c in zip(*np.nonzero(scenario.scene.grid.blocked.T), strict=True)} == {
+    assert set(zip(*np.nonzero(scenario.scene.grid.blocked.T), strict=True)) == {
         (8, 0),
         (3, 2),
         (4, 2),
