@@ -28,6 +28,11 @@ obstacles: [{kind: random-walk, count: 2}]
 simulate: {}
 edits: [{tick: 3, blocked: [[5, 5]]}]
 """
+POLYGON = """version: 1
+map: guide
+obstacles: [{kind: random-walk, count: 1, rectangle: [0.8, 0.4]}]
+drive: {}
+"""
 NEAR = "x_m,y_m,radius,top_speed\n0.9,0.5,0.2,1.0\n"
 POSES = ("env-3", "--resolution", "0.25", "--drive", "differential")
 CAR = ("env-3", "--resolution", "0.25", "--drive", "ackermann", "--turn-radius", "0.8")
@@ -42,7 +47,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),
     "simulate": (("simulate", "guide", "--moves", "sixteen-connected"), ("run", "edited.yaml")),
     "drive": (("drive", "guide"), ("drive", *POSES, "--planner", "lattice", "--obstacles", "1"),
-              ("drive", *POSES, "--planner", "lattice", "--controller", "rpp")),
+              ("drive", *POSES, "--planner", "lattice", "--controller", "rpp"), ("run", "polygon.yaml")),
     "compare": (
         ("compare", "guide", "--planners", "astar,sipp"),
         ("compare", "guide", "--planners", "astar,sipp", "--obstacles", "2", "--seeds", "1"),
@@ -100,6 +105,7 @@ def test_keys_of_json(verb: str, tmp_path: Path) -> None:
     with inside(tmp_path):
         Path("t.yaml").write_text(STUDY)
         Path("edited.yaml").write_text(EDITED)
+        Path("polygon.yaml").write_text(POLYGON)
         Path("near.csv").write_text(NEAR)
         if verb == "plan":
             assert run("primitives", *CAR[1:], "--out", "ours.mprim").exit == 0

@@ -263,6 +263,7 @@ ASKED: dict[str, str] = {
     "errors.MAX_SHOWN": "test_bad_arguments.py",
     "planning.field.frame.MOST": NOT_INPUT
     + "as many cells as a number of 32 bits tells apart; maps are smaller",
+    "io.scenario.build.MAX_COVERED": "sim/test_sim_polygons.py",
     "io.text.csv_table.MAX_BYTES": LIMITS_PY,
     "io.text.csv_table.MAX_LINE": LIMITS_PY,
     "io.text.csv_table.MAX_LINES": LIMITS_PY,
@@ -392,6 +393,7 @@ ASKED: dict[str, str] = {
     "planning.swarm.encoding.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
     "study.execution.obstacle_tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
     "referee.geometry.separation._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
+    "referee.geometry.moving_polygons._AT_ONCE": NOT_INPUT + "vertices and edges looked at in one go",
     "motion.geometry.curve.LONGEST_STEP": NOT_INPUT + "a length of the curve, not of what is given",
     "app.engine.simulation.MOST_PATH": NOT_INPUT + "cells of a patrol's path that the page draws",
     "app.server.request_parsing.MOST_WHOLE": "app/test_app_forms.py",

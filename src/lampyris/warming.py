@@ -241,7 +241,8 @@ def _poses() -> None:
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}
     x, y = scene.start
     onto = replace(scene, traffic=(Recorded(tuple((x + k, y) for k in (3, 2, 1, 0))),))
-    for there, more in ((scene, {}), (scene, late), (onto, {})):
+    polygon = replace(onto, traffic=(replace(onto.traffic[0], footprint=robot.footprint),))
+    for there, more in ((scene, {}), (scene, late), (onto, {}), (polygon, {})):
         with suppress(LampyrisError):
             api.drive(there, "lattice", time_limit=3.0, **more)
     for controller in CONTROLLERS:

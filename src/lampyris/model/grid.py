@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
 from lampyris._core.noun import Noun
+from lampyris._core.polygon_cells import polygon_cells
 from lampyris._core.predicates import array_of, numbers
 from lampyris._core.scalars import in_range
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
+from lampyris.model.robot import outline_of
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Floats
 
 TERRAIN_UNIT = 63
 """A cell of terrain value c costs ``(63 + c) / 63`` times what plain ground costs to enter."""
@@ -181,6 +183,28 @@ class Grid(Value):
         if not (math.isfinite(right) and math.isfinite(up)):
             raise SettingError("POINT", f"({x_m}, {y_m})", allowed="metres near the map")
         return math.floor(right), self.height - 1 - math.floor(up)
+
+    def polygon_cells(self, vertices: Sequence[Sequence[float]]) -> Cells:
+        """Every cell that a polygon covers, however little of it, row by row; int32, (n, 2).
+
+        ``Edit(0, blocked=grid.polygon_cells(vertices))`` puts a static obstacle onto the map of a scenario.
+
+        Parameters
+        ----------
+        vertices : 3 to 64 points (x, y) in order, metres of the map frame. What lies outside the map is left out.
+
+        Raises
+        ------
+        SettingError : ``POLYGON``: another number of vertices, two equal ones in a row, or edges that cross.
+
+        Examples
+        --------
+        >>> grid = Grid(np.zeros((4, 6), dtype=bool), resolution=0.5)
+        >>> grid.polygon_cells([(0.5, 0.5), (1.6, 0.5), (1.6, 1.0), (0.5, 1.0)]).tolist()
+        [[1, 2], [2, 2], [3, 2]]
+        """
+        points = np.array(outline_of(vertices, "polygon", "POLYGON", reach=1e9))
+        return polygon_cells(self.frame.to_points(*points.T), self.height, self.width)
 
 
 def _terrain(value: ArrayLike, blocked: BoolGrid) -> ByteGrid | None:

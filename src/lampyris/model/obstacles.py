@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from lampyris._core.predicates import array_of, numbers
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import frozen
+from lampyris.model.robot import Polygon, footprint_of
 from lampyris.typing import Floats, Points
 
 
@@ -73,7 +75,7 @@ class ObstacleStates(Value):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(Value):
-    """Where one moving obstacle is over time: straight and uniform between the points given.
+    """Where one moving obstacle is over time: straight and uniform between the points given, and so is its heading.
 
     Before the first time it is not there; after the last it stays where it is.
 
@@ -81,14 +83,23 @@ class Track(Value):
     ----------
     t : float64 (k,), seconds, strictly rising; k >= 1.
     xy : float64 (k, 2), cells.
-    radius : metres.
+    radius : metres; of a polygon, of a disc around it.
     top_speed : m/s, at least that of every stretch.
+    outline : vertices (x ahead, y to the left) of a polygon, metres; None: a disc.
+    yaw : float64 (k,), of a polygon: its heading at these times, radians counterclockwise in the frame of the cells
+        (0: along the rows). Between two of them it turns by their difference, so that they need not lie within a turn.
+
+    Raises
+    ------
+    SettingError : ``TRACK``: times that do not rise, or arrays that do not fit; an outline without headings.
     """
 
     t: Floats
     xy: Points
     radius: float
     top_speed: float
+    outline: Polygon | None = None
+    yaw: Floats | None = None
 
     if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
@@ -98,6 +109,8 @@ class Track(Value):
             xy: ArrayLike,
             radius: float,
             top_speed: float,
+            outline: Sequence[Sequence[float]] | None = ...,
+            yaw: ArrayLike | None = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -112,8 +125,22 @@ class Track(Value):
             )
         object.__setattr__(self, "t", frozen(t))
         object.__setattr__(self, "xy", frozen(xy))
+        if self.outline is None and self.yaw is None:
+            return
+        yaw = numbers(self.yaw, (len(t),))
+        if self.outline is None or yaw is None or not np.isfinite(yaw).all():
+            allowed = "an outline with a finite heading for each time, or neither"
+            raise SettingError("TRACK", f"headings {shown(self.yaw)}", allowed=allowed)
+        object.__setattr__(self, "yaw", frozen(yaw))
+        outline = footprint_of(self.outline, "track.outline", "TRACK")
+        object.__setattr__(self, "outline", outline)
 
     def at(self, t: Floats) -> Points:
         """Its centre at some times, cells, (m, 2); where it appeared for times before the first."""
         t = np.atleast_1d(np.asarray(t, dtype=np.float64))
         return np.stack([elementary.interp(t, self.t, self.xy[:, k]) for k in (0, 1)], axis=-1)
+
+    def heading(self, t: Floats) -> Floats:
+        """Heading of a polygon at some times, radians counterclockwise in the frame of the cells, (m,); 0 of a disc."""
+        t = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        return np.zeros(len(t)) if self.yaw is None else elementary.interp(t, self.t, self.yaw)

@@ -111,29 +111,47 @@ def inscribed_disc(robot: Robot) -> Robot:
     return disc(robot, robot.inscribed_radius)
 
 
-def footprint_of(given: object, where: str = "robot.footprint") -> Polygon:
+def footprint_of(given: object, where: str = "robot.footprint", code: str = "ROBOT_FOOTPRINT") -> Polygon:
     """A polygon from its vertices, counterclockwise.
 
     Parameters
     ----------
-    given : pairs (x, y) in metres; x points ahead, y to the left; the origin is the base of the robot, the
-        point that its poses are those of: the centre of the axle that does not steer.
+    given : pairs (x, y) in metres; x points ahead, y to the left; the origin is the base, the point that poses are
+        those of: of a robot the centre of the axle that does not steer.
+    where, code : of errors.
 
     Raises
     ------
-    SettingError : ``ROBOT_FOOTPRINT``: fewer than three vertices or more than 64, two equal ones in a row, edges
-        that cross, or an origin that is not inside.
+    SettingError : ``ROBOT_FOOTPRINT``, or another code: as :func:`outline_of`, or an origin that is not inside.
     """
+    points = outline_of(given, where, code)
+    if not _inside(list(points)):
+        what, allowed = "the origin, the base, is not inside", "an outline around (0, 0)"
+        raise SettingError(code, what, where=where, allowed=allowed)
+    return points
 
+
+def outline_of(given: object, where: str, code: str, reach: float = _REACH) -> Polygon:
+    """A polygon anywhere from its vertices, metres, counterclockwise.
+
+    Parameters
+    ----------
+    where, code : of errors.
+    reach : greatest coordinate, metres.
+
+    Raises
+    ------
+    SettingError : fewer than three vertices or more than 64, two equal ones in a row, or edges that cross.
+    """
     from lampyris._core.predicates import numbers
 
     def refuse(what: str, allowed: str) -> SettingError:
-        return SettingError("ROBOT_FOOTPRINT", what, where=where, allowed=allowed)
+        return SettingError(code, what, where=where, allowed=allowed)
 
-    pairs = "3 to 64 pairs [x, y] of metres, each within 1e6"
+    pairs = f"3 to 64 pairs [x, y] of metres, each within {'1e6' if reach == _REACH else '1e9'}"
     listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else given
     array = numbers(listed, (None, 2))
-    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= _REACH).all():
+    if array is None or not 3 <= len(array) <= MOST_VERTICES or not (abs(array) <= reach).all():
         raise refuse(shown(given), pairs)
     points = [(float(x), float(y)) for x, y in array.tolist()]
     edges = list(zip(points, points[1:] + points[:1], strict=True))
@@ -148,17 +166,15 @@ def footprint_of(given: object, where: str = "robot.footprint") -> Polygon:
     area = math.fsum(ax * by - bx * ay for (ax, ay), (bx, by) in edges)
     if area < 0:
         points = [points[0], *points[:0:-1]]
-    if not _inside(points):
-        raise refuse("the origin, the base of the robot, is not inside", "an outline around (0, 0)")
     return tuple(points)
 
 
-def rectangle_of(given: object, where: str = "robot.rectangle") -> Polygon:
+def rectangle_of(given: object, where: str = "robot.rectangle", code: str = "ROBOT_FOOTPRINT") -> Polygon:
     """The footprint of a rectangle with the base in its middle, from its length and its width in metres.
 
     Raises
     ------
-    SettingError : ``ROBOT_FOOTPRINT``: not two positive numbers.
+    SettingError : ``ROBOT_FOOTPRINT``, or another code: not two positive numbers.
     """
     from lampyris._core.predicates import numbers
 
@@ -166,7 +182,7 @@ def rectangle_of(given: object, where: str = "robot.rectangle") -> Polygon:
     sides = numbers(listed, (2,))
     if sides is None or not ((sides >= LEAST) & (sides <= _REACH)).all():
         allowed = "[length, width], metres, each 1e-6 to 1e6"
-        raise SettingError("ROBOT_FOOTPRINT", shown(given), where=where, allowed=allowed)
+        raise SettingError(code, shown(given), where=where, allowed=allowed)
     x, y = (sides / 2).tolist()
     return ((-x, -y), (x, -y), (x, y), (-x, y))
 

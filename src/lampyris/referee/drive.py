@@ -14,10 +14,7 @@ from lampyris.referee.geometry.lines_and_arcs import SAME, joins, nearest_wall, 
 from lampyris.referee.geometry.moving_discs import (
     STANDS,
     RobotMotion,
-    first_contact,
     motion_of,
-    nearest,
-    standing_contacts,
 )
 from lampyris.referee.geometry.pose_drive import (
     at_goal_pose,
@@ -33,9 +30,8 @@ from lampyris.referee.geometry.shapes import Ints, stands_free
 from lampyris.referee.meetings import (
     DUST,
     ROUNDING,
+    Meetings,
     meetings_violation,
-    pairs_in,
-    touching_at_the_end,
     tracks_violation,
 )
 from lampyris.referee.verdict import Violation
@@ -53,16 +49,16 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle size``, ``obstacle speed``,
-    ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
-    contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
-    ``outcome``, ``moments``, ``numbers``.
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``,
+    ``obstacle shape``, ``heading``, ``body speed``, ``collision`` (contact while the robot moves), ``yield`` (one that
+    yields ran into it), ``untold contact``, ``told contact``, ``bodies apart`` (two obstacles overlap:
+    :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
 
     On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw
     rate``; walls and contacts are those of the footprint, and to turn in place is to move.
 
-    Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so
-    that the jerk between two is not defined.
+    Contact is an overlap of more than 1e-9 m, with a polygon a distance of less than 1e-8 m. A jerk limit is not judged:
+    a stretch has one acceleration, so that the jerk between two is not defined.
     """
     found = _shapes(drive) or _legs(drive)
     if found is not None or drive.outcome in _NEVER:
@@ -94,7 +90,8 @@ def measure(drive: Drive) -> dict[str, Any]:
     driven), ``stood`` (seconds), ``lateral`` (greatest, m/s2), ``peak_accel``, ``peak_braking``, ``wall``
     (least distance from the centre to a wall, metres, infinity beyond the radius + 1 m), ``gap`` (least
     distance of the rims to an obstacle while moving; below 0 they overlap), ``gap_when``, ``gap_body``,
-    ``collisions`` (obstacles in contact while the robot moved), ``hits`` (contacts while it stood).
+    ``collisions`` (obstacles in contact while the robot moved), ``hits`` (contacts while it stood). Of a polygon that is on the
+    robot the gap is 0.
     """
     empty = len(drive.t) < 2 or not drive.curves
     motion = None if empty else _motion(drive)
@@ -119,11 +116,11 @@ def measure(drive: Drive) -> dict[str, Any]:
     for curve, s0, s1 in _ranges(drive):
         out["wall"] = min(out["wall"], nearest_wall(curve, s0, s1, grid, radius + 1.0))
     if motion is not None:
-        pairs = pairs_in(drive, motion)
-        out["gap"], out["gap_when"], out["gap_body"] = nearest(motion, pairs)
-        episodes = standing_contacts(motion, pairs, drive.period)
-        met = {k for k in range(len(drive.tracks)) if first_contact(motion, pairs.some(pairs.obstacle == k))}
-        last = set(touching_at_the_end(drive, motion))
+        meetings = Meetings(drive, motion)
+        out["gap"], out["gap_when"], out["gap_body"] = meetings.nearest()
+        episodes = meetings.standing(drive.period)
+        met = {k for k in range(len(drive.tracks)) if meetings.first(k)}
+        last = set(meetings.touching_at_the_end())
         if drive.outcome is Outcome.COLLISION:
             met |= last
         fresh = last - {e.obstacle for e in episodes} if drive.outcome is Outcome.HIT else set()

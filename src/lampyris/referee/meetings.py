@@ -5,18 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.model.drive import Drive
+from lampyris.model.obstacles import Track
 from lampyris.model.trace import Outcome
+from lampyris.model.traffic import Obstacle
 from lampyris.referee.geometry.moving_discs import (
+    Episode,
     Pairs,
     RobotMotion,
     first_contact,
     gap_at,
     moving,
+    nearest,
     pairs_of,
     standing_contacts,
 )
+from lampyris.referee.geometry.moving_polygons import (
+    first_polygon_contact,
+    nearest_polygon,
+    polygon_gap_at,
+    polygon_pairs,
+    standing_polygon_contacts,
+)
 from lampyris.referee.geometry.pose_drive import at_wall_at_the_end
 from lampyris.referee.verdict import Violation
+from lampyris.typing import Floats
 
 ROUNDING = 1e-9
 """Share of a value that sums may be off by."""
@@ -27,12 +39,62 @@ DUST = 1e-12
 NEAR = 1e-6
 """Metres within which a contact that is reported must be."""
 
+ANGLE = 1e-6
+"""Radians that rounding may make of a heading."""
+
 _MET = ("hit", "contact")
 
 
-def pairs_in(drive: Drive, motion: RobotMotion) -> Pairs:
-    """Every part of the robot's motion with every obstacle that is there."""
-    return pairs_of(motion, drive.tracks, radius_in(drive, motion), drive.scene.grid.resolution)
+class Meetings:
+    """Robot and obstacles of one drive, discs and polygons.
+
+    Attributes
+    ----------
+    discs : every part of the robot's motion with every disc that is there.
+    polygons : the same of each polygon.
+    """
+
+    def __init__(self, drive: Drive, motion: RobotMotion) -> None:
+        self.drive, self.motion = drive, motion
+        self.radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
+        self.discs: Pairs = pairs_of(motion, drive.tracks, self.radius, resolution)
+        self.polygons = polygon_pairs(motion, drive.tracks, resolution)
+
+    def first(self, obstacle: int | None = None) -> tuple[float, int, float] | None:
+        """The first contact while the robot moves, with an obstacle or with any: time, obstacle, distance (metres)."""
+        discs, polygons = self.discs, self.polygons
+        if obstacle is not None:
+            discs = discs.some(discs.obstacle == obstacle)
+            polygons = [one for one in polygons if one.obstacle == obstacle]
+        if not moving(self.motion, discs).any():
+            met = None
+        else:
+            met = first_contact(self.motion, discs)
+        found = (met, first_polygon_contact(self.motion, polygons, self.radius))
+        return min((one for one in found if one is not None), default=None)
+
+    def standing(self, apart: float) -> list[Episode]:
+        """Contacts while the robot stands; those of one obstacle that are no more than ``apart`` seconds apart are one."""
+        polygons = standing_polygon_contacts(self.motion, self.polygons, self.radius, apart)
+        return standing_contacts(self.motion, self.discs, apart) + polygons
+
+    def nearest(self) -> tuple[float, float, int]:
+        """The least gap while the robot moves (metres), when, and which obstacle; (infinity, 0, -1): none was there."""
+        discs = nearest(self.motion, self.discs)
+        return (
+            min(discs, nearest_polygon(self.motion, self.polygons, self.radius)) if self.polygons else discs
+        )
+
+    def gap_at(self, obstacle: int, t: float) -> float:
+        """Metres between the robot and an obstacle at one time; infinity before it is there."""
+        track, resolution = self.drive.tracks[obstacle], self.drive.scene.grid.resolution
+        find = gap_at if track.outline is None else polygon_gap_at
+        return find(self.motion, track, self.radius, resolution, t)
+
+    def touching_at_the_end(self) -> list[int]:
+        """Obstacles within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
+        duration = self.drive.duration
+        return [k for k in range(len(self.drive.tracks)) if self.gap_at(k, duration) <= NEAR]
 
 
 def radius_in(drive: Drive, motion: RobotMotion) -> float:
@@ -49,6 +111,9 @@ def tracks_violation(drive: Drive) -> Violation | None:
             return Violation(
                 "body size", f"body {k}", f"{track.radius!r} m in its track, {obstacle.radius!r}"
             )
+        found = _shape(k, track, obstacle) or _heading(k, track, obstacle)
+        if found is not None:
+            return found
         if len(track.t) < 2:
             continue
         dt = np.diff(track.t)
@@ -64,6 +129,43 @@ def tracks_violation(drive: Drive) -> Violation | None:
     return None
 
 
+def _shape(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
+    """Whether a polygon of a track is its obstacle's, and within the disc around it."""
+    if track.outline != obstacle.outline:
+        return Violation("obstacle shape", f"body {k}", "its track has another outline than the obstacle")
+    far = 0.0 if track.outline is None else float(np.hypot(*np.array(track.outline).T).max())
+    if track.radius < far:
+        return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, a vertex at {far!r}")
+    return None
+
+
+def _heading(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
+    """Whether a polygon turns towards the direction in which it moves, the shorter way, and not while it stands.
+
+    The heading of a recorded one may be given with its track.
+    """
+    if track.yaw is None or obstacle.kind == "recorded" or len(track.t) < 2:
+        return None
+    step, turn = np.diff(track.xy, axis=0), np.diff(track.yaw)
+    moves = (step != 0.0).any(axis=1)
+    along = np.arctan2(-step[:, 1], step[:, 0])
+    before, after = (np.abs(_wrapped(along - yaw)) for yaw in (track.yaw[:-1], track.yaw[1:]))
+    # Towards it: what is left to turn is less by what was turned. Over a tiny step the direction is rounded.
+    bad = np.where(moves, after > before - np.abs(turn) + ANGLE, np.abs(turn) > ANGLE)
+    bad &= ~moves | (np.hypot(*step.T) > 1e-6)
+    if not bad.any():
+        return None
+    i = int(bad.argmax())
+    what = (
+        f"turns by {float(turn[i]):.6g} rad from {float(track.t[i]):g} s on, not to its direction of motion"
+    )
+    return Violation("heading", f"body {k}", what)
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
+
+
 def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     """Contacts: none while the robot moves but a reported collision; the others are reported, too."""
     into_wall = _into_wall(drive)
@@ -73,16 +175,18 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
         if drive.outcome is Outcome.COLLISION and not into_wall:
             return Violation("outcome", "drive", "collision, but there is nobody to touch")
         return _reported_contacts(drive, motion)
-    pairs = pairs_in(drive, motion)
+    meetings = Meetings(drive, motion)
     late = drive.duration - drive.period - ROUNDING * drive.duration
-    met = first_contact(motion, pairs) if moving(motion, pairs).any() else None
+    met = meetings.first()
     if met is not None and (drive.outcome is not Outcome.COLLISION or met[0] < late):
         t, obstacle, d = met
         reach = radius_in(drive, motion) + drive.tracks[obstacle].radius
         part = "the robot's centre" if motion.outline is None else "the robot's outline"
         what = f"{d:.9g} m from {part} at {t:.9g} s while it moves; the radii make {reach:g}"
+        if drive.tracks[obstacle].outline is not None:
+            what = f"its outline is on the robot at {t:.9g} s while it moves"
         return Violation("collision", f"body {obstacle}", what)
-    last = touching_at_the_end(drive, motion)
+    last = meetings.touching_at_the_end()
     if (
         met is None
         and drive.outcome is Outcome.COLLISION
@@ -91,7 +195,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     ):
         return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
     # Anyone who lets go and comes back between two decisions has not been away.
-    episodes = standing_contacts(motion, pairs, drive.period)
+    episodes = meetings.standing(drive.period)
     for one in episodes:
         if drive.obstacle_specs[one.obstacle].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
@@ -107,13 +211,6 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     return _reported_contacts(drive, motion)
 
 
-def touching_at_the_end(drive: Drive, motion: RobotMotion) -> list[int]:
-    """Obstacles within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
-    radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
-    gaps = [gap_at(motion, track, radius, resolution, drive.duration) for track in drive.tracks]
-    return [k for k, gap in enumerate(gaps) if gap <= NEAR]
-
-
 def _into_wall(drive: Drive) -> bool:
     """Whether a controller that steers, without the braking rule, is said to have driven into a wall."""
     words = [m for m in drive.moments if m.word == "contact"]
@@ -127,7 +224,7 @@ def _moves_at_the_end(drive: Drive) -> bool:
 
 def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
     """What is reported as a contact is one, within a micrometre."""
-    radius, resolution = radius_in(drive, motion), drive.scene.grid.resolution
+    meetings: Meetings | None = None
     for k, m in enumerate(drive.moments):
         if m.word not in _MET or (m.obstacle < 0 and _into_wall(drive)):
             continue
@@ -135,7 +232,8 @@ def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
             return Violation(
                 "told contact", f"moment {k}", f"{m.word} with obstacle {m.obstacle}, which is not there"
             )
-        gap = gap_at(motion, drive.tracks[m.obstacle], radius, resolution, m.t)
+        meetings = meetings or Meetings(drive, motion)
+        gap = meetings.gap_at(m.obstacle, m.t)
         if gap > NEAR and len(motion.t0):
             what = f"{m.word} with obstacle {m.obstacle} at {m.t:.9g} s, which is {gap:.6g} m away"
             return Violation("told contact", f"moment {k}", what)

@@ -13,16 +13,16 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.map_source import Files, Mistakes, setting_path
-from lampyris.io.scenario.robot_table import robot_of
+from lampyris.io.scenario.robot_table import robot_of, with_footprint
 from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES
 from lampyris.io.text.strict_yaml import KeyPath
 from lampyris.io.tracks import dob
-from lampyris.io.tracks.csv_tracks import MAX_TICKS, read_track
+from lampyris.io.tracks.csv_tracks import MAX_TICKS, read_headed_track, read_track
 from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
@@ -30,6 +30,9 @@ from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol
 from lampyris.typing import Cell, FloatGrid
 
 T = TypeVar("T")
+
+MAX_COVERED = 1 << 22
+"""Cells that the polygons of a file cover, each polygon counted by itself: what half a gigabyte of memory holds."""
 
 
 class Names(Protocol):
@@ -70,6 +73,7 @@ class _Build:
         self.faults = Mistakes(parsed)
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS
+        self.covered = 0  # cells of polygons so far
 
     def scenario(self) -> Scenario:
         """The scenario, or every mistake at once."""
@@ -165,7 +169,7 @@ class _Build:
         made: list[Edit] = []
         for k, spec in enumerate(self.file.edits):
             key_path: KeyPath = ("edits", k)
-            edit = self.tried(key_path, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
+            edit = self.tried(key_path, self._edit, spec, grid)
             if edit is None:
                 continue
             if grid is not None:
@@ -180,6 +184,21 @@ class _Build:
                 self.faults.keep(key_path, fault)
             made.append(edit)
         return tuple(made)
+
+    def _edit(self, spec: form.EditTable, grid: Grid | None) -> Edit:
+        """An edit with the cells of its polygons."""
+        blocked = _cells(spec.blocked)
+        if spec.polygons and grid is not None:
+            found = dict.fromkeys(blocked)
+            for vertices in spec.polygons:
+                cells = grid.polygon_cells(vertices)
+                self.covered += len(cells)
+                if self.covered > MAX_COVERED:
+                    allowed = f"at most {MAX_COVERED:,} cells of all polygons together"
+                    raise LimitError("LIMIT", f"{self.covered:,} covered cells", allowed=allowed)
+                found.update(dict.fromkeys((x, y) for x, y in cells.tolist()))
+            blocked = tuple(found)
+        return Edit(spec.tick, blocked, _cells(spec.freed))
 
     def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
@@ -269,26 +288,32 @@ class _Build:
         return tuple(made)
 
     def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
+        shape: dict[str, Any] = {name: getattr(spec, name) for name in ("radius", "footprint", "rectangle")}
+        shape = with_footprint(shape, "traffic", "TRAFFIC_FOOTPRINT")
         if isinstance(spec, form.WalkTable):
-            return (RandomWalk(spec.count, spec.rate, spec.radius, _cells(spec.starts)),)
+            return (RandomWalk(spec.count, spec.rate, starts=_cells(spec.starts), **shape),)
         if isinstance(spec, form.CrossingTable):
-            return (Crossing(spec.count, spec.radius),)
+            return (Crossing(spec.count, **shape),)
         if isinstance(spec, form.PatrolTable):
-            return (Patrol(_cells(spec.waypoints), spec.radius),)
+            return (Patrol(_cells(spec.waypoints), **shape),)
         if isinstance(spec, form.TrackTable):
-            return (Recorded(_cells(spec.track), spec.radius),)
+            return (Recorded(_cells(spec.track), yaw=spec.yaw, **shape),)
         if self.room < 0:
             return ()
         path = self.files.path(spec.file, ("obstacles", k, "file"))
         data = read_regular(path, MAX_BYTES)
         if not dob.looks_like(data):
             self._csv_only(spec, k)
-            made = (Recorded(read_track(path), spec.radius or 0.0),)
+            if shape["footprint"] is None:
+                made = (Recorded(read_track(path), spec.radius or 0.0),)
+            else:
+                track, yaw = read_headed_track(path)
+                made = (Recorded(track, footprint=shape["footprint"], yaw=yaw),)
             self._count(made[0])
             return made
         if grid is None:
             return ()
-        return self._from_dob(spec, k, dob.read_dob(data, path), grid, robot)
+        return self._from_dob(spec, k, dob.read_dob(data, path), grid, robot, shape["footprint"])
 
     def _count(self, one: Recorded) -> None:
         """Refuse more tracks than memory should be spent on: one file may be named ten thousand times."""
@@ -303,7 +328,13 @@ class _Build:
                 raise FileError("KEY", f"`{key}` with a CSV", where=where, allowed="with a .dob file")
 
     def _from_dob(
-        self, spec: form.TrackFileTable, k: int, found: tuple[dob.DobObstacle, ...], grid: Grid, robot: Robot
+        self,
+        spec: form.TrackFileTable,
+        k: int,
+        found: tuple[dob.DobObstacle, ...],
+        grid: Grid,
+        robot: Robot,
+        footprint: Polygon | None,
     ) -> tuple[ObstacleSpec, ...]:
         if spec.id is not None and spec.id >= len(found):
             where = spot(self.parsed, ("obstacles", k, "id"))
@@ -313,7 +344,8 @@ class _Build:
         for number in range(len(found)) if spec.id is None else (spec.id,):
             one, notes = dob.recorded(found[number], number, grid, tick_s, spec.file)
             self._count(one)
-            made.append(one if spec.radius is None else Recorded(one.track, spec.radius))
+            radius = one.radius if spec.radius is None else spec.radius
+            made.append(Recorded(one.track, radius, footprint))
             self.notes += notes
         return tuple(made)
 

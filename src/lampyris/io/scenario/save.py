@@ -240,15 +240,18 @@ def _rows(grid: Grid) -> list[str]:
 
 
 def _obstacle(one: ObstacleSpec) -> dict[str, Any]:
+    outline = one.footprint
+    shape = {"radius": one.radius} if outline is None else {"footprint": [list(p) for p in outline]}
     if isinstance(one, RandomWalk):
         starts = {"starts": [list(c) for c in one.starts]} if one.starts else {}
-        return {"kind": "random-walk", "count": one.count, "rate": one.rate, "radius": one.radius, **starts}
+        return {"kind": "random-walk", "count": one.count, "rate": one.rate, **shape, **starts}
     if isinstance(one, Crossing):
-        return {"kind": "crossing", "count": one.count, "radius": one.radius}
+        return {"kind": "crossing", "count": one.count, **shape}
     if isinstance(one, Patrol):
-        return {"kind": "patrol", "waypoints": [list(c) for c in one.waypoints], "radius": one.radius}
+        return {"kind": "patrol", "waypoints": [list(c) for c in one.waypoints], **shape}
     assert isinstance(one, Recorded)
-    return {"kind": "recorded", "track": [list(c) for c in one.track], "radius": one.radius}
+    yaw = {"yaw": list(one.yaw)} if one.yaw else {}
+    return {"kind": "recorded", "track": [list(c) for c in one.track], **shape, **yaw}
 
 
 def _edit(one: Edit) -> dict[str, Any]:

@@ -202,6 +202,12 @@ NameOrTable: TypeAlias = Annotated[
 
 Radius: TypeAlias = Annotated[float, Field(ge=0, le=1e6), Rule("TRAFFIC_RADIUS", "0 to 1e6 metres")]
 _RADIUS = "Radius of each, metres; 0 is one cell."
+Outline: TypeAlias = Annotated[list[Metres] | None, Rule("TRAFFIC_FOOTPRINT", "pairs [x, y] of metres")]
+_OUTLINE = (
+    "Vertices of the outline of each, metres, x ahead and y to the left of its centre; in place of radius."
+)
+Rectangle: TypeAlias = Annotated[Metres | None, Rule("TRAFFIC_FOOTPRINT", "[length, width] in metres")]
+_RECTANGLE = "Length and width of a rectangle around the centre of each, metres; in place of radius."
 Count: TypeAlias = Annotated[
     int,
     Field(ge=0, le=MAX_OBSTACLES),
@@ -223,6 +229,8 @@ class WalkTable(Table):
         Field(max_length=MAX_OBSTACLES),
         Rule("TRAFFIC_STARTS", "cells [x, y], no more than `count`"),
     ] = Field([], description="Cells where the first of them begin; the others begin where the seed says.")
+    footprint: Outline = Field(None, description=_OUTLINE)
+    rectangle: Rectangle = Field(None, description=_RECTANGLE)
 
 
 class PatrolTable(Table):
@@ -233,6 +241,8 @@ class PatrolTable(Table):
         list[Pair], Field(min_length=1), Rule("TRAFFIC_WAYPOINTS", "one or more cells [x, y]")
     ] = Field(description="Cells, joined by shortest paths.")
     radius: Radius = Field(0.0, description=_RADIUS)
+    footprint: Outline = Field(None, description=_OUTLINE)
+    rectangle: Rectangle = Field(None, description=_RECTANGLE)
 
 
 class CrossingTable(Table):
@@ -241,6 +251,8 @@ class CrossingTable(Table):
     kind: Literal["crossing"] = Field(description="Crossing obstacles.")
     count: Count = Field(description="How many; their paths are drawn from the seed.")
     radius: Radius = Field(0.0, description=_RADIUS)
+    footprint: Outline = Field(None, description=_OUTLINE)
+    rectangle: Rectangle = Field(None, description=_RECTANGLE)
 
 
 class TrackTable(Table):
@@ -251,6 +263,12 @@ class TrackTable(Table):
         list[Pair], Field(min_length=1), Rule("OBSTACLE_TIME", "one or more cells [x, y], one a tick")
     ] = Field(description="Its cell at each tick from 0; after the last it stays.")
     radius: Radius = Field(0.0, description=_RADIUS)
+    footprint: Outline = Field(None, description=_OUTLINE)
+    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    yaw: Annotated[list[float], Rule("OBSTACLE_YAW", "a number for each cell of the track: radians")] = Field(
+        [],
+        description="With a footprint, its heading at each tick, radians; none: it follows the direction of motion.",
+    )
 
 
 class TrackFileTable(Table):
@@ -269,6 +287,8 @@ class TrackFileTable(Table):
     ] = Field(
         None, description=".dob: seconds a tick; null: what the robot needs for a cell at its greatest speed."
     )
+    footprint: Outline = Field(None, description=_OUTLINE)
+    rectangle: Rectangle = Field(None, description=_RECTANGLE)
 
 
 KINDS = ("random-walk", "patrol", "crossing", "recorded")
@@ -305,6 +325,14 @@ class EditTable(Table):
     )
     blocked: Painted = Field([], description="Cells that turn into walls.")
     freed: Painted = Field([], description="Cells that turn free.")
+    polygons: Annotated[
+        list[Annotated[list[Metres], Rule("POLYGON", "pairs [x, y] of metres")]],
+        Field(max_length=MAX_EDITS),
+        Rule("POLYGON", "a list of polygons, each of pairs [x, y] of metres"),
+    ] = Field(
+        [],
+        description="Polygons, vertices in metres of the map frame: every cell that one covers turns into a wall.",
+    )
 
 
 # ---- the whole --------------------

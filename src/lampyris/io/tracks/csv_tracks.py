@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 import re
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from lampyris.io.text.csv_table import MAX_BYTES, lines
 from lampyris.typing import Cell
 
 MAX_TICKS = 100_000
+_NUMBER = re.compile(r"\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?\s*", re.ASCII)
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
 
@@ -30,6 +32,24 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
     LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 100,000 ticks or 200,000 lines, or a line
         of more than 64 KiB.
     """
+    return _read(path, headed=False)[0]
+
+
+def read_headed_track(path: str | os.PathLike[str]) -> tuple[tuple[Cell, ...], tuple[float, ...]]:
+    """As :func:`read_track`, with the headings of a column ``yaw``.
+
+    Returns
+    -------
+    Cells, and the heading in each, radians counterclockwise in the map frame; none without that column.
+
+    Raises
+    ------
+    FileError : as there, and TRACK: a yaw that is no finite number.
+    """
+    return _read(path, headed=True)
+
+
+def _read(path: str | os.PathLike[str], *, headed: bool) -> tuple[tuple[Cell, ...], tuple[float, ...]]:
     name = os.fspath(path)
     rows = _rows(read_regular(name, MAX_BYTES), name)
     _, header = next(rows, (1, []))
@@ -41,7 +61,9 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
     wanted = [columns.index("x"), columns.index("y")]
     if "tick" in columns:
         wanted.append(columns.index("tick"))
+    turned = columns.index("yaw") if headed and columns.count("yaw") == 1 else None
     cells: list[Cell] = []
+    yaws: list[float] = []
     for line, row in rows:
         if not any(word.strip() for word in row):
             continue
@@ -53,14 +75,17 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
                     "OBSTACLE_TIME", f"tick {tick[0]}", where=f"{name}:{line}", allowed=f"{least}: ticks rise"
                 )
             cells += cells[-1:] * min(tick[0] - len(cells), MAX_TICKS)
+            yaws += yaws[-1:] * (len(cells) - len(yaws))
         cells.append((x, y))
+        if turned is not None:
+            yaws.append(_angle(row, turned, f"{name}:{line}"))
         if len(cells) > MAX_TICKS:
             raise LimitError(
                 "LIMIT", "a longer track", where=f"{name}:{line}", allowed=f"{MAX_TICKS:,} ticks"
             )
     if not cells:
         raise FileError("OBSTACLE_TIME", "empty track", where=name, allowed="at least one row")
-    return tuple(cells)
+    return tuple(cells), tuple(yaws)
 
 
 def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
@@ -78,3 +103,10 @@ def _whole(row: list[str], k: int, column: str, where: str) -> int:
     if _WHOLE.fullmatch(text) is None:
         raise FileError("TRACK", f"{column} is {text[:40]!r}", where=where, allowed="a whole number")
     return int(text)
+
+
+def _angle(row: list[str], k: int, where: str) -> float:
+    text = row[k] if k < len(row) else ""
+    if _NUMBER.fullmatch(text) is None or not math.isfinite(float(text)):
+        raise FileError("TRACK", f"yaw is {text[:40]!r}", where=where, allowed="a finite number: radians")
+    return float(text)

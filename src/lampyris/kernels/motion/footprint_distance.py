@@ -45,6 +45,47 @@ def point_gap(vx, vy, px, py):
 
 
 @kernel()
+def outlines_gap(vx, vy, wx, wy):
+    """Distance between two polygons of one frame; 0 where they touch or overlap.
+
+    Two that are apart are nearest at a vertex of one of them. Two that overlap have a vertex of one in the other, or
+    edges that cross.
+    """
+    best = math.inf
+    for i in range(len(wx)):
+        best = min(best, point_gap(vx, vy, wx[i], wy[i]))
+        if best <= 0.0:
+            return 0.0
+    for i in range(len(vx)):
+        best = min(best, point_gap(wx, wy, vx[i], vy[i]))
+        if best <= 0.0:
+            return 0.0
+    ax = vx[len(vx) - 1]
+    ay = vy[len(vx) - 1]
+    for i in range(len(vx)):
+        bx = vx[i]
+        by = vy[i]
+        cx = wx[len(wx) - 1]
+        cy = wy[len(wx) - 1]
+        c = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        for j in range(len(wx)):
+            dx = wx[j]
+            dy = wy[j]
+            d = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax)
+            if c * d < 0.0:
+                a = (dx - cx) * (ay - cy) - (dy - cy) * (ax - cx)
+                b = (dx - cx) * (by - cy) - (dy - cy) * (bx - cx)
+                if a * b < 0.0:
+                    return 0.0
+            cx = dx
+            cy = dy
+            c = d
+        ax = bx
+        ay = by
+    return best
+
+
+@kernel()
 def in_frame(px, py, hx, hy, begins, kappa, cosine, sine, turn, resolution, k, s, ox, oy):
     """A point of the map (cells) in the robot's frame (metres) where it is at distance ``s`` on piece ``k``."""
     x, y = place(px, py, hx, hy, begins, kappa, resolution, k, s)

@@ -9,14 +9,20 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel
-from lampyris.kernels.motion.curve_motion import DEEP, TICKLE, piece_of
-from lampyris.kernels.motion.footprint_distance import in_frame, point_gap
+from lampyris.kernels.motion.curve_motion import DEEP, TICKLE, chord, piece_of, place
+from lampyris.kernels.motion.footprint_distance import in_frame, outlines_gap, point_gap
 
 _PARTS = 64
 """The shortest step along a motion is this part of its time."""
 
 _FINE = 4
 """Places that such a step is looked at in, at most so far apart."""
+
+MET = 5e-7
+"""Metres within which a polygon obstacle is in contact with the robot."""
+
+APART = 2e-8
+"""Metres that the two keep from each other for certain between two instants at which they are found to be apart."""
 
 
 @kernel()
@@ -187,4 +193,80 @@ def footprint_first_contact(
             if now < best:
                 best = now
                 found[0] = i
+    return best
+
+
+@kernel(out=("wx", "wy", "found"), each=40_000)
+def outline_first_contact(
+    px, py, hx, hy, begins, kappa, cosine, sine, turn, pieces, rate, resolution, vx, vy, arm, margin,
+    t, s, v, a, hint, t0, t1, x, y, ux, uy, yaw, spin, first, ox, oy, reach, old, wx, wy, found,
+):  # fmt: skip
+    """The first instant at which a robot on a curve and one of several polygons are within :data:`MET` of each other.
+
+    Conservative advancement: a step is so short that the gap stays above :data:`APART` in it, however both move and turn.
+
+    Parameters
+    ----------
+    px .. arm : as above; a disc is an outline of one vertex and a margin.
+    t, s, v, a, hint : the robot's stretches, as of :func:`lampyris.kernels.motion.curve_motion.first_contact`.
+    t0 .. uy : legs of obstacles, as there, with their heading at ``t0`` and how it turns (radians counterclockwise; rad/s).
+    first, ox, oy : the vertices of leg i are ``first[i]`` up to ``first[i + 1]``, metres, x ahead, y to the left.
+    reach : distance of their farthest vertex from the centre, metres.
+    old : 1 where the obstacle has touched the standing robot before.
+    wx, wy : room for the vertices of one.
+    found : (1,): which leg, -1 none.
+
+    Returns
+    -------
+    The instant; infinity if there is none.
+    """
+    best = math.inf
+    found[0] = -1.0
+    for i in range(len(t0)):
+        count = first[i + 1] - first[i]
+        for k in range(len(s)):
+            begin = max(t[k], t0[i])
+            end = min(min(t[k + 1], t1[i]), best)
+            if begin > end:
+                continue
+            moves = v[k] > 0.0 or a[k] > 0.0
+            if old[i] and not moves:
+                continue
+            span = t[k + 1] - t[k]
+            quick = 0.0
+            piece = piece_of(begins, pieces, s[k], hint)
+            if moves:
+                last = piece_of(begins, pieces, s[k] + span * (v[k] + 0.5 * a[k] * span), piece)
+                for p in range(piece, last + 1):
+                    quick = max(quick, rate[p])
+                quick *= max(v[k], v[k] + a[k] * span)
+            closing = quick + resolution * math.sqrt(ux[i] * ux[i] + uy[i] * uy[i]) + abs(spin[i]) * reach[i]
+            now = begin
+            while True:
+                d = now - t[k]
+                far = s[k] + d * (v[k] + 0.5 * a[k] * d)
+                piece = piece_of(begins, pieces, far, piece)
+                rx, ry = place(px, py, hx, hy, begins, kappa, resolution, piece, far)
+                d = now - t0[i]
+                dx = (x[i] + ux[i] * d - rx) * resolution
+                dy = (ry - y[i] - uy[i] * d) * resolution
+                gap = math.sqrt(dx * dx + dy * dy) - arm - reach[i] - margin
+                if gap < closing * (end - now) + MET:
+                    _, up, along = chord(turn[piece] * (far - begins[piece]))
+                    c = cosine[piece] * along - sine[piece] * up
+                    q = sine[piece] * along + cosine[piece] * up
+                    _, up, along = chord(yaw[i] + spin[i] * d)
+                    for j in range(count):
+                        ex = dx + along * ox[first[i] + j] - up * oy[first[i] + j]
+                        ey = dy + up * ox[first[i] + j] + along * oy[first[i] + j]
+                        wx[j] = c * ex + q * ey
+                        wy[j] = c * ey - q * ex
+                    gap = outlines_gap(vx, vy, wx[:count], wy[:count]) - margin
+                if gap < MET:
+                    best = now
+                    found[0] = i
+                    break
+                if now >= end or gap - APART >= closing * (end - now):
+                    break
+                now = min(end, now + (gap - APART) / closing)
     return best

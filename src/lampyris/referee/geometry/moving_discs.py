@@ -166,10 +166,12 @@ class Pairs(NamedTuple):
 
 
 def pairs_of(motion: RobotMotion, tracks: Sequence[Track], radius: float, resolution: float) -> Pairs:
-    """Every part of the motion with every track that is there at the time."""
+    """Every part of the motion with every disc that is there at the time."""
     columns: list[Pairs] = []
     last = float(motion.t1[-1]) if len(motion.t1) else 0.0
     for k, track in enumerate(tracks):
+        if track.outline is not None:
+            continue
         there = max(float(track.t[0]), float(motion.t0[0])) if len(motion.t0) else last
         inside = track.t[(track.t > there) & (track.t < last)]
         begin = motion.t0[(motion.t0 > there) & (motion.t0 < last)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.curve import PoseCurve
 from lampyris.model.drive import Drive
@@ -17,9 +18,14 @@ def with_footprint(drive: Drive) -> bool:
 
 
 def gaps_between(drive: Drive, track: Track, t: Floats) -> Floats:
-    """Metres between the two rims at some times, below 0 where they overlap; infinity before the obstacle is there."""
+    """Metres between the two rims at some times; infinity before the obstacle is there.
+
+    Below 0 where they overlap; 0 where the obstacle is a polygon.
+    """
     grid, robot = drive.scene.grid, drive.scene.robot
     centre = track.at(t)
+    if track.outline is not None:
+        return np.where(t >= track.t[0], _between_outlines(drive, track, t), np.inf)
     if with_footprint(drive):
         away = (
             _from_outline(np.array(robot.footprint), drive.poses(t), grid.frame.to_metres(centre))
@@ -44,3 +50,53 @@ def _from_outline(outline: Floats, poses: Floats, points: Floats) -> Floats:
         if ay != by:
             inside ^= ((ay > y) != (by > y)) & (x < ax + ex * (y - ay) / ey)
     return np.where(inside, -best, best)
+
+
+def _between_outlines(drive: Drive, track: Track, t: Floats) -> Floats:
+    """Distance of a polygon from the robot at some times, metres, 0 where they overlap; (m,)."""
+    frame, robot = drive.scene.grid.frame, drive.scene.robot
+    poses, headed = drive.poses(t), with_footprint(drive)
+    theirs = _placed(
+        np.array(track.outline), frame.to_metres(track.at(t)), track.heading(t) + frame.origin[2]
+    )
+    if headed:
+        ours = _placed(np.array(robot.footprint), poses[:, :2], poses[:, 2])
+        gap = np.minimum(_vertices_from(ours, theirs), _vertices_from(theirs, ours))
+        return np.asarray(np.where(_edges_cross(ours, theirs), 0.0, np.maximum(gap, 0.0)))
+    gap = _vertices_from(poses[:, None, :2], theirs) - robot.radius
+    return np.asarray(np.maximum(gap, 0.0))
+
+
+def _placed(outline: Floats, at: Floats, yaw: Floats) -> Floats:
+    """An outline at poses; (m, k, 2)."""
+    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    x, y = outline.T
+    return np.asarray(at[:, None] + np.stack((cos * x - sin * y, sin * x + cos * y), axis=2))
+
+
+def _vertices_from(points: Floats, polygon: Floats) -> Floats:
+    """Least distance of points (m, k, 2) from polygons (m, n, 2), negative if one is inside; (m,)."""
+    p, a = points[:, :, None], polygon[:, None]
+    b = np.roll(polygon, -1, axis=1)[:, None]
+    edge, away = b - a, p - a
+    share = np.clip((away * edge).sum(axis=3) / (edge * edge).sum(axis=3), 0.0, 1.0)
+    rest = away - share[..., None] * edge
+    distance = np.sqrt((rest * rest).sum(axis=3).min(axis=2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = p[..., 0] < a[..., 0] + edge[..., 0] * away[..., 1] / edge[..., 1]
+    inside = (((a[..., 1] > p[..., 1]) != (b[..., 1] > p[..., 1])) & ahead).sum(axis=2) % 2 == 1
+    least: Floats = np.where(inside, -distance, distance).min(axis=1)
+    return least
+
+
+def _edges_cross(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Whether edges of two polygons cross, case by case; (m,)."""
+    a, b = one[:, :, None], other[:, None]
+    u, v = np.roll(one, -1, axis=1)[:, :, None] - a, np.roll(other, -1, axis=1)[:, None] - b
+    first = _cross(u, b - a) * _cross(u, b + v - a) < 0.0
+    second = _cross(v, a - b) * _cross(v, a + u - b) < 0.0
+    return np.asarray((first & second).any(axis=(1, 2)))
+
+
+def _cross(u: Floats, v: Floats) -> Floats:
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])

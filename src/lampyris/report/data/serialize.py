@@ -20,6 +20,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.model.traffic import Obstacle
 from lampyris.report.data.following import following
 from lampyris.report.data.metrics import CauseShare, drive_shares, path_metrics
 
@@ -148,7 +149,8 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "speed": trace.speed.tolist(),
         "cause": list(trace.cause),
         "obstacle_specs": [
-            {"kind": b.kind, "radius": b.radius, "yields": b.yields} for b in trace.obstacle_specs
+            {"kind": b.kind, "radius": b.radius, "yields": b.yields, **_outline(b)}
+            for b in trace.obstacle_specs
         ],
         "obstacles": [[list(c) for c in trace.obstacles_at(t)] for t in range(trace.ticks + 1)],
         "events": [
@@ -208,6 +210,8 @@ def drive_record(drive: Drive) -> dict[str, Any]:
                 "yields": obstacle.yields,
                 "t": track.t.tolist(),
                 "xy": track.xy.tolist(),
+                **_outline(obstacle),
+                **({} if track.yaw is None else {"yaw": track.yaw.tolist()}),
             }
             for obstacle, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
         ],
@@ -217,6 +221,11 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         ],
         "timing": dict(drive.timing),
     }
+
+
+def _outline(obstacle: Obstacle) -> dict[str, Any]:
+    """The outline of a polygon: vertices, metres, x ahead and y to the left; nothing of a disc."""
+    return {} if obstacle.outline is None else {"outline": [list(p) for p in obstacle.outline]}
 
 
 def _followed(drive: Drive) -> dict[str, Any]:

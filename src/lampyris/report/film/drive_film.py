@@ -13,8 +13,9 @@ from lampyris.report.data.gaps import with_footprint
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
 from lampyris.report.film.simulation_film import MAX_FRAMES, Shown, check, frame_ms, write_film
-from lampyris.report.film.sprites import blend
+from lampyris.report.film.sprites import Colour, blend
 from lampyris.report.style import OutFile, Rgb
+from lampyris.typing import Points
 
 FPS = 16.0
 
@@ -83,8 +84,10 @@ class DriveRenderer:
         looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
-            sheet.disc(track.radius, colour) for track, (_, colour) in zip(drive.tracks, looks, strict=True)
+            sheet.disc(track.radius, colour) if track.outline is None else None
+            for track, (_, colour) in zip(drive.tracks, looks, strict=True)
         ]
+        self._colours = [colour for _, colour in looks]
         self._robot_disc = sheet.disc(scene.robot.radius, sprites.ROBOT)
         self._outline = np.array(scene.robot.footprint) if with_footprint(drive) else None
         self._top_speed = float(drive.v.max(initial=0.0)) or 1.0
@@ -108,6 +111,10 @@ class DriveRenderer:
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *place)
+        for place, track, colour in zip(places, drive.tracks, self._colours, strict=True):
+            if place is not None and track.outline is not None:
+                yaw = float(track.heading(np.array([moment]))[0])
+                blend(canvas, self._turned(np.array(track.outline), yaw, colour), *place)
         if self._robot_disc is not None and self._outline is None:
             blend(canvas, self._robot_disc, *robot)
         words = self._flash(canvas, moment, robot)
@@ -125,10 +132,14 @@ class DriveRenderer:
         """The robot's outline to scale, turned."""
         assert self._outline is not None
         yaw = float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
+        return self._turned(self._outline, yaw, sprites.ROBOT)
+
+    def _turned(self, outline: Points, yaw: float, colour: Colour) -> sprites.Sprite:
+        """An outline to scale, with a heading in the frame of the cells."""
         cos, sin = math.cos(yaw), math.sin(yaw)
         turn = np.array([[cos, -sin], [-sin, -cos]]) * (self._sheet.scale / self.drive.scene.grid.resolution)
-        front = np.array([self._outline[:, 0].max(), 0.0])
-        return sprites.outline(self._outline @ turn, front @ turn, sprites.ROBOT)
+        front = np.array([outline[:, 0].max(), 0.0])
+        return sprites.outline(outline @ turn, front @ turn, colour)
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""

@@ -74,7 +74,7 @@ def sprite(shape: str, colour: Colour, letter: str, size: int) -> Sprite:
 
 
 def outline(vertices: NDArray[np.float64], ahead: NDArray[np.float64], colour: Colour) -> Sprite:
-    """A robot's footprint with a dark rim, its base in the middle of the sprite, and a light line from there ahead.
+    """A footprint with a dark rim, its base in the middle of the sprite, and a light line from there ahead.
 
     Parameters
     ----------

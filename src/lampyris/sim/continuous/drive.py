@@ -313,7 +313,7 @@ class DriveSimulation(Exclusive):
             trajectory = self._move(end)
             self._cut_at_goal(trajectory)
             for obstacle in self.others.move(self.state.t, end, trajectory):
-                at, x, y = self.others.roster.corners[obstacle][0]
+                at, x, y, _ = self.others.roster.corners[obstacle][0]
                 self.log.tell(max(at, self.state.t), "appear", (x, y), "An obstacle appeared.", obstacle)
             self._contacts(trajectory)
             self._go(trajectory)

@@ -16,6 +16,9 @@ No two obstacles meet between ticks either (:mod:`lampyris.sim.traffic.separatio
 it is clear of what the others do in the same tick, and an obstacle that would meet one that has halted halts, too.
 Recorded obstacles wait for nobody; all others keep off everything that their discs ever pass over. Only two
 recorded ones may come nearer to each other than their radii: their tracks are given, cell by cell.
+
+A polygon keeps these distances for the disc around it. During a step it turns at an even rate to the direction in which
+it moves, recorded ones to the yaw of their track where one is given; one that halts stops turning, too.
 """
 
 from __future__ import annotations
@@ -23,16 +26,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import elementary
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.sim.traffic.motion_sources import NO_LEGS, ROUNDING, Roster
+from lampyris.sim.traffic.motion_sources import NO_LEGS, ROUNDING, SPIN, YAW, Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Shape, Step, robot_shape
@@ -231,6 +236,9 @@ class RunningTraffic:
         self._came: list[int] = []  # the cell before the last step
         self._reach = np.zeros(0)  # of both discs, cells
         self._yields = np.zeros(0, dtype=np.bool_)
+        # Of polygons, radians counterclockwise: heading, yaw rate, and heading at the end of the tick.
+        self._yaw, self._spin, self._to_yaw = np.zeros(0), np.zeros(0), np.zeros(0)
+        self._turning = np.zeros(0, dtype=np.bool_)
         self._stopped: set[int] = set()
         self._to = self._at  # where each is when the tick is over, if nothing halts it
         self._robot = (0.0, 0.0)  # where the robot is at the beginning of the period
@@ -247,10 +255,16 @@ class RunningTraffic:
         if known == len(self.traffic.obstacles):
             return
         self._nearest = -math.inf
+        headed = known == 0 and any(one.outline is not None for one in self.traffic.obstacles)
+        yaws = self._first_yaws() if headed else {}  # only walkers appear later
         for one, number in zip(self.traffic.obstacles[known:], self.world.where[known:], strict=True):
             radius = max(one.radius, 0.5 * self.resolution)
             x, y = self.world.space.cell(number)
-            added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y))
+            yaw = yaws.get(len(self._came), 0.0) if one.outline is not None else 0.0
+            added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y), yaw)
+            self._yaw, self._to_yaw = np.append(self._yaw, yaw), np.append(self._to_yaw, yaw)
+            self._spin = np.append(self._spin, 0.0)
+            self._turning = np.append(self._turning, one.outline is not None)
             self._numbers = np.append(self._numbers, added)
             self._at = np.concatenate((self._at, np.array([[x, y]], dtype=np.float64)))
             self._go = np.concatenate((self._go, np.zeros((1, 2))))
@@ -261,6 +275,41 @@ class RunningTraffic:
             self._minds.append((reach, one.yields))
             if one.kind == "recorded":
                 self.world.motions.fixed.add(len(self._came) - 1)
+
+    def _first_yaws(self) -> dict[int, float]:
+        """The headings with which polygons begin that do not begin along the rows."""
+        cell, found = self.world.space.cell, {}
+        for driver in self.traffic.drivers:
+            if isinstance(driver, Shuttle) and len(driver.route) > 1:
+                (ax, ay), (bx, by) = cell(driver.route[0]), cell(driver.route[1])
+                found[driver.obstacle] = _direction(bx - ax, by - ay)
+        for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
+            moves = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(spec.track) if a != b]
+            if spec.yaw:
+                found[obstacle] = self._in_cells(spec.yaw[0])
+            elif moves:
+                found[obstacle] = _direction(*moves[0])
+        return found
+
+    def _in_cells(self, yaw: float) -> float:
+        """A yaw of the map frame in the frame of the cells."""
+        return math.remainder(yaw - self.scene.grid.origin[2], 2.0 * math.pi)
+
+    def _turn(self) -> None:
+        """A tick begins: where polygons turn to, the shorter way."""
+        self._to_yaw = self._yaw.copy()
+        moving = np.flatnonzero(self._turning & (self._go != 0.0).any(axis=1))
+        ahead = elementary.atan2(0.0 - self._go[moving, 1], self._go[moving, 0])
+        for obstacle, yaw in zip(moving.tolist(), ahead.tolist(), strict=True):
+            self._turn_to(obstacle, yaw)
+        for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
+            if spec.yaw:
+                self._turn_to(obstacle, self._in_cells(spec.yaw[min(self._now, len(spec.yaw) - 1)]))
+        self._spin = (self._to_yaw - self._yaw) / self.tick
+
+    def _turn_to(self, obstacle: int, yaw: float) -> None:
+        now = float(self._yaw[obstacle])
+        self._to_yaw[obstacle] = now + math.remainder(yaw - now, 2.0 * math.pi)
 
     def _whole(self, spec: Recorded) -> Track:
         t = np.arange(len(spec.track), dtype=np.float64) * self.tick
@@ -288,21 +337,28 @@ class RunningTraffic:
 
     def _walk(self, t: float, end: float, trajectory: Trajectory) -> Floats:
         """Every obstacle moves on from ``t`` to ``end``, which is no later than the tick's end."""
-        speed = self._go
+        speed, spin = self._go, self._spin
         stopping = self._stopping(t, end, trajectory)
         if stopping or self.world.late:
             stopping = self._settle(stopping, end - t)
             speed = speed.copy()
             speed[stopping] = 0.0
+            spin = spin.copy()
+            spin[stopping] = 0.0
         if stopping or self._stopped:
             for obstacle in sorted(self._stopped.symmetric_difference(stopping)):
-                self.roster.go(int(self._numbers[obstacle]), t, *self._at[obstacle].tolist())
+                at, yaw = self._at[obstacle].tolist(), float(self._yaw[obstacle])
+                self.roster.go(int(self._numbers[obstacle]), t, at[0], at[1], yaw)
             self._stopped = set(stopping)
             self.world.late |= self._stopped
-        legs = np.empty((len(self._numbers), 7))
+        headed = bool(self._turning.any())
+        legs = np.empty((len(self._numbers), 9 if headed else 7))
         legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
         legs[:, 3:5], legs[:, 5:7] = self._at, speed
         self._at = self._at + speed * (end - t)
+        if headed:
+            legs[:, YAW], legs[:, SPIN] = self._yaw, spin
+            self._yaw = self._yaw + spin * (end - t)
         if end >= self._now * self.tick:
             self._arrive(end)
         return legs
@@ -318,14 +374,15 @@ class RunningTraffic:
 
     def _arrive(self, t: float) -> None:
         """The tick is over: who was not halted is in the middle of its cell."""
-        at = self._to
+        at, yaw = self._to, self._to_yaw
         if self.world.late:
             late = sorted(self.world.late)
-            at = at.copy()
-            at[late] = self._at[late]
-        self._at = at
-        for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
-            self.roster.go(number, t, x, y)
+            at, yaw = at.copy(), yaw.copy()
+            at[late], yaw[late] = self._at[late], self._yaw[late]
+        self._at, self._yaw = at, yaw
+        rows = zip(self._numbers.tolist(), self._at.tolist(), self._yaw.tolist(), strict=True)
+        for number, (x, y), heading in rows:
+            self.roster.go(number, t, x, y, heading)
 
     def _stopping(self, t: float, end: float, trajectory: Trajectory) -> list[int]:
         """Obstacles that yield and might come to touch the robot before ``end``, if they go on towards it."""
@@ -370,6 +427,8 @@ class RunningTraffic:
         for obstacle in self.world.motions.fixed:  # bits: each sets its own row
             self._to[obstacle] = self.world.space.cell(where[obstacle])
         self._go = (self._to - self._at) / self.tick
+        if self._turning.any():
+            self._turn()
 
     def _bring_back(self, t: float, trajectory: Trajectory) -> set[int]:
         """Those that are late finish their step, or go back if that is towards a robot that is near.
@@ -472,6 +531,11 @@ def comes_nearer(route: PoseLookup, s: float, at: Points, to: Points) -> NDArray
     for share in (0.25, 0.5, 0.75, 1.0):
         nearer |= route.gaps(s, at + share * (to - at)) < before
     return nearer
+
+
+def _direction(dx: float, dy: float) -> float:
+    """Yaw of a step in columns and rows, radians counterclockwise."""
+    return float(elementary.atan2(0.0 - dy, dx))
 
 
 def _pairs(places: Points) -> list[tuple[float, float]]:

@@ -2,7 +2,8 @@
 
 A source is asked period by period where its obstacles go. It may look at what the robot really does in that
 period, and answers with *legs*: rows of obstacle, from when, to when, where (cells) and velocity (cells a
-second). Legs of an obstacle follow one another without a gap.
+second), and where there are polygons also heading and yaw rate (radians counterclockwise, and a second). Legs of an
+obstacle follow one another without a gap.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from lampyris.model.traffic import Obstacle
 from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats, Points
 
-OBSTACLE, FROM, TO, X, Y, VX, VY = range(7)
-"""Columns of a table of legs."""
+OBSTACLE, FROM, TO, X, Y, VX, VY, YAW, SPIN = range(9)
+"""Columns of a table of legs; without polygons it has the first seven alone."""
 
 NO_LEGS: Floats = np.zeros((0, 7))
 
@@ -35,42 +36,58 @@ class Roster:
     ----------
     obstacles : what each is; its radius there is that of the tick model.
     radius, top_speed : metres and m/s, one an obstacle.
-    corners : for each obstacle the points (t, x, y) between which it moves straight.
+    corners : for each obstacle the points (t, x, y, yaw) between which it moves straight and turns at an even rate.
     whole : for an obstacle whose path is known from beginning to end, that path.
     """
 
     obstacles: list[Obstacle] = field(default_factory=list)
     radius: list[float] = field(default_factory=list)
     top_speed: list[float] = field(default_factory=list)
-    corners: list[list[tuple[float, float, float]]] = field(default_factory=list)
+    corners: list[list[tuple[float, float, float, float]]] = field(default_factory=list)
     whole: dict[int, Track] = field(default_factory=dict)
 
-    def add(self, obstacle: Obstacle, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
+    def add(
+        self,
+        obstacle: Obstacle,
+        radius: float,
+        top_speed: float,
+        t: float,
+        x: float,
+        y: float,
+        yaw: float = 0.0,
+    ) -> int:
         """A new obstacle; its number."""
         self.obstacles.append(obstacle)
         self.radius.append(radius)
         self.top_speed.append(top_speed)
-        self.corners.append([(t, x, y)])
+        self.corners.append([(t, x, y, yaw)])
         return len(self.obstacles) - 1
 
-    def go(self, obstacle: int, t: float, x: float, y: float) -> None:
-        """It moves straight to (x, y), where it is at ``t``."""
+    def go(self, obstacle: int, t: float, x: float, y: float, yaw: float = 0.0) -> None:
+        """It moves straight to (x, y) and turns to ``yaw``, where it is at ``t``."""
         corners = self.corners[obstacle]
-        last = corners[-1]
-        if len(corners) > 1 and (last[1], last[2]) == (x, y) == (corners[-2][1], corners[-2][2]):
-            corners[-1] = (t, x, y)  # still standing
+        last, here = corners[-1], (x, y, yaw)
+        if len(corners) > 1 and last[1:] == here == corners[-2][1:]:
+            corners[-1] = (t, *here)  # still standing
         elif t > last[0]:
-            corners.append((t, x, y))
+            corners.append((t, *here))
 
-    def tracks(self, end: float, xy: Points) -> tuple[Track, ...]:
-        """Where all obstacles were until ``end``, seconds; ``xy`` (m, 2), cells, is where they are then."""
+    def tracks(self, end: float, xy: Points, yaw: Floats | None = None) -> tuple[Track, ...]:
+        """Where all obstacles were until ``end``, seconds; ``xy`` (m, 2), cells, and ``yaw`` (m,) are theirs then.
+
+        Without ``yaw`` they have turned no farther than at their last corners.
+        """
         made = []
-        for obstacle, (corners, (x, y)) in enumerate(zip(self.corners, xy.tolist(), strict=True)):
+        if yaw is None:
+            yaw = np.array([corners[-1][3] for corners in self.corners])
+        rows = zip(self.corners, self.obstacles, xy.tolist(), yaw.tolist(), strict=True)
+        for k, (corners, obstacle, (x, y), heading) in enumerate(rows):
             kept = [c for c in corners if c[0] <= end] or corners[:1]
             if kept[-1][0] < end:
-                kept.append((end, x, y))
+                kept.append((end, x, y, heading))
             table = np.array(kept)
-            made.append(Track(table[:, 0], table[:, 1:], self.radius[obstacle], self.top_speed[obstacle]))
+            headed = (None, None) if obstacle.outline is None else (obstacle.outline, table[:, 3])
+            made.append(Track(table[:, 0], table[:, 1:3], self.radius[k], self.top_speed[k], *headed))
         return tuple(made)
 
 

@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.kernels.motion.curve_motion import first_contact
+from lampyris.kernels.motion.footprint_motion import outline_first_contact
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.sim.sensor import ObstacleMessage
@@ -17,9 +19,11 @@ from lampyris.sim.traffic.motion_sources import (
     NO_LEGS,
     OBSTACLE,
     ROUNDING,
+    SPIN,
     TO,
     VX,
     VY,
+    YAW,
     MotionSource,
     Opening,
     Roster,
@@ -28,7 +32,7 @@ from lampyris.sim.traffic.motion_sources import (
     Y,
     stream,
 )
-from lampyris.sim.world.pose_lookup import PoseLookup
+from lampyris.sim.world.pose_lookup import PoseLookup, Turning
 from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats
 
@@ -52,6 +56,7 @@ class ObstacleSet:
         self._legs: Floats = NO_LEGS
         self._draws = stream(seed, 0)
         self._xy = self._velocity = np.zeros((0, 2))
+        self._yaw: Floats = np.zeros(0)
         self._meet()
 
     def open(self, sources: Sequence[MotionSource], route: CurveLookup | None) -> None:
@@ -68,13 +73,15 @@ class ObstacleSet:
         """Take in those that are new in the roster."""
         roster, known = self.roster, len(self._xy)
         fresh = [corners[-1][1:] if known == 0 else corners[0][1:] for corners in roster.corners[known:]]
-        self._xy = np.concatenate((self._xy, np.array(fresh).reshape(-1, 2)))
+        table = np.array(fresh).reshape(-1, 3)
+        self._xy, self._yaw = np.concatenate((self._xy, table[:, :2])), np.append(self._yaw, table[:, 2])
         self._velocity = np.concatenate((self._velocity, np.zeros((len(fresh), 2))))
         self._radius, self._top_speed = np.array(roster.radius), np.array(roster.top_speed)
+        self._outlined = np.array([one.outline is not None for one in roster.obstacles], dtype=np.bool_)
 
     def tracks(self, t: float) -> tuple[Track, ...]:
         """Where all obstacles were until ``t``, the end of the last move."""
-        return self.roster.tracks(t, self._xy)
+        return self.roster.tracks(t, self._xy, self._yaw)
 
     def truth(self, t: float) -> ObstacleMessage:
         """Where all obstacles are; with noise, as sensors of that noise see it."""
@@ -89,6 +96,8 @@ class ObstacleSet:
         """Every obstacle moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
         before = len(self.roster.obstacles)
         tables = [legs for one in self._running if len(legs := one.advance(t, end, trajectory))]
+        if len(tables) > 1 and self._outlined.any():
+            tables = [np.hstack((one, np.zeros((len(one), 9 - one.shape[1])))) for one in tables]
         self._legs = tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
         if len(self.roster.obstacles) > before:
             self._meet()
@@ -106,6 +115,9 @@ class ObstacleSet:
         # Rows are in order of time: the last of an obstacle stays.
         self._xy[obstacles] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
         self._velocity[obstacles] = legs[:, 5:7] * self.scene.grid.resolution
+        if legs.shape[1] > YAW:
+            self._yaw = self._yaw.copy()
+            self._yaw[obstacles] = legs[:, YAW] + legs[:, SPIN] * d
 
     def _in_reach(self, trajectory: Trajectory) -> Floats:
         """The legs of the last move that can come to touch the robot at all, wherever on its way it is."""
@@ -130,10 +142,64 @@ class ObstacleSet:
         for obstacle in self.touching:  # bits: each sets its own entries
             old[obstacles == obstacle] = 1
         made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in trajectory.segments])
+        outlined = self._outlined[obstacles]
+        if not outlined.any():
+            return self._disc_contact(route, made, legs, obstacles, old)
+        met = self._outline_contact(route, made, legs[outlined], obstacles[outlined], old[outlined])
+        if not outlined.all():
+            disc = ~outlined
+            other = self._disc_contact(route, made, legs[disc], obstacles[disc], old[disc])
+            met = min((one for one in (met, other) if one is not None), default=None)
+        return met
+
+    def _outline_contact(
+        self,
+        route: CurveLookup,
+        made: Floats,
+        legs: Floats,
+        obstacles: NDArray[np.int64],
+        old: NDArray[np.int64],
+    ) -> tuple[float, int] | None:
+        """As :meth:`contact`, with polygons."""
+        lines, robot = route.lines, self.scene.robot
         if isinstance(route, PoseLookup):
-            when, which = route.first_contact(made, legs[:, 1:], self._radius[obstacles], old)
+            turning, rate, (vx, vy), arm, margin = (
+                route.turning,
+                route.rate,
+                route.vertices,
+                route.arm,
+                route.margin,
+            )
+        else:
+            none, one = np.zeros(len(lines.px)), np.ones(len(lines.px))
+            turning, rate, arm, margin = Turning(one, none, none), one, 0.0, robot.radius
+            vx = vy = np.zeros(1)
+        outlines = [np.array(self.roster.obstacles[k].outline) for k in obstacles.tolist()]
+        counts = np.array([len(outline) for outline in outlines])
+        vertices = np.concatenate(outlines)
+        room, found = int(counts.max()), np.zeros(1)
+        when = outline_first_contact(
+            *lines, *turning, len(lines.px), rate, self.scene.grid.resolution, vx, vy, arm, margin,
+            np.append(made[:, 0], made[-1, 4]), made[:, 1].copy(), made[:, 2].copy(), made[:, 3].copy(),
+            route.piece(float(made[0, 1])), *np.ascontiguousarray(legs[:, 1:].T),
+            np.concatenate(([0], np.cumsum(counts))), vertices[:, 0].copy(), vertices[:, 1].copy(),
+            self._radius[obstacles], old, np.zeros(room), np.zeros(room), found,
+        )  # fmt: skip
+        return None if found[0] < 0.0 else (float(when), int(obstacles[int(found[0])]))
+
+    def _disc_contact(
+        self,
+        route: CurveLookup,
+        made: Floats,
+        legs: Floats,
+        obstacles: NDArray[np.int64],
+        old: NDArray[np.int64],
+    ) -> tuple[float, int] | None:
+        """As :meth:`contact`, with discs."""
+        if isinstance(route, PoseLookup):
+            when, which = route.first_contact(made, legs[:, 1:YAW], self._radius[obstacles], old)
             return None if which < 0 else (when, int(obstacles[which]))
-        columns = np.ascontiguousarray(legs[:, 1:].T)
+        columns = np.ascontiguousarray(legs[:, 1:YAW].T)
         found = np.zeros(1)
         t = first_contact(
             *route.lines,
@@ -153,6 +219,13 @@ class ObstacleSet:
 
     def let_go(self, route: CurveLookup, s: float) -> None:
         """Forget those that no longer touch the robot, which is at a distance along a path."""
+        outlined = {k for k in self.touching if self._outlined[k]}
+        if outlined:
+            kept = {k for k in outlined if self._touches(route, s, k)}
+            self.touching -= outlined
+            self.let_go(route, s)
+            self.touching |= kept
+            return
         if isinstance(route, PoseLookup):
             gaps = route.gaps(s, self._xy) - self._radius
             self.touching.intersection_update(np.flatnonzero(gaps < 0.0).tolist())
@@ -163,3 +236,10 @@ class ObstacleSet:
             gap = math.sqrt(dx * dx + dy * dy) * self.scene.grid.resolution
             if gap >= self._radius[obstacle] + self.scene.robot.radius:
                 self.touching.discard(obstacle)
+
+    def _touches(self, route: CurveLookup, s: float, obstacle: int) -> bool:
+        """Whether a polygon is on the robot, which is at a distance along a path and stands."""
+        stands = np.array([[0.0, s, 0.0, 0.0, 0.0]])
+        row = np.array([[obstacle, 0.0, 0.0, *self._xy[obstacle], 0.0, 0.0, self._yaw[obstacle], 0.0]])
+        new = np.zeros(1, dtype=np.int64)
+        return self._outline_contact(route, stands, row, np.array([obstacle]), new) is not None

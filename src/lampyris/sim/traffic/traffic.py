@@ -31,7 +31,15 @@ from typing import Protocol
 
 from lampyris.errors import LimitError
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import MAX_OBSTACLES, Crossing, Obstacle, Patrol, RandomWalk, Recorded
+from lampyris.model.traffic import (
+    MAX_OBSTACLES,
+    Crossing,
+    Obstacle,
+    ObstacleSpec,
+    Patrol,
+    RandomWalk,
+    Recorded,
+)
 from lampyris.sim.traffic.obstacle_draws import first_of, steps
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.recorded import position
@@ -67,10 +75,11 @@ class Traffic:
     recording: Recording | None = None
     walkers: list[Walkers] = field(default_factory=list)
 
-    def add(self, shape: Shape, number: int, kind: str, radius: float, tick: int = 0) -> int:
+    def add(self, shape: Shape, number: int, kind: str, spec: ObstacleSpec, tick: int = 0) -> int:
         """Put a new obstacle into the world; its index."""
         obstacle = self.world.add(shape, number)
-        self.obstacles.append(Obstacle(kind, radius, kind in ("random-walk", "patrol"), shape.offsets))
+        yields = kind in ("random-walk", "patrol")
+        self.obstacles.append(Obstacle(kind, spec.radius, yields, shape.offsets, spec.footprint))
         self.appears.append(tick)
         return obstacle
 
@@ -190,7 +199,7 @@ class Walkers:
         if not len(cells):
             return []
         number = first_of(cells, self.draws[-1])
-        self.own.append(traffic.add(self.shape, number, "random-walk", self.spec.radius, tick))
+        self.own.append(traffic.add(self.shape, number, "random-walk", self.spec, tick))
         return self.own[-1:]
 
 
@@ -236,16 +245,16 @@ def _assemble(scene: Scene, world: Occupancy, plans: Placing, places: list[list[
     for k, spec in enumerate(scene.traffic):
         shape = plans.shape(spec.radius)
         if isinstance(spec, Recorded):
-            tracks.append((traffic.add(shape, places[k][0][0], "recorded", spec.radius), spec))
+            tracks.append((traffic.add(shape, places[k][0][0], "recorded", spec), spec))
         elif isinstance(spec, Patrol):
-            obstacle = traffic.add(shape, places[k][0][0], "patrol", spec.radius)
+            obstacle = traffic.add(shape, places[k][0][0], "patrol", spec)
             patrols.append(Shuttle(obstacle, places[k][0], True, None))
         elif isinstance(spec, Crossing):
             for route in places[k]:
-                obstacle = traffic.add(shape, route[0], "crossing", spec.radius)
+                obstacle = traffic.add(shape, route[0], "crossing", spec)
                 crossing.append(Shuttle(obstacle, route, False, TURN_AFTER))
         else:
-            own = [traffic.add(shape, at[0], "random-walk", spec.radius) for at in places[k]]
+            own = [traffic.add(shape, at[0], "random-walk", spec) for at in places[k]]
             traffic.walkers.append(Walkers(spec, shape, plans.key(k), own))
     traffic.recording = Recording(tracks) if tracks else None
     traffic.drivers = [*crossing, *patrols, *traffic.walkers]

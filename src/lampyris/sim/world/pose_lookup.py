@@ -35,6 +35,10 @@ class PoseLookup(CurveLookup):
     ----------
     poses : the curve.
     margin : metres around the outline that are of the robot, too.
+    turning : how the yaw changes along the pieces.
+    rate : metres that a point of the robot moves at most, a metre of each piece.
+    vertices : x and y of the outline's vertices, metres.
+    arm : distance of the farthest from the base, metres.
     """
 
     def __init__(self, curve: PoseCurve) -> None:
@@ -49,9 +53,9 @@ class PoseLookup(CurveLookup):
         )
         lengths = np.zeros(1) if none else curve.lengths
         self._moved = frozen(np.concatenate(([0.0], np.cumsum(movement * lengths)))[:-1].copy())
-        self._rate = frozen(np.ascontiguousarray(movement))
-        self._vx, self._vy = (frozen(np.ascontiguousarray(curve.outline[:, k])) for k in (0, 1))
-        self._arm = curve.reach
+        self.rate = frozen(np.ascontiguousarray(movement))
+        self.vertices = tuple(frozen(np.ascontiguousarray(curve.outline[:, k])) for k in (0, 1))
+        self.arm = curve.reach
 
     @property
     def _pieces(self) -> tuple[Floats | int, ...]:
@@ -62,7 +66,7 @@ class PoseLookup(CurveLookup):
         gap = np.zeros(len(xy))
         if len(xy):
             xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
-            gaps_at(*self._pieces, self.curve.resolution, self._vx, self._vy, self._within(s), xs, ys, gap)
+            gaps_at(*self._pieces, self.curve.resolution, *self.vertices, self._within(s), xs, ys, gap)
         return gap - self.margin
 
     def least_gaps(self, s0: float, s1: float, xy: Points) -> Floats:
@@ -71,7 +75,7 @@ class PoseLookup(CurveLookup):
         if len(xy):
             xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
             least_gaps(
-                *self._pieces, self._moved, self._rate, self.curve.resolution, self._vx, self._vy,
+                *self._pieces, self._moved, self.rate, self.curve.resolution, *self.vertices,
                 self._within(s0), self._within(s1), PARTS, xs, ys, gap,
             )  # fmt: skip
         return gap - self.margin
@@ -99,7 +103,7 @@ class PoseLookup(CurveLookup):
         xs, ys = xy[:, 0].copy(), xy[:, 1].copy()
         return int(
             footprint_first_unsafe(
-                *self._pieces, self._moved, self._rate, self.curve.resolution, self._vx, self._vy, self._arm,
+                *self._pieces, self._moved, self.rate, self.curve.resolution, *self.vertices, self.arm,
                 float(s), float(v), float(push), float(period), float(d_max), xs, ys, reach + self.margin, speed,
             )
         )  # fmt: skip
@@ -119,7 +123,7 @@ class PoseLookup(CurveLookup):
         found = np.zeros(1)
         columns = np.ascontiguousarray(legs.T)
         t = footprint_first_contact(
-            *self._pieces, self._moved, self._rate, self.curve.resolution, self._vx, self._vy, self._arm,
+            *self._pieces, self._moved, self.rate, self.curve.resolution, *self.vertices, self.arm,
             np.append(segments[:, 0], segments[-1, 4]), segments[:, 1].copy(), segments[:, 2].copy(),
             segments[:, 3].copy(), self.piece(float(segments[0, 1])), *columns, radius + self.margin, old, found,
         )  # fmt: skip
