@@ -29,6 +29,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "speed": ("guide",),
     "drive": ("guide",),
     "compare": ("guide", "--obstacles", "2", "--live"),
+    "fleet": ("guide", "--robots", "2"),
     "movingai": ("q.scen",),
     "run": ("s.yaml",),
     "selfcheck": ("grids",),

@@ -89,7 +89,7 @@ def test_tables_beyond_the_limit_are_exit_5(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "1")
     said = call("fleet", "warehouse-200", "--robots", "100")
     assert said.returncode == 5
-    assert "the distance tables of 100 robots" in said.stderr
+    assert "the distance table of 100 robots" in said.stderr
     assert "LAMPYRIS_MAX_MEMORY" in said.stderr
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 
@@ -264,8 +266,27 @@ def test_a_token_cancels() -> None:
 def test_tables_beyond_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     fleet = random_fleet(lampyris.load_grid("warehouse-200"), 100)
     monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "3")
-    with pytest.raises(LimitError, match="distance tables of 100 robots"):
+    with pytest.raises(LimitError, match="distance table of 100 robots"):
         lampyris.plan_fleet(fleet)
+
+
+RSS = """
+import resource, sys
+import numpy as np
+import lampyris
+blocked = np.random.default_rng(1).random((256, 256)) < 0.2
+fleet = lampyris.random_fleet(lampyris.Grid(blocked), 1000)
+assert lampyris.plan_fleet(fleet, sys.argv[1], budget=lampyris.Budget(expansions=1500))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("planner", ["lacam", "lns", "pibt"])
+def test_memory_of_1_000_robots(planner: str) -> None:
+    """On a map of 256 x 256 cells, interpreter and compiled code included: under 400 MB."""
+    done = subprocess.run([sys.executable, "-c", RSS, planner], capture_output=True, text=True, check=True)
+    assert int(done.stdout) * 1024 < 400e6
 
 
 def test_memory_of_the_search_ends_the_improvement(monkeypatch: pytest.MonkeyPatch) -> None:

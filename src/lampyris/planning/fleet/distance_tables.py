@@ -88,5 +88,5 @@ def _most(table: NDArray[Any]) -> int:
 def _demand(fleet: Fleet, cells: int, each: int) -> None:
     robots = len(fleet.robots)
     needed = -(-(robots * cells * each + PER_CELL * cells) // MIB)
-    what = f"the distance tables of {robots:,} robots on {cells:,} free cells"
+    what = f"the distance table of {robots:,} robots on {cells:,} free cells"
     MEMORY.demand(needed, what, instead="take fewer robots or a smaller map")
