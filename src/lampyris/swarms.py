@@ -95,7 +95,9 @@ def swarm_robots(
     found = _sources(sources, grid, int(seed), chosen)
     peaks = len([place for one in found for place in one.places(0.0)])
     needed = -(-chosen.iterations * (count * _BYTES + peaks * 20) // 2**20)
-    MEMORY.demand(needed, f"the trace of {count:,} robots and {chosen.iterations:,} iterations", instead="take fewer")
+    MEMORY.demand(
+        needed, f"the trace of {count:,} robots and {chosen.iterations:,} iterations", instead="take fewer"
+    )
     places = _starts(starts, grid, count, chosen, int(seed))
     most = chosen.iterations
     if budget is not None and budget.expansions is not None:
@@ -167,7 +169,9 @@ class _Run:
             np.array([row[k] for row in self._done]).reshape(count, n) for k in range(4)
         )
         period, xy = self._settings.period, np.array(self._xy)
-        source_xy = np.array([[p for one in self._sources for p in one.places(t * period)] for t in range(count + 1)])
+        source_xy = np.array(
+            [[p for one in self._sources for p in one.places(t * period)] for t in range(count + 1)]
+        )
         held = count_held(xy, source_xy, self._settings)
         if status is Status.FOUND and (held[-1] < self._settings.capture_robots).any():
             status = Status.ITERATION_LIMIT
@@ -202,8 +206,10 @@ def load_sources(path: str | os.PathLike[str]) -> tuple[AnySource, ...]:
     return read_sources(file_name("path", path))
 
 
-def drawn_sources(grid: Grid, count: int = 3, *, seed: int = 0, radius: float | None = None) -> tuple[InverseSquare, ...]:
-    """Sources of equal strength at random free cells, apart from each other by a quarter of the map's shorter side where possible.
+def drawn_sources(
+    grid: Grid, count: int = 3, *, seed: int = 0, radius: float | None = None
+) -> tuple[InverseSquare, ...]:
+    """Sources of equal strength at random free cells, a quarter of the map's shorter side apart where that is possible.
 
     Parameters
     ----------
@@ -218,7 +224,9 @@ def drawn_sources(grid: Grid, count: int = 3, *, seed: int = 0, radius: float | 
     """
     of_kind("grid", grid, Grid)
     if not is_whole(count, 1, MAX_SOURCES):
-        raise SettingError.of("SOURCES", "count", shown(count), allowed=f"a whole number, 1 to {MAX_SOURCES:,}")
+        raise SettingError.of(
+            "SOURCES", "count", shown(count), allowed=f"a whole number, 1 to {MAX_SOURCES:,}"
+        )
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     size = SwarmSettings(radius=radius).on(grid).radius
@@ -234,7 +242,9 @@ def drawn_sources(grid: Grid, count: int = 3, *, seed: int = 0, radius: float | 
         far = np.flatnonzero(least >= apart * apart)
         chosen.append(order[int(far[0]) if len(far) else int(least.argmax())])
     core = min(grid.width, grid.height) * grid.resolution / 10.0
-    return tuple(InverseSquare(tuple(place), core=core) for place in grid.to_metres(np.array(chosen)).tolist())
+    return tuple(
+        InverseSquare(tuple(place), core=core) for place in grid.to_metres(np.array(chosen)).tolist()
+    )
 
 
 def _settings(given: Any, more: Mapping[str, Any]) -> SwarmSettings:
@@ -251,12 +261,16 @@ def _robots(robots: Any, starts: Any) -> int:
             allowed = f"metres x, y of 1 to {MAX_ROBOTS:,} robots"
             raise SettingError.of("STARTS", "starts", shown(starts), allowed=allowed)
         if robots is not None and robots != len(array):
-            raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=f"{len(array)}, as starts, or None")
+            raise SettingError.of(
+                "ROBOTS", "robots", shown(robots), allowed=f"{len(array)}, as starts, or None"
+            )
         return len(array)
     if robots is None:
         return ROBOTS
     if not is_whole(robots, 1, MAX_ROBOTS):
-        raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=f"a whole number, 1 to {MAX_ROBOTS:,}")
+        raise SettingError.of(
+            "ROBOTS", "robots", shown(robots), allowed=f"a whole number, 1 to {MAX_ROBOTS:,}"
+        )
     return int(robots)
 
 
@@ -296,7 +310,9 @@ def _sources(given: Any, grid: Grid, seed: int, settings: SwarmSettings) -> tupl
     many = (given,) if isinstance(given, AnySource) else given
     right = isinstance(many, tuple | list) and 1 <= len(many) <= MAX_SOURCES
     if not right or not all(isinstance(one, AnySource) for one in many):
-        allowed = f"a list of 1 to {MAX_SOURCES:,} sources (InverseSquare, Plume, ThreePeaks), {', '.join(SOURCES)}"
+        allowed = (
+            f"a list of 1 to {MAX_SOURCES:,} sources (InverseSquare, Plume, ThreePeaks), {', '.join(SOURCES)}"
+        )
         raise SettingError.of("SOURCES", "sources", shown(given), allowed=allowed)
     return tuple(many)
 
@@ -314,5 +330,7 @@ def _notes(sources: tuple[AnySource, ...], grid: Grid, settings: SwarmSettings) 
     for k, (x, y) in enumerate(place for one in sources for place in one.places(0.0)):
         px, py = ((grid.to_points(x, y) + 0.5) * grid.resolution).tolist()
         if touches_wall(grid, px, py, settings.radius):
-            notes.append(f"source {k} at ({x:.2f}, {y:.2f}) m is in a wall, beside one or off the map: no robot can stand on it")
+            notes.append(
+                f"source {k} at ({x:.2f}, {y:.2f}) m is in a wall, beside one or off the map: no robot can stand on it"
+            )
     return tuple(notes)

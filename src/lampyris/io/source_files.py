@@ -89,4 +89,6 @@ def _source(document: JsonDocument | YamlDocument, k: int, given: Any) -> AnySou
     except SettingError as fault:
         field = fault.where.partition("[")[0]
         where = document.at("sources", k, field) if field in given else document.at("sources", k)
-        raise FileError("SOURCES", f"{fault.where} {fault.what}", where=where, allowed=fault.allowed) from None
+        raise FileError(
+            "SOURCES", f"{fault.where} {fault.what}", where=where, allowed=fault.allowed
+        ) from None

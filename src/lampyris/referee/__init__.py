@@ -1,4 +1,4 @@
-"""The referee: an independent check that judges paths, plans, profiles, traces, drives, fleets and swarms, and names the broken rule.
+"""The referee: an independent check that judges paths, plans, profiles, traces, drives, fleets, swarms, and names broken rules.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each

@@ -61,9 +61,7 @@ def root_of(parent, i):
     return i
 
 
-@kernel(
-    out=("ranges", "leader", "count", "group", "first", "member", "near", "weight"), each=60_000, of="x"
-)
+@kernel(out=("ranges", "leader", "count", "group", "first", "member", "near", "weight"), each=60_000, of="x")
 def choose_leaders(
     x, y, luciferin, draw, blocked, width, height, cell, sight, most, beta, wanted,
     side, columns, rows, ranges, leader, count, group, first, member, near, weight, halt,

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any
 
 from lampyris._core.settings import check_settings, flag, number, under_code, whole, word
 from lampyris.errors import UnknownSettingError, did_you_mean, shown
 from lampyris.model.grid import Grid
 
-SwarmMethod: TypeAlias = Literal["gso", "gradient"]
+METHODS = ("gso", "gradient")
+"""How robots decide where to drive."""
 
 _SMALL_STEPS = 4
 """Small steps in which a robot drives the step of an iteration, at least."""
@@ -45,7 +46,7 @@ class SwarmSettings:
     SettingError : ``SWARM_SETTING``.
     """
 
-    method: SwarmMethod = word("gso", get_args(SwarmMethod))
+    method: str = word(METHODS[0], METHODS)
     iterations: int = whole(500, 1, 1_000_000)
     radius: float | None = number(None, 1e-6, 1e6, unit="m", none="a quarter of a cell")
     v_max: float = number(0.5, 1e-6, 1e6, unit="m/s")
@@ -53,9 +54,7 @@ class SwarmSettings:
     step: float | None = number(
         None, 1e-6, 1e6, unit="m", none="0.005 of the map's shorter side, and a radius at least"
     )
-    sensor_range: float | None = number(
-        None, 1e-6, 1e9, unit="m", none="half of the map's shorter side"
-    )
+    sensor_range: float | None = number(None, 1e-6, 1e9, unit="m", none="half of the map's shorter side")
     line_of_sight: bool = flag(True)
     noise: float = number(0.0, 0.0, 1e6)
     rho: float = number(0.4, 0.0, 1.0)
@@ -109,7 +108,8 @@ class SwarmSettings:
     @property
     def steps(self) -> int:
         """Small steps of an iteration, of settings that are filled in: ample to turn round and drive the step."""
-        assert self.small_step is not None and self.step is not None
+        assert self.small_step is not None
+        assert self.step is not None
         turn = math.pi / self.yaw_rate_max * self.v_max
         return math.ceil((turn + self.step) / self.small_step * (1 - 1e-12)) + 1
 

@@ -93,7 +93,9 @@ class SwarmTrace(Value):
     def __post_init__(self) -> None:
         for name, kind in (("status", Status), ("grid", Grid), ("settings", SwarmSettings)):
             if not isinstance(getattr(self, name), kind):
-                raise SettingError("SWARM_TRACE", shown(getattr(self, name)), where=name, allowed=kind.__name__)
+                raise SettingError(
+                    "SWARM_TRACE", shown(getattr(self, name)), where=name, allowed=kind.__name__
+                )
         given: Any = self.sources
         if not isinstance(given, tuple | list) or not all(isinstance(one, Source) for one in given):
             raise SettingError("SWARM_TRACE", shown(given), where="sources", allowed="a list of sources")

@@ -47,7 +47,9 @@ class SwarmMotion:
 
     def __init__(self, grid: Grid, settings: SwarmSettings) -> None:
         s = settings
-        assert s.radius is not None and s.step is not None and s.small_step is not None
+        assert s.radius is not None
+        assert s.step is not None
+        assert s.small_step is not None
         self._grid, self._radius, self._step, self._small = grid, s.radius, s.step, s.small_step
         self._turn = s.small_step / s.v_max * s.yaw_rate_max
         walls = np.argwhere(grid.blocked)[:, ::-1]
@@ -84,7 +86,9 @@ class SwarmMotion:
         total = length.sum(axis=0)
         if (total > self._step + len(moves) * slack).any():
             i = int(total.argmax())
-            return Violation("step", f"{where}, robot {i}", f"drives {total[i]:.6g} m; the step is {self._step:.6g} m")
+            return Violation(
+                "step", f"{where}, robot {i}", f"drives {total[i]:.6g} m; the step is {self._step:.6g} m"
+            )
         if self._heading is None:
             self._heading = np.full(points.shape[1:], np.nan)
             self._since = np.zeros(points.shape[1])
@@ -98,7 +102,9 @@ class SwarmMotion:
             wrong = dot < allowed - 1e-7  # False for the first motion of a robot, whose heading is not known
             if wrong.any():
                 i = int(np.flatnonzero(drives)[int(wrong.argmax())])
-                return Violation("turn", f"{where}, small step {t}, robot {i}", "turns more quickly than it can")
+                return Violation(
+                    "turn", f"{where}, small step {t}, robot {i}", "turns more quickly than it can"
+                )
             self._heading[drives] = ahead
             self._since[drives] = 0
         return None
@@ -110,7 +116,9 @@ class SwarmMotion:
         edge = np.minimum(points, np.array([wide, high]) - points).min(axis=2)
         if (edge < least).any():
             t, i = np.unravel_index(int(edge.argmin()), edge.shape)
-            words = f"its centre is {edge[t, i]:.6g} m from the edge of the map, its radius {self._radius:.6g} m"
+            words = (
+                f"its centre is {edge[t, i]:.6g} m from the edge of the map, its radius {self._radius:.6g} m"
+            )
             return Violation("wall", f"{where}, small step {t}, robot {i}", words)
         if self._walls is None:
             return None
@@ -118,7 +126,11 @@ class SwarmMotion:
         near = self._walls.query_ball_point(points[0], reach)
         count = np.array([len(one) for one in near])
         robot = np.repeat(np.arange(len(near)), count)
-        cell = np.concatenate([np.array(one, dtype=np.int64) for one in near]) if count.sum() else np.zeros(0, int)
+        cell = (
+            np.concatenate([np.array(one, dtype=np.int64) for one in near])
+            if count.sum()
+            else np.zeros(0, int)
+        )
         each = max(1, _AT_ONCE // (8 * len(points)))
         for begin in range(0, len(robot), each):
             one, low = robot[begin : begin + each], self._corner[cell[begin : begin + each]]
@@ -137,7 +149,9 @@ class SwarmMotion:
         return None
 
     def _contacts(self, points: Floats, where: str) -> Violation | None:
-        pairs = cKDTree(points[0]).query_pairs(2.0 * (self._radius + self._step) * (1 + 1e-6), output_type="ndarray")
+        pairs = cKDTree(points[0]).query_pairs(
+            2.0 * (self._radius + self._step) * (1 + 1e-6), output_type="ndarray"
+        )
         least = 2.0 * self._radius * (1.0 - _SLACK)
         each = max(1, _AT_ONCE // len(points))
         for begin in range(0, len(pairs), each):
@@ -194,14 +208,17 @@ def _check_sources(trace: SwarmTrace) -> Violation | None:
         if len(places) != trace.source_xy.shape[1] or not np.allclose(
             np.array(places).reshape(-1, 2), trace.source_xy[t], rtol=1e-9, atol=1e-9
         ):
-            return Violation("sources", f"iteration {t}", f"peaks at {trace.source_xy[t].tolist()}, not {places}")
+            return Violation(
+                "sources", f"iteration {t}", f"peaks at {trace.source_xy[t].tolist()}, not {places}"
+            )
     return None
 
 
 def _check_places(trace: SwarmTrace) -> Violation | None:
     """Discs apart and in the open at the recorded moments, and steps of a possible length."""
     s = trace.settings
-    assert s.radius is not None and s.step is not None
+    assert s.radius is not None
+    assert s.step is not None
     judge = SwarmMotion(trace.grid, s)
     for t in range(trace.iterations + 1):
         points = (trace.grid.to_points(trace.xy[t, :, 0], trace.xy[t, :, 1]) + 0.5) * trace.grid.resolution
@@ -213,7 +230,9 @@ def _check_places(trace: SwarmTrace) -> Violation | None:
     length = np.sqrt((gap * gap).sum(axis=2))
     if length.size and length.max() > s.step + _SLACK * (1.0 + np.abs(trace.xy).max()):
         t, i = np.unravel_index(int(length.argmax()), length.shape)
-        return Violation("step", f"iteration {t}, robot {i}", f"goes {length[t, i]:.6g} m; the step is {s.step:.6g} m")
+        return Violation(
+            "step", f"iteration {t}, robot {i}", f"goes {length[t, i]:.6g} m; the step is {s.step:.6g} m"
+        )
     return None
 
 
@@ -234,14 +253,17 @@ def _signal(sources: tuple[AnySource, ...], x: Floats, y: Floats, t: float) -> F
             down, beside = offset.real, offset.imag
             deviation = np.sqrt(one.width**2 + 2 * one.spread * np.where(down > 0, down, 0))
             behind = np.where(down < 0, down, 0)
-            total += one.strength * one.width / deviation * np.exp(-(beside**2 + behind**2) / (2 * deviation**2))
+            total += (
+                one.strength * one.width / deviation * np.exp(-(beside**2 + behind**2) / (2 * deviation**2))
+            )
     return total
 
 
 def _check_glow(trace: SwarmTrace) -> Violation | None:
     """Measurements, luciferin and decision ranges, all of them."""
     s = trace.settings
-    assert s.sensor_range is not None and s.beta is not None
+    assert s.sensor_range is not None
+    assert s.beta is not None
     if (trace.luciferin[0] != s.luciferin).any() or (trace.ranges[0] != s.sensor_range).any():
         return Violation("luciferin", "at first", "luciferin or range is not that of the settings")
     if s.method != "gso":
@@ -270,7 +292,12 @@ def _check_glow(trace: SwarmTrace) -> Violation | None:
 def _check_followers(trace: SwarmTrace) -> Violation | None:
     """A robot with neighbours has a leader, brighter and of its own group; one without has none and stands."""
     n = trace.robots
-    if (trace.leaders < -1).any() or (trace.leaders >= n).any() or (trace.groups < 0).any() or (trace.groups >= n).any():
+    if (
+        (trace.leaders < -1).any()
+        or (trace.leaders >= n).any()
+        or (trace.groups < 0).any()
+        or (trace.groups >= n).any()
+    ):
         return Violation("leader", "trace", "there is no such robot")
     follows = trace.leaders >= 0
     if (follows != (trace.neighbours > 0)).any():
@@ -286,7 +313,9 @@ def _check_followers(trace: SwarmTrace) -> Violation | None:
     apart = trace.groups[t, i] != trace.groups[t, j]
     if apart.any():
         k = int(apart.argmax())
-        return Violation("group", f"iteration {t[k]}, robot {i[k]}", f"is not in the group of its leader {j[k]}")
+        return Violation(
+            "group", f"iteration {t[k]}, robot {i[k]}", f"is not in the group of its leader {j[k]}"
+        )
     if trace.groups.size and (
         (trace.groups > np.arange(n)).any()
         or (np.take_along_axis(trace.groups, trace.groups.astype(np.int64), axis=1) != trace.groups).any()
@@ -371,7 +400,8 @@ def _check_held(trace: SwarmTrace) -> Violation | None:
     assert s.capture_radius is not None
     for t in range(trace.iterations + 1):
         gap = np.hypot(
-            trace.xy[t, :, 0, np.newaxis] - trace.source_xy[t, :, 0], trace.xy[t, :, 1, np.newaxis] - trace.source_xy[t, :, 1]
+            trace.xy[t, :, 0, np.newaxis] - trace.source_xy[t, :, 0],
+            trace.xy[t, :, 1, np.newaxis] - trace.source_xy[t, :, 1],
         )
         bounds = []
         for slack in (-_SLACK, _SLACK):
@@ -380,9 +410,13 @@ def _check_held(trace: SwarmTrace) -> Violation | None:
             first &= np.cumsum(first, axis=1) == 1 if slack < 0 else True
             bounds.append((near & first).sum(axis=0))
         if (trace.held[t] < bounds[0]).any() and bounds[0].sum() == bounds[1].sum():
-            return Violation("held", f"iteration {t}", f"held {trace.held[t].tolist()}; counted {bounds[0].tolist()}")
+            return Violation(
+                "held", f"iteration {t}", f"held {trace.held[t].tolist()}; counted {bounds[0].tolist()}"
+            )
         if (trace.held[t] > bounds[1]).any():
-            return Violation("held", f"iteration {t}", f"held {trace.held[t].tolist()}; counted {bounds[1].tolist()}")
+            return Violation(
+                "held", f"iteration {t}", f"held {trace.held[t].tolist()}; counted {bounds[1].tolist()}"
+            )
     every = bool((trace.held[-1] >= s.capture_robots).all())
     wrong = (
         trace.status not in (Status.FOUND, Status.ITERATION_LIMIT, Status.LIMIT, Status.CANCELLED)
@@ -390,5 +424,9 @@ def _check_held(trace: SwarmTrace) -> Violation | None:
         or (trace.status is Status.ITERATION_LIMIT and (every or trace.iterations != s.iterations))
     )
     if wrong:
-        return Violation("status", "trace", f"{trace.status} after {trace.iterations} iterations, held {trace.held[-1].tolist()}")
+        return Violation(
+            "status",
+            "trace",
+            f"{trace.status} after {trace.iterations} iterations, held {trace.held[-1].tolist()}",
+        )
     return None

@@ -70,7 +70,7 @@ class SwarmRenderer:
 
     def __init__(self, trace: SwarmTrace, shown: Shown, signal: FloatGrid | None) -> None:
         grid = trace.grid
-        raster = draw_map(grid, LONG, signal, None if signal is None else style.landscape_colours())
+        raster = draw_map(grid, LONG, signal, None if signal is None else style.landscape_colours()[::-1])
         self._scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         # Even sizes: some players of films refuse others.

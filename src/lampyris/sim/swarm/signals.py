@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from lampyris._core.elementary import cos, direction, exp, log, sin
 from lampyris.errors import SettingError, shown
+from lampyris.model.grid import Grid
 from lampyris.model.swarm.sources import AnySource, InverseSquare, Plume, ThreePeaks
+from lampyris.typing import FloatGrid
 
 Reals = NDArray[np.float64]
 """float64, any shape."""
@@ -59,6 +61,15 @@ def three_peaks(x: Reals, y: Reals) -> Reals:
     hill = 3.0 * (1.0 - x) * (1.0 - x) * exp(-(x * x + (y + 1.0) * (y + 1.0)))
     saddle = 10.0 * (x / 5.0 - x * x * x - y * y * y * y * y) * round_
     return hill - saddle - exp(-((x + 1.0) * (x + 1.0) + y * y)) / 3.0
+
+
+def signal_on(grid: Grid, sources: Sequence[AnySource], t: float) -> FloatGrid:
+    """The signal at the centre of each free cell, less the least of them; infinity in walls; (height, width)."""
+    y, x = np.mgrid[: grid.height, : grid.width]
+    cells = np.stack((x.ravel(), y.ravel()), axis=-1)
+    value: FloatGrid = signal(sources, grid.to_metres(cells), t).reshape(grid.height, grid.width)
+    free = ~grid.blocked
+    return np.where(free, value - (value[free].min() if free.any() else 0.0), np.inf)
 
 
 def normal(rng: np.random.Generator, n: int) -> Reals:

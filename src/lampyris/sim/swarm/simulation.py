@@ -78,11 +78,14 @@ class Swarm:
         self, grid: Grid, sources: Sequence[AnySource], settings: SwarmSettings, starts: Floats, seed: int
     ) -> None:
         s = settings
-        assert s.radius is not None and s.sensor_range is not None and s.small_step is not None
+        assert s.radius is not None
+        assert s.sensor_range is not None
+        assert s.small_step is not None
         n = len(starts)
         self._grid, self._sources, self._settings = grid, sources, s
         self._noise, self._roulette, headings = (
-            np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(k,)))) for k in range(3)
+            np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(k,))))
+            for k in range(3)
         )
         self._deviation = s.noise * max(one.highest for one in sources)
         size = grid.resolution
@@ -115,7 +118,8 @@ class Swarm:
         """One iteration."""
         s = self._settings
         n = len(self.x)
-        assert s.small_step is not None and s.step is not None
+        assert s.small_step is not None
+        assert s.step is not None
         t = self.iteration * s.period
         leader, count, group = np.full(n, -1), np.zeros(n, np.int64), np.arange(n)
         if s.method == "gso":
@@ -142,7 +146,8 @@ class Swarm:
     ) -> tuple[Floats, Floats, Floats]:
         """Glowworm swarm optimisation: what was measured, and the directions to the leaders."""
         s = self._settings
-        assert s.sensor_range is not None and s.beta is not None
+        assert s.sensor_range is not None
+        assert s.beta is not None
         n = len(self.x)
         readings = self._measure(self.xy, t)
         self.luciferin = (1.0 - s.rho) * self.luciferin + s.gamma * readings
