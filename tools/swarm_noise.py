@@ -4,10 +4,10 @@
     python tools/swarm_noise.py seeds --seeds 100 --map env-6
     python tools/swarm_noise.py time --robots 1000 --map env-6
 
-``noise`` prints, for each noise and method, how often all three peaks of J1 are held at the end (95 % interval by Wilson) and the
-share of robots that a source holds, the mean over seeds with a 95 % interval by Student's t. ``seeds`` says for how many seeds
-every source is held by three robots. Each run starts both methods at the same places and is judged by the referee. ``time``
-prints the CPU time of an iteration and of its small steps, the referee left out.
+``noise`` prints, for each noise and method, how often all three peaks of J1 hold robots at the end (95 % interval by Wilson), the
+share of robots at sources and their distance to the nearest source (means over seeds, 95 % intervals by Student's t). Both
+methods start at the same places. ``seeds`` says for how many seeds every source holds three robots; each run is judged by the
+referee. ``time`` prints the CPU time of an iteration and of its small steps, the referee left out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lampyris import swarms
 from lampyris.kernels import _jit
 from lampyris.model.settings.swarm import METHODS, SwarmSettings
 from lampyris.sim.swarm.placing import draw_starts
-from lampyris.sim.swarm.simulation import Swarm
+from lampyris.sim.swarm.simulation import RobotSwarm
 from lampyris.study.analysis.compare import wilson
 
 NOISES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.5)
@@ -33,25 +33,43 @@ NOISES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.5)
 def noise(grid: lampyris.Grid, robots: int, seeds: int, iterations: int) -> None:
     """Print the table of noise."""
     print(f"{grid.name}, {robots} robots, {iterations} iterations, {seeds} seeds")
-    print("noise  method    all held            robots held (share)   encounters a robot and iteration")
+    print("noise  method    all held              robots held (share)    distance to the nearest source, m")
     for deviation in NOISES:
         for method in METHODS:
-            runs = [
-                lampyris.swarm_robots(
-                    grid, robots=robots, seed=seed, iterations=iterations, noise=deviation, method=method
-                )
-                for seed in range(seeds)
-            ]
-            held = sum(map(bool, runs))
-            low, high = wilson(held, seeds)
-            shares = np.array([run.held[-1].sum() / robots for run in runs])
-            half = stats.t.ppf(0.975, seeds - 1) * shares.std(ddof=1) / math.sqrt(seeds) if seeds > 1 else math.nan
-            met = np.mean([run.encounters for run in runs]) / (robots * iterations)
-            print(
-                f"{deviation:<6g} {method:<9s} {held:3d}/{seeds} [{low:.2f}, {high:.2f}]   "
-                f"{shares.mean():.3f} [{shares.mean() - half:.3f}, {shares.mean() + half:.3f}]   {met:.2f}",
-                flush=True,
+            found = np.array(
+                [
+                    _ended(grid, robots, seed, iterations, noise=deviation, method=method)
+                    for seed in range(seeds)
+                ]
             )
+            held = int(found[:, 0].sum())
+            low, high = wilson(held, seeds)
+            words = f"{deviation:<6g} {method:<9s} {held:3d}/{seeds} [{low:.2f}, {high:.2f}]"
+            for column, digits in ((1, 3), (2, 2)):
+                values = found[:, column]
+                half = stats.t.ppf(0.975, seeds - 1) * values.std(ddof=1) / math.sqrt(seeds)
+                mean = values.mean()
+                words += f"   {mean:.{digits}f} [{mean - half:.{digits}f}, {mean + half:.{digits}f}]"
+            print(words, flush=True)
+
+
+def _ended(
+    grid: lampyris.Grid, robots: int, seed: int, iterations: int, **settings: object
+) -> tuple[bool, float, float]:
+    """Whether all sources are held, the share of robots that are, and the mean distance to the nearest source."""
+    chosen = SwarmSettings.of({**settings, "iterations": iterations}).on(grid)
+    assert chosen.radius is not None
+    rng = np.random.Generator(np.random.PCG64(seed))
+    source = swarms.three_peaks(grid)
+    places = draw_starts(grid, robots, chosen.radius, 1e-5 * chosen.radius, rng)
+    swarm = RobotSwarm(grid, (source,), chosen, places, seed)
+    for _ in range(iterations):
+        swarm.advance()
+    peaks = np.array(source.places(0.0))
+    held = swarms.count_held(swarm.xy[np.newaxis], peaks[np.newaxis], chosen)[0]
+    gap = swarm.xy[:, np.newaxis] - peaks
+    nearest = np.sqrt((gap * gap).sum(axis=2)).min(axis=1)
+    return bool((held >= chosen.capture_robots).all()), held.sum() / robots, float(nearest.mean())
 
 
 def seeds_held(grid: lampyris.Grid, robots: int, seeds: int, iterations: int) -> None:
@@ -69,7 +87,7 @@ def seeds_held(grid: lampyris.Grid, robots: int, seeds: int, iterations: int) ->
             print(f"seed {seed}: held {run.held[-1].tolist()}")
     settings = SwarmSettings().on(grid)
     print(
-        f"{grid.name}, {robots} robots of radius {settings.radius:g} m, {iterations} iterations: every peak held by 3 or more within "
+        f"{grid.name}, {robots} robots of radius {settings.radius:g} m, {iterations} iterations: 3 or more at every peak within "
         f"{settings.capture_radius:g} m in {held} of {seeds} seeds, from iteration {late} at the latest; fewest robots at a peak "
         f"{fewest}; third nearest robot within {farthest:.2f} m; 0 contacts, as the referee measured at every moment"
     )
@@ -82,8 +100,10 @@ def step_time(grid: lampyris.Grid, robots: int, seeds: int, iterations: int) -> 
     assert settings.radius is not None
     taken = []
     for seed in range(seeds + 1):
-        places = draw_starts(grid, robots, settings.radius, 1e-5 * settings.radius, np.random.default_rng(seed))
-        swarm = Swarm(grid, (swarms.three_peaks(grid),), settings, places, seed)
+        places = draw_starts(
+            grid, robots, settings.radius, 1e-5 * settings.radius, np.random.default_rng(seed)
+        )
+        swarm = RobotSwarm(grid, (swarms.three_peaks(grid),), settings, places, seed)
         began = time.process_time()
         for _ in range(iterations):
             swarm.advance()

@@ -30,7 +30,7 @@ from lampyris.model.swarm.swarm_trace import SwarmTrace
 from lampyris.planning.base import Budget
 from lampyris.referee.fleets.swarm import SwarmMotion
 from lampyris.sim.swarm.placing import draw_starts, open_cells, touches_wall
-from lampyris.sim.swarm.simulation import GAP, Iteration, Swarm
+from lampyris.sim.swarm.simulation import GAP, Iteration, RobotSwarm
 from lampyris.typing import Floats
 
 ROBOTS = 100
@@ -122,7 +122,7 @@ class _Run:
         self, grid: Grid, sources: tuple[AnySource, ...], settings: SwarmSettings, places: Floats, seed: int
     ) -> None:
         self._grid, self._sources, self._settings, self._seed = grid, sources, settings, seed
-        self._swarm = Swarm(grid, sources, settings, places, seed)
+        self._swarm = RobotSwarm(grid, sources, settings, places, seed)
         self._motion = SwarmMotion(grid, settings)
         self._xy = [self._swarm.xy]
         self._luciferin, self._ranges = [self._swarm.luciferin.copy()], [self._swarm.ranges.copy()]
@@ -235,10 +235,10 @@ def drawn_sources(
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(4,))))
     order = cells[rng.permutation(len(cells))]
     apart = min(grid.width, grid.height) / 4.0
-    chosen = [order[0]]
+    chosen, least = [order[0]], np.full(len(order), np.inf)
     while len(chosen) < count:
-        gap = order[:, np.newaxis, :] - np.array(chosen)[np.newaxis, :, :]
-        least = (gap * gap).sum(axis=2).min(axis=1)
+        gap = order - chosen[-1]
+        least = np.minimum(least, (gap * gap).sum(axis=1))
         far = np.flatnonzero(least >= apart * apart)
         chosen.append(order[int(far[0]) if len(far) else int(least.argmax())])
     core = min(grid.width, grid.height) * grid.resolution / 10.0

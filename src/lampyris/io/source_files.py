@@ -74,7 +74,7 @@ def _source(document: JsonDocument | YamlDocument, k: int, given: Any) -> AnySou
             "SOURCES", shown(word), where=document.at("sources", k, "kind"), allowed=", ".join(KINDS),
             todo=did_you_mean(word, KINDS) if isinstance(word, str) else "",
         )  # fmt: skip
-    names = [f.name for f in fields(kind)]  # type: ignore[arg-type]
+    names = [f.name for f in fields(kind)]
     for key in given:
         if key not in (*names, "kind"):
             raise FileError(

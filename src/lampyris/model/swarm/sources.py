@@ -210,10 +210,10 @@ def _route(given: Any) -> tuple[Point, ...]:
 
 def _along(points: tuple[Point, ...], distance: float) -> Point:
     """The point so far along a closed line."""
-    legs = []
+    legs, round_ = [], 0.0
     for (ax, ay), (bx, by) in zip(points, (*points[1:], points[0]), strict=True):
         legs.append(math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay)))
-    round_ = sum(legs)
+        round_ += legs[-1]
     if round_ == 0.0 or distance == 0.0:
         return points[0]
     rest = distance - round_ * math.floor(distance / round_)

@@ -47,7 +47,7 @@ class SwarmTrace(Value):
 
     Parameters
     ----------
-    status : ``found``: at the end every source is held by at least ``settings.capture_robots`` robots; ``iteration_limit``:
+    status : ``found``: at the end every source holds at least ``settings.capture_robots`` robots; ``iteration_limit``:
         not every one; ``limit`` or ``cancelled``: the budget ended it.
     grid : the map.
     sources : what sends the signal.
@@ -132,7 +132,7 @@ class SwarmTrace(Value):
     @property
     def robots(self) -> int:
         """How many."""
-        return self.xy.shape[1]
+        return len(self.xy[0])
 
     @property
     def iterations(self) -> int:
@@ -166,7 +166,7 @@ class SwarmTrace(Value):
         return tuple(found)
 
     @property
-    def held_by(self) -> Counts:
+    def holder(self) -> Counts:
         """The source that holds each robot at the end, int32 (n,); -1: none."""
         gap = self.xy[-1][:, np.newaxis, :] - self.source_xy[-1][np.newaxis, :, :]
         square = (gap * gap).sum(axis=2)

@@ -80,7 +80,7 @@ class SwarmMotion:
         length = np.sqrt((moves * moves).sum(axis=2))
         slack = _SLACK * (1.0 + np.abs(points).max())
         if (length > self._small + slack).any():
-            t, i = np.unravel_index(int(length.argmax()), length.shape)
+            t, i = _place(length, length.argmax())
             words = f"drives {length[t, i]:.6g} m in a small step of {self._small:.6g} m"
             return Violation("speed", f"{where}, robot {i}", words)
         total = length.sum(axis=0)
@@ -115,7 +115,7 @@ class SwarmMotion:
         least = self._radius * (1.0 - _SLACK) - _SLACK * size
         edge = np.minimum(points, np.array([wide, high]) - points).min(axis=2)
         if (edge < least).any():
-            t, i = np.unravel_index(int(edge.argmin()), edge.shape)
+            t, i = _place(edge, edge.argmin())
             words = (
                 f"its centre is {edge[t, i]:.6g} m from the edge of the map, its radius {self._radius:.6g} m"
             )
@@ -142,7 +142,7 @@ class SwarmMotion:
             for corner in ((0, 0), (0, 1), (1, 0), (1, 1)):
                 nearest = np.minimum(nearest, _to_segment(at - (low + size * np.array(corner))))
             if (nearest < least * least).any():
-                t, k = np.unravel_index(int(nearest.argmin()), nearest.shape)
+                t, k = _place(nearest, nearest.argmin())
                 gap = math.sqrt(float(nearest[t, k]))
                 words = f"its centre comes within {gap:.6g} m of a wall, its radius is {self._radius:.6g} m"
                 return Violation("wall", f"{where}, small step {t}, robot {one[k]}", words)
@@ -158,11 +158,17 @@ class SwarmMotion:
             one, other = pairs[begin : begin + each].T
             nearest = _to_segment(points[:, one] - points[:, other])
             if (nearest < least * least).any():
-                t, k = np.unravel_index(int(nearest.argmin()), nearest.shape)
+                t, k = _place(nearest, nearest.argmin())
                 gap = math.sqrt(float(nearest[t, k]))
                 words = f"their centres come within {gap:.6g} m; two radii are {2 * self._radius:.6g} m"
                 return Violation("contact", f"{where}, small step {t}, robots {one[k]} and {other[k]}", words)
         return None
+
+
+def _place(array: NDArray[Any], flat: Any) -> tuple[int, int]:
+    """Row and column of an element that is counted row by row."""
+    row, column = divmod(int(flat), array.shape[1])
+    return row, column
 
 
 def _to_segment(ends: Floats) -> Floats:
@@ -229,7 +235,7 @@ def _check_places(trace: SwarmTrace) -> Violation | None:
     gap = np.diff(trace.xy, axis=0)
     length = np.sqrt((gap * gap).sum(axis=2))
     if length.size and length.max() > s.step + _SLACK * (1.0 + np.abs(trace.xy).max()):
-        t, i = np.unravel_index(int(length.argmax()), length.shape)
+        t, i = _place(length, length.argmax())
         return Violation(
             "step", f"iteration {t}, robot {i}", f"goes {length[t, i]:.6g} m; the step is {s.step:.6g} m"
         )
@@ -283,7 +289,7 @@ def _check_glow(trace: SwarmTrace) -> Violation | None:
     for rule, made, recorded in (("luciferin", glow, trace.luciferin[1:]), ("range", wide, trace.ranges[1:])):
         wrong = np.abs(made - recorded) > 1e-9 * (1.0 + np.abs(made))
         if wrong.any():
-            t, i = np.unravel_index(int(wrong.argmax()), wrong.shape)
+            t, i = _place(wrong, wrong.argmax())
             words = f"{rule} {recorded[t, i]:.9g}; by its rule {made[t, i]:.9g}"
             return Violation(rule, f"iteration {t}, robot {i}", words)
     return None

@@ -35,7 +35,7 @@ def swarm_record(trace: SwarmTrace) -> dict[str, Any]:
         "groups": list(trace.group_sizes(trace.iterations - 1)) if trace.iterations else [],
         "starts_m": trace.xy[0].tolist(),
         "ends_m": trace.xy[-1].tolist(),
-        "held_by": trace.held_by.tolist(),
+        "holder": trace.holder.tolist(),
         "luciferin": trace.luciferin[-1].tolist(),
         "encounters": trace.encounters,
         "wall_encounters": trace.wall_encounters,

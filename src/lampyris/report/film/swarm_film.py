@@ -60,7 +60,7 @@ def swarm_film(
 def colours_of(trace: SwarmTrace) -> NDArray[np.uint8]:
     """The colour of each robot, uint8 (n, 3): that of the source that holds it at the end."""
     many = np.array([*FLEET, FREE_ROBOT], dtype=np.uint8)
-    by = trace.held_by
+    by = trace.holder
     chosen: NDArray[np.uint8] = many[np.where(by < 0, len(FLEET), by % len(FLEET))]
     return chosen
 

@@ -44,10 +44,12 @@ def draw_swarm(trace: SwarmTrace, out: style.OutFile, *, signal: FloatGrid | Non
     if signal is not None:
         shown = np.ma.masked_invalid(signal)
         edge = (-0.5, grid.width - 0.5, grid.height - 0.5, -0.5)
-        axes.imshow(shown, cmap=style.landscape_map().reversed(), extent=edge, interpolation="nearest", zorder=0.5)
+        axes.imshow(
+            shown, cmap=style.landscape_map().reversed(), extent=edge, interpolation="nearest", zorder=0.5
+        )
     points = grid.to_points(trace.xy[..., 0], trace.xy[..., 1])
     peaks = grid.to_points(trace.source_xy[..., 0], trace.source_xy[..., 1])
-    by = trace.held_by
+    by = trace.holder
     colours = [(0.45, 0.47, 0.51) if k < 0 else _rgb(k) for k in by.tolist()]
     lines: Any = list(points.transpose(1, 0, 2))
     axes.add_collection(

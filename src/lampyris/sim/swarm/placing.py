@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid

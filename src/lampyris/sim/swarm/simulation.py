@@ -56,7 +56,7 @@ class Iteration:
     path_y: Floats = field(repr=False)
 
 
-class Swarm:
+class RobotSwarm:
     """Robots on a map, advanced by iterations.
 
     Parameters
@@ -166,6 +166,7 @@ class Swarm:
     def _climb(self, t: float) -> tuple[Floats, Floats, Floats]:
         """Each robot's own gradient, from four sensors on its rim: ahead, behind, left and right."""
         n, r = len(self.x), self._settings.radius
+        assert r is not None
         c, s = self.cosine, self.sine
         x = np.concatenate((self.x + r * c, self.x - r * c, self.x + r * s, self.x - r * s))
         y = np.concatenate((self.y + r * s, self.y - r * s, self.y - r * c, self.y + r * c))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.settings import default_of
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from lampyris.model.swarm.swarm_trace import SwarmTrace
     from lampyris.typing import FloatGrid
 
-_ITERATIONS = SwarmSettings.__dataclass_fields__["iterations"].default
+_ITERATIONS: int = default_of(SwarmSettings, "iterations")
 
 
 class _Settings:
@@ -102,7 +103,7 @@ def swarm(
     """Simulate robots that look for sources of a signal (glowworm swarm optimisation).
 
     Robots are discs that measure the signal, broadcast their luciferin, follow brighter neighbours and never touch each other
-    or a wall. Exit code 4: at the end not every source is held by robots.
+    or a wall. Exit code 4: not every source holds robots at the end.
     """
     from lampyris import swarms
     from lampyris.cli.request import budget_of, parse_settings
@@ -203,10 +204,8 @@ def _print(trace: SwarmTrace) -> None:
     ]
     for k, (x, y) in enumerate(trace.source_xy[-1].tolist()):
         since = trace.held_from[k]
-        words = f"held by {trace.held[-1, k]} within {s.capture_radius:.2f} m"
-        words += (
-            f", by {s.capture_robots} or more from iteration {since}" if since is not None else ", too few"
-        )
+        words = f"holds {trace.held[-1, k]} robots within {s.capture_radius:.2f} m"
+        words += f", {s.capture_robots} or more from iteration {since}" if since is not None else ", too few"
         near = nearest_robots(trace, k)
         rows.append(
             (f"source {k}", f"({x:.2f}, {y:.2f}) m, {words}; the {len(near)} nearest within {near[-1]:.2f} m")
