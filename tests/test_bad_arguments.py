@@ -60,6 +60,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     lampyris.save_scenario(lampyris.Scenario(scene()), "right.yaml")
     lampyris.save_primitives(samples()["save_primitives"]["primitives"], "right.mprim")
     Path("study.yaml").write_text(STUDY)
+    Path("sources.yaml").write_text("sources: [{kind: plume, at: [1, 2]}]\n")
     return tmp_path
 
 

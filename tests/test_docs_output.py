@@ -48,6 +48,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("compare", "guide", "--planners", "astar,sipp", "--obstacles", "2", "--seeds", "1"),
     ),
     "study": (("study", "t.yaml", "--store", "a.db"),),
+    "swarm": (("swarm", "guide", "--robots", "6", "--iterations", "3"),),
 }  # fmt: skip
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
     "plan": (

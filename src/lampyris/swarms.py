@@ -39,7 +39,7 @@ MAX_ROBOTS = 20_000
 MAX_SOURCES = 1000
 SOURCES = ("three-peaks", "drawn")
 """Sources by name: J1 over the whole map, and sources at random places."""
-_BYTES = 52
+_EACH = 52
 """Of a trace, for each robot and iteration; 16 more for each source and iteration."""
 
 
@@ -94,7 +94,7 @@ def swarm_robots(
     began, loaded = loading.wall(), loading.seconds()
     found = _sources(sources, grid, int(seed), chosen)
     peaks = len([place for one in found for place in one.places(0.0)])
-    needed = -(-chosen.iterations * (count * _BYTES + peaks * 20) // 2**20)
+    needed = -(-chosen.iterations * (count * _EACH + peaks * 20) // 2**20)
     MEMORY.demand(
         needed, f"the trace of {count:,} robots and {chosen.iterations:,} iterations", instead="take fewer"
     )

@@ -65,8 +65,8 @@ def test_a_file_that_is_too_large_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_file_of_too_many_values_is_refused(tmp_path: Path) -> None:
-    """Each source here is ten values: its mapping, two words, a list and two numbers with their keys."""
+    """Each source here is four values at least."""
     line = "- {kind: plume, at: [1, 2]}\n"
     assert len(lampyris.load_sources(put(tmp_path, "sources:\n" + line * 1000))) == 1000
     with pytest.raises((LimitError, FileError)):
-        lampyris.load_sources(put(tmp_path, "sources:\n" + line * (source_files.MAX_VALUES // 8)))
+        lampyris.load_sources(put(tmp_path, "sources:\n" + line * (source_files.MAX_VALUES // 4)))

@@ -104,9 +104,9 @@ class SwarmTrace(Value):
         for name, form in _ALLOWED.items():
             value = getattr(self, name)
             array = numbers(value, (None,) * len(form))
-            if array is None and isinstance(value, list | np.ndarray) and np.size(value) == 0:
+            if array is not None and array.size == 0 and name != "xy" and "T" in form and sizes["T"] == 0:
                 # An empty list has lost its other sides.
-                array = np.zeros(tuple(sizes.get(one, 0) for one in form))
+                array = np.zeros(tuple(sizes[one] for one in form))
             words = ", ".join("T + 1" if one == "T1" else str(one) for one in form)
             if array is None:
                 raise SettingError("SWARM_TRACE", shown(value), where=name, allowed=f"numbers ({words})")
