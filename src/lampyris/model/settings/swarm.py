@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from lampyris._core.defaults import BETA, GAMMA, LUCIFERIN, NEIGHBOURS, RHO
 from lampyris._core.settings import check_settings, flag, number, under_code, whole, word
 from lampyris.errors import UnknownSettingError, did_you_mean, shown
-from lampyris.model.grid import Grid
+
+if TYPE_CHECKING:
+    from lampyris.model.grid import Grid
 
 METHODS = ("gso", "gradient")
 """How robots decide where to drive."""
@@ -57,11 +60,11 @@ class SwarmSettings:
     sensor_range: float | None = number(None, 1e-6, 1e9, unit="m", none="half of the map's shorter side")
     line_of_sight: bool = flag(True)
     noise: float = number(0.0, 0.0, 1e6)
-    rho: float = number(0.4, 0.0, 1.0)
-    gamma: float = number(0.6, 1e-6, 1e6)
+    rho: float = number(RHO, 0.0, 1.0)
+    gamma: float = number(GAMMA, 1e-6, 1e6)
     beta: float | None = number(None, 0.0, 1e9, unit="m", none="0.08 / 3 of the sensor range")
-    nt: int = whole(5, 0, 100_000)
-    luciferin: float = number(5.0, -1e9, 1e9)
+    nt: int = whole(NEIGHBOURS, 0, 100_000)
+    luciferin: float = number(LUCIFERIN, -1e9, 1e9)
     capture_radius: float | None = number(None, 1e-6, 1e9, unit="m", none="six radii and a step")
     capture_robots: int = whole(3, 1, 100_000)
     small_step: float | None = number(
@@ -97,7 +100,7 @@ class SwarmSettings:
         made = {f.name: getattr(self, f.name) for f in fields(self)}
         made |= {"radius": radius, "step": step, "sensor_range": reach}
         for name, value in (
-            ("beta", 0.08 / 3 * reach),
+            ("beta", BETA / 3 * reach),
             ("capture_radius", 6 * radius + step),
             ("small_step", min(step / _SMALL_STEPS, radius / 2)),
         ):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.settings import default_of
 from lampyris.cli import outputs, text
@@ -90,8 +91,8 @@ def swarm(
     ] = None,
     seed: Seed = 0,
     resolution: Resolution = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
+    values: Values = defaults.VALUES,
+    colour: Colour = defaults.COLOUR,
     allow_outside: AllowOutside = False,
     max_cells: MaxCells = None,
     picture: Picture = None,
