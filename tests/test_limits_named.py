@@ -325,6 +325,7 @@ ASKED: dict[str, str] = {
     "io.source_files.MAX_BYTES": "swarm_robots/test_source_files.py",
     "io.source_files.MAX_VALUES": "swarm_robots/test_source_files.py",
     "model.swarm.sources.MAX_ROUTE": "swarm_robots/test_sources.py",
+    "model.settings.swarm.MAX_SMALL_STEPS": "swarm_robots/test_swarm_robots.py",
     "swarms.MAX_ROBOTS": "swarm_robots/test_swarm_robots.py",
     "swarms.MAX_SOURCES": "swarm_robots/test_swarm_robots.py",
     "referee.fleets.swarm._AT_ONCE": NOT_INPUT + "places looked at in one go",

@@ -40,7 +40,9 @@ MAX_SOURCES = 1000
 SOURCES = ("three-peaks", "drawn")
 """Sources by name: J1 over the whole map, and sources at random places."""
 _EACH = 52
-"""Of a trace, for each robot and iteration; 16 more for each source and iteration."""
+"""Bytes of a trace for each robot and iteration; 20 more for each source and iteration."""
+_SMALL = 64
+"""Bytes of an iteration for each robot and small step."""
 
 
 def swarm_robots(
@@ -94,7 +96,8 @@ def swarm_robots(
     began, loaded = loading.wall(), loading.seconds()
     found = _sources(sources, grid, int(seed), chosen)
     peaks = len([place for one in found for place in one.places(0.0)])
-    needed = -(-chosen.iterations * (count * _EACH + peaks * 20) // 2**20)
+    needed = chosen.iterations * (count * _EACH + peaks * 20) + count * chosen.steps * _SMALL
+    needed = -(-needed // 2**20)
     MEMORY.demand(
         needed, f"the trace of {count:,} robots and {chosen.iterations:,} iterations", instead="take fewer"
     )
@@ -207,14 +210,14 @@ def load_sources(path: str | os.PathLike[str]) -> tuple[AnySource, ...]:
 
 
 def drawn_sources(
-    grid: Grid, count: int = 3, *, seed: int = 0, radius: float | None = None
+    grid: Grid, source_count: int = 3, *, seed: int = 0, radius: float | None = None
 ) -> tuple[InverseSquare, ...]:
     """Sources of equal strength at random free cells, a quarter of the map's shorter side apart where that is possible.
 
     Parameters
     ----------
     grid : the map.
-    count : how many, 1 to 1000.
+    source_count : how many, 1 to 1000.
     seed : of the draws.
     radius : of the robots that shall reach them; None: a quarter of a cell.
 
@@ -223,9 +226,9 @@ def drawn_sources(
     SettingError : ``SOURCES``, ``SEED``; ``ROBOTS``: no robot of this radius fits on the map.
     """
     of_kind("grid", grid, Grid)
-    if not is_whole(count, 1, MAX_SOURCES):
+    if not is_whole(source_count, 1, MAX_SOURCES):
         raise SettingError.of(
-            "SOURCES", "count", shown(count), allowed=f"a whole number, 1 to {MAX_SOURCES:,}"
+            "SOURCES", "source_count", shown(source_count), allowed=f"a whole number, 1 to {MAX_SOURCES:,}"
         )
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
@@ -236,7 +239,7 @@ def drawn_sources(
     order = cells[rng.permutation(len(cells))]
     apart = min(grid.width, grid.height) / 4.0
     chosen, least = [order[0]], np.full(len(order), np.inf)
-    while len(chosen) < count:
+    while len(chosen) < source_count:
         gap = order - chosen[-1]
         least = np.minimum(least, (gap * gap).sum(axis=1))
         far = np.flatnonzero(least >= apart * apart)

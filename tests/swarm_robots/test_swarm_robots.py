@@ -212,6 +212,16 @@ def test_twenty_thousand_robots_are_the_most() -> None:
         lampyris.swarm_robots(lampyris.Grid(np.zeros((9, 9), dtype=bool)), robots=swarms.MAX_ROBOTS)
 
 
+def test_ten_thousand_small_steps_are_the_most() -> None:
+    """Driving 0.9999 m takes them; turning at 1,000 rad/s takes less than one."""
+    grid = lampyris.Grid(np.zeros((9, 9), dtype=bool))
+    given = {"robots": 1, "iterations": 1, "v_max": 1e-6, "yaw_rate_max": 1000.0, "step": 0.9999}
+    for small, steps in ((1.0002e-4, 9999), (1.0001e-4, 10_000)):
+        assert lampyris.swarm_robots(grid, small_step=small, **given).settings.steps == steps
+    with pytest.raises(SettingError, match="small_step"):
+        lampyris.swarm_robots(grid, small_step=1e-4, **given)
+
+
 def test_lengths_follow_from_the_map() -> None:
     grid = lampyris.Grid(np.zeros((60, 80), dtype=bool), resolution=0.5)
     s = SwarmSettings().on(grid)

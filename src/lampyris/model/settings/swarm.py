@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lampyris._core.defaults import BETA, GAMMA, LUCIFERIN, NEIGHBOURS, RHO
 from lampyris._core.settings import check_settings, flag, number, under_code, whole, word
-from lampyris.errors import UnknownSettingError, did_you_mean, shown
+from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 
 if TYPE_CHECKING:
     from lampyris.model.grid import Grid
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 METHODS = ("gso", "gradient")
 """How robots decide where to drive."""
 
+MAX_SMALL_STEPS = 10_000
+"""Small steps of an iteration, at most."""
 _SMALL_STEPS = 4
 """Small steps in which a robot drives the step of an iteration, at least."""
 
@@ -68,7 +70,7 @@ class SwarmSettings:
     capture_radius: float | None = number(None, 1e-6, 1e9, unit="m", none="six radii and a step")
     capture_robots: int = whole(3, 1, 100_000)
     small_step: float | None = number(
-        None, 1e-6, 1e6, unit="m", none="a quarter of the step, and half a radius at most"
+        None, 1e-9, 1e6, unit="m", none="a quarter of the step, and half a radius at most"
     )
 
     def __post_init__(self) -> None:
@@ -92,7 +94,12 @@ class SwarmSettings:
         return cls(**given)
 
     def on(self, grid: Grid) -> SwarmSettings:
-        """The same with the lengths that follow from the map filled in."""
+        """The same with the lengths that follow from the map filled in.
+
+        Raises
+        ------
+        SettingError : ``SWARM_SETTING``: an iteration would have more than MAX_SMALL_STEPS small steps.
+        """
         side = min(grid.width, grid.height) * grid.resolution
         radius = grid.resolution / 4 if self.radius is None else self.radius
         step = max(0.005 * side, radius) if self.step is None else self.step
@@ -106,7 +113,14 @@ class SwarmSettings:
         ):
             if made[name] is None:
                 made[name] = value
-        return type(self)(**made)
+        filled = type(self)(**made)
+        if filled.steps > MAX_SMALL_STEPS:
+            raise SettingError.of(
+                "SWARM_SETTING", "small_step", f"{filled.small_step:g} m",
+                allowed=f"at most {MAX_SMALL_STEPS:,} small steps an iteration; here it is {filled.steps:,}",
+                todo="a longer small_step, a shorter step, a lower v_max or a higher yaw_rate_max",
+            )  # fmt: skip
+        return filled
 
     @property
     def steps(self) -> int:
