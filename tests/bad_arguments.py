@@ -98,6 +98,7 @@ def samples() -> dict[str, dict[str, Any]]:
         ("Path", path()), ("Plan", plan), ("Trace", trace), ("Drive", driven), ("Field", field),
         ("Profile", speeds), ("Curve", driven.curves[0]),
         ("SampledPath", lampyris.smooth(where, plan)), ("Moves", where.moves),
+        ("SwarmTrace", lampyris.swarm_robots(where.grid, robots=2, iterations=2)),
         ("PoseCurve", lampyris.drive(where, "lattice").curves[0]),
     )}  # fmt: skip
     return {
@@ -132,6 +133,9 @@ def samples() -> dict[str, dict[str, Any]]:
         "load_primitives": {"path": "right.mprim"},
         "save_primitives": {"primitives": lampyris.MotionPrimitives(1.0, (0.0,), (motion(),)), "path": "saved.mprim"},
         "motion_primitives": {"robot": lampyris.Robot(), "resolution": 0.1},
+        "ThreePeaks": {"centre": (1.0, 2.0)}, "InverseSquare": {"at": (1.0, 2.0)}, "Plume": {"at": (1.0, 2.0)},
+        "swarm_robots": {"grid": where.grid, "robots": 2, "swarm_settings": {"iterations": 2}},
+        "drawn_sources": {"grid": where.grid}, "load_sources": {"path": "sources.yaml"},
         "inflate": {"grid": where.grid, "robot": lampyris.Robot(), "inflation_radius": 1.0},
         "inflation_costs": {"grid": where.grid, "inscribed_radius": 0.0, "inflation_radius": 1.0},
         "load_study": {"path": "study.yaml"}, "run_study": {"study": "study.yaml"},

@@ -54,6 +54,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "study": (("study", "t.yaml", "--store", "a.db"),),
     "fleet": (("fleet", "guide", "--robots", "4"),),
+    "swarm": (("swarm", "guide", "--robots", "6", "--iterations", "3"),),
 }  # fmt: skip
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
     "plan": (

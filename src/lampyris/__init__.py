@@ -36,6 +36,9 @@ _HOME = {
     "load_fleet": "lampyris.fleets",
     "plan_fleet": "lampyris.fleets",
     "random_fleet": "lampyris.fleets",
+    "drawn_sources": "lampyris.swarms",
+    "load_sources": "lampyris.swarms",
+    "swarm_robots": "lampyris.swarms",
     "Agent": "lampyris.model.fleet.fleet",
     "Budget": "lampyris.planning.base",
     "Change": "lampyris.model.change",
@@ -48,6 +51,7 @@ _HOME = {
     "FleetPlan": "lampyris.model.fleet.fleet_plan",
     "Gate": "lampyris.model.field",
     "Grid": "lampyris.model.grid",
+    "InverseSquare": "lampyris.model.swarm.sources",
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
@@ -58,6 +62,7 @@ _HOME = {
     "Path": "lampyris.model.path",
     "Patrol": "lampyris.model.traffic",
     "Plan": "lampyris.model.plan",
+    "Plume": "lampyris.model.swarm.sources",
     "Profile": "lampyris.model.profile",
     "RandomWalk": "lampyris.model.traffic",
     "Recorded": "lampyris.model.traffic",
@@ -69,6 +74,8 @@ _HOME = {
     "Status": "lampyris.model.plan",
     "CancelToken": "lampyris._core.cancellation",
     "Study": "lampyris.study.design.study",
+    "SwarmTrace": "lampyris.model.swarm.swarm_trace",
+    "ThreePeaks": "lampyris.model.swarm.sources",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.obstacles",
 }
@@ -122,6 +129,10 @@ if TYPE_CHECKING:
     from lampyris.model.profile import Profile as Profile
     from lampyris.model.robot import Robot as Robot
     from lampyris.model.scene import Scene as Scene
+    from lampyris.model.swarm.sources import InverseSquare as InverseSquare
+    from lampyris.model.swarm.sources import Plume as Plume
+    from lampyris.model.swarm.sources import ThreePeaks as ThreePeaks
+    from lampyris.model.swarm.swarm_trace import SwarmTrace as SwarmTrace
     from lampyris.model.trace import Outcome as Outcome
     from lampyris.model.trace import Trace as Trace
     from lampyris.model.traffic import Crossing as Crossing
@@ -141,6 +152,9 @@ if TYPE_CHECKING:
     from lampyris.study.design.study import Study as Study
     from lampyris.study.design.study_file import load_study as load_study
     from lampyris.study.front import run_study as run_study
+    from lampyris.swarms import drawn_sources as drawn_sources
+    from lampyris.swarms import load_sources as load_sources
+    from lampyris.swarms import swarm_robots as swarm_robots
 
 
 def _from_report(module: str, name: str) -> Callable[..., Any]:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api, curves, fleets, kernels
+from lampyris import api, curves, fleets, kernels, swarms
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
@@ -29,6 +29,7 @@ from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
 from lampyris.model.settings.steering import CONTROLLERS
+from lampyris.model.settings.swarm import METHODS
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.safety.blind_areas import visible_cells
@@ -167,6 +168,7 @@ def jobs() -> Iterator[Callable[[], object]]:
         yield partial(_driven, law)
     yield _watched
     yield _fleets
+    yield _swarms
 
 
 def _grid(terrain: bool = False) -> Grid:
@@ -277,6 +279,12 @@ def _fleets() -> None:
     """A fleet, by each planner of fleets."""
     for planner in fleet_planners.names():
         fleets.plan_fleet(fleets.random_fleet(_grid(), 8), planner, budget=Budget(expansions=200))
+
+
+def _swarms() -> None:
+    """A swarm among walls that robots of both methods meet."""
+    for method in METHODS:
+        swarms.swarm_robots(_grid(), robots=12, iterations=3, method=method)
 
 
 def _speeds(law: str) -> None:

@@ -32,6 +32,7 @@ import typer.main
 from lampyris.cli import main
 from lampyris.cli.app import app, plain_help
 from lampyris.model.moves import MOVES
+from lampyris.model.settings.swarm import METHODS
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.fleet import registry as fleets
@@ -53,6 +54,20 @@ PATHS = (
     "new.ledger", "new.study.db", "new.bag", "new", "there.csv", "~", "./m.txt", "../x.csv",
 )  # fmt: skip
 """Files of a case's folder, good and bad ones, and names of files to be written."""
+SWARM = {
+    "sources": ("three-peaks", "drawn", "missing.yaml"),
+    "method": METHODS,
+    "settings": (
+        "noise=0.1",
+        "line_of_sight=false",
+        "radius=0.1",
+        "radius=9",
+        "nois=1",
+        "rho=2",
+        "small_step=0.01",
+    ),
+}
+"""Values of options of ``swarm``."""
 ODD = ("d", "pipe", "loop", "sock", "/dev/null", "/dev/full", "/dev/zero", "garbage", "x" * 300)
 HUGE = "9" * 400
 INTEGERS = (
@@ -263,6 +278,8 @@ def _value(chance: Chance, parameter: Any) -> str:
         return _one(rng, MAPS)
     if name in ("start", "goal", "start_m", "goal_m"):
         return _one(rng, CELLS[:4])
+    if verb == "swarm" and name in SWARM:
+        return _one(rng, SWARM[name])
     if name == "size" and verb == "maps make":
         return _one(rng, SIZES)
     if verb == "fleet" and name == "planner":

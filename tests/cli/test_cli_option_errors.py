@@ -35,11 +35,13 @@ CALLS: dict[str, tuple[str, ...]] = {
     "selfcheck": ("grids",),
     "reproduce": ("--quick", "--out", "new"),
     "app": ("--no-browser",),
+    "swarm": ("guide", "--robots", "3", "--iterations", "2"),
     "primitives": ("--out", "p.json", "--resolution", "0.1"),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
     ("speed", "--tick"): ("--track", "t.csv"),
+    ("swarm", "--source-count"): ("--sources", "drawn"),
     ("speed", "--spacing"): ("--smooth", "straight"),
     ("speed", "--obstacle-radius"): ("--track", "t.csv"),
 }

@@ -59,7 +59,13 @@ COLOUR: Final = "legend"
 """How colours outside the legend of a map are read where nothing else is said: they are refused."""
 
 RHO, GAMMA = 0.4, 0.6
-"""Decay and enhancement of luciferin in a field, the dissertation's."""
+"""Decay and enhancement of luciferin, the dissertation's and Krishnanand and Ghose's."""
+
+BETA, NEIGHBOURS = 0.08, 5
+"""How fast the decision range of a glowworm adapts, and how many neighbours it aims at (Krishnanand and Ghose)."""
+
+LUCIFERIN = 5.0
+"""Luciferin of a glowworm at first (Krishnanand and Ghose)."""
 
 GATES: Final = "ignore"
 """What becomes of openings that are too narrow for the robot where nothing else is said."""

@@ -29,6 +29,7 @@ from lampyris.cli.verbs import (
 from lampyris.cli.verbs.compare import command as compare
 from lampyris.cli.verbs.drive import command as drive
 from lampyris.cli.verbs.study import commands as study
+from lampyris.cli.verbs.swarm import command as swarm
 
 app = typer.Typer(
     name="lampyris",
@@ -70,6 +71,7 @@ def _root(
 
 for verb in (
     plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, primitives.primitives, movingai.movingai,
-    fleet.fleet, speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
+    fleet.fleet, swarm.swarm, speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app,
+    warm.warm,
 ):  # fmt: skip
     app.command(cls=Command)(with_groups(verb))

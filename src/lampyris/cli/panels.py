@@ -12,7 +12,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones",
             "inflation-radius", "cost-scaling-factor",
         ),
-        "Ends": ("start", "goal", "start-m", "goal-m", "path", "units", "scen", "agents", "robots"),
+        "Ends": ("start", "goal", "start-m", "goal-m", "path", "units", "scen", "agents", "robots",
+            "sources", "source-count"),
         "Robot": (
             "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
             "yaw-rate-max",
@@ -20,7 +21,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "Planner and speed": (
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
-            "time-limit", "plan-limit", "patience", "seconds", "iterations",
+            "time-limit", "plan-limit", "patience", "seconds", "iterations", "method",
             "controller", "set-controller", "safety-filter",
         ),
         "Obstacles": (

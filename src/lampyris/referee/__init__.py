@@ -1,4 +1,4 @@
-"""The referee: an independent check that judges paths, plans, profiles, traces, drives and fleets, and names the broken rule.
+"""The referee: an independent check that judges paths, plans, profiles, traces, drives, fleets, swarms, and names broken rules.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each
@@ -32,6 +32,7 @@ from lampyris.referee.verdict import Violation, demand
 if TYPE_CHECKING:
     from lampyris.referee.drive import check_drive as check_drive
     from lampyris.referee.fleets.fleet_plan import check_fleet_plan as check_fleet_plan
+    from lampyris.referee.fleets.swarm import check_swarm as check_swarm
     from lampyris.referee.trace import check_trace as check_trace
 
 __all__ = [
@@ -44,13 +45,19 @@ __all__ = [
     "check_path",
     "check_plan",
     "check_profile",
+    "check_swarm",
     "check_trace",
     "demand",
     "sum_cost_to_go",
 ]
 
 
-_LATER = {"check_drive": "drive", "check_fleet_plan": "fleets.fleet_plan", "check_trace": "trace"}
+_LATER = {
+    "check_drive": "drive",
+    "check_fleet_plan": "fleets.fleet_plan",
+    "check_swarm": "fleets.swarm",
+    "check_trace": "trace",
+}
 """Functions to their modules."""
 
 

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lampyris._core.defaults import BETA, GAMMA, LUCIFERIN, NEIGHBOURS, RHO
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.scalars import in_range, is_word
 from lampyris.errors import SettingError, shown
@@ -60,12 +61,12 @@ class GSO:
 
     n: int = 100
     sensor: float | None = None
-    rho: float = 0.4
-    gamma: float = 0.6
-    beta: float = 0.08
-    nt: int = 5
+    rho: float = RHO
+    gamma: float = GAMMA
+    beta: float = BETA
+    nt: int = NEIGHBOURS
     step: StepRule = _PUBLISHED_STEP
-    luciferin: float = 5.0
+    luciferin: float = LUCIFERIN
     choice: str = "roulette"
     wander: float = 0.0
 

@@ -1,0 +1,1 @@
+"""``lampyris swarm``: robots that look for sources together."""

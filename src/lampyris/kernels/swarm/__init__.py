@@ -1,0 +1,1 @@
+"""Loops of robot swarms: who follows whom, and discs that drive without touching."""

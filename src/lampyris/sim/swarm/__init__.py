@@ -1,0 +1,1 @@
+"""Swarms of robots that look for sources, simulated."""
