@@ -1,13 +1,14 @@
 """Paths of one robot in space and time: among forbidden and demanded cells, and beside the paths of other robots.
 
-The low level of conflict-based search and of large neighbourhood search. A state is a free cell at a tick. The open list
+The low level of conflict-based search. A state is a free cell at a tick. The open list
 is that of focal search (J. Pearl, J. Kim 1982; for robots: M. Barer, G. Sharon, R. Stern, A. Felner, SoCS 2014): of the
 states whose estimate is at most ``weight`` times the least estimate, the one with the fewest conflicts with other robots
 is expanded. With weight 1 that is A* with conflicts as the tie-break. The estimate is exact on the bare map.
 
 Paths of other robots are in tables of ticks and cells: ``head`` has the first robot in each, ``chain`` the next one
 in the same cell for each robot and tick. After its last tick a robot is in ``settled`` instead. ``where`` has the
-cells of each robot tick by tick; it and ``chain`` are (robots * horizon,), ``head`` is (horizon * cells,).
+cells of each robot tick by tick; it and ``chain`` are (robots * horizon,), ``head``, (cells * horizon,), has all ticks of a cell side by side, as a search goes on
+from one cell in few ticks.
 
 From the tick on at which nothing changes any more, the first visit to a cell is the only one worth having, so that a
 search without a path ends.
@@ -31,22 +32,22 @@ LATE = 1 << 30
 
 
 @kernel(out=("head", "chain", "settled"))
-def put(where, last, head, chain, settled, cells, horizon, robot):
+def put(where, last, head, chain, settled, horizon, robot):
     """Enter a robot's path, which is in ``where`` and ``last``, into the tables."""
     base = robot * horizon
     for t in range(last[robot] + 1):
-        at = t * cells + where[base + t]
+        at = where[base + t] * horizon + t
         chain[base + t] = head[at]
         head[at] = robot
     settled[where[base + last[robot]]] = robot
 
 
 @kernel(out=("head", "chain", "settled"))
-def take(where, last, head, chain, settled, cells, horizon, robot):
+def take(where, last, head, chain, settled, horizon, robot):
     """Remove a robot's path from the tables."""
     base = robot * horizon
     for t in range(last[robot] + 1):
-        at = t * cells + where[base + t]
+        at = where[base + t] * horizon + t
         r = head[at]
         if r == robot:
             head[at] = chain[base + t]
@@ -58,10 +59,10 @@ def take(where, last, head, chain, settled, cells, horizon, robot):
 
 
 @kernel()
-def _hits(where, last, head, chain, settled, cells, horizon, u, v, t):
+def _hits(where, last, head, chain, settled, horizon, u, v, t):
     """How many robots collide with a step from ``u`` at tick ``t`` to ``v``, or a wait if they are equal."""
     n = 0
-    r = head[(t + 1) * cells + v]
+    r = head[v * horizon + t + 1]
     while r >= 0:
         n += 1
         r = chain[r * horizon + t + 1]
@@ -69,7 +70,7 @@ def _hits(where, last, head, chain, settled, cells, horizon, u, v, t):
     if r >= 0 and t + 1 > last[r]:
         n += 1
     if u != v:
-        r = head[t * cells + v]
+        r = head[v * horizon + t]
         while r >= 0:
             if t < last[r] and where[r * horizon + t + 1] == u:
                 n += 1
@@ -115,11 +116,11 @@ def _pop(keys, items, n):
 
 
 @kernel()
-def _allowed(barred, since, must, xy, cells, last_must, u, k, v, t):
+def _allowed(barred, since, must, xy, horizon, last_must, u, k, v, t):
     """Whether constraints allow the step from ``u`` over its edge ``k`` (4: none) to ``v`` at tick ``t``."""
-    if barred[t * cells + v] & 1 or since[v] <= t:
+    if barred[v * horizon + t] & 1 or since[v] <= t:
         return False
-    if k < 4 and barred[t * cells + u] & (2 << k):
+    if k < 4 and barred[u * horizon + t] & (2 << k):
         return False
     if t <= last_must:
         there = must[2 * t]
@@ -132,7 +133,7 @@ def _allowed(barred, since, must, xy, cells, last_must, u, k, v, t):
 
 
 @kernel(out=("barred", "since", "must"))
-def _constrain(edge, degree, rows, count, cells, barred, since, must, on):
+def _constrain(edge, degree, rows, count, horizon, barred, since, must, on):
     """Enter the constraints into the tables, or remove them; the last tick at which a cell is demanded, or -1.
 
     ``must[2 * t:]`` are the next cell that is demanded from tick t on, and its tick.
@@ -143,12 +144,12 @@ def _constrain(edge, degree, rows, count, cells, barred, since, must, on):
         u = rows[i + 1]
         t = rows[i + 3]
         if kind == NOT_AT:
-            barred[t * cells + u] = (barred[t * cells + u] & 254) | on
+            barred[u * horizon + t] = (barred[u * horizon + t] & 254) | on
         elif kind == NOT_STEP:
             for k in range(degree[u]):
                 if edge[4 * u + k] == rows[i + 2]:
                     bit = 2 << k
-                    barred[t * cells + u] = (barred[t * cells + u] & (255 - bit)) | (bit * on)
+                    barred[u * horizon + t] = (barred[u * horizon + t] & (255 - bit)) | (bit * on)
         elif kind == NOT_FROM:
             since[u] = min(since[u], t) if on else LATE
         elif kind == MUST_AT:
@@ -172,7 +173,7 @@ def _constrain(edge, degree, rows, count, cells, barred, since, must, on):
 
 @kernel(out=("pool", "seen", "single"))
 def _levels(
-    edge, degree, xy, table, base, start, goal, barred, since, must, last_must, cells, cost, pool, room, seen, single
+    edge, degree, xy, table, base, start, goal, barred, since, must, last_must, horizon, cost, pool, room, seen, single
 ):  # fmt: skip
     """The cells that all paths of this cost share: ``single[t]``, or -1; whether there is a path of this cost.
 
@@ -200,11 +201,11 @@ def _levels(
         n = degree[u]
         for k in range(n + 1):
             v = edge[4 * u + k] if k < n else u
-            if t + table[base + v] > cost or seen[t * cells + v] >= 0:
+            if t + table[base + v] > cost or seen[v * horizon + t] >= 0:
                 continue
-            if not _allowed(barred, since, must, xy, cells, last_must, u, k if k < n else 4, v, t):
+            if not _allowed(barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t):
                 continue
-            seen[t * cells + v] = made
+            seen[v * horizon + t] = made
             pool[made * NODE_WIDTH + CELL] = v
             pool[made * NODE_WIDTH + TIME] = t
             pool[made * NODE_WIDTH + CLOSED] = 0
@@ -220,11 +221,11 @@ def _levels(
                 n = degree[u]
                 for k in range(n + 1):
                     v = edge[4 * u + k] if k < n else u
-                    j = seen[(t + 1) * cells + v]
+                    j = seen[v * horizon + t + 1]
                     if (
                         j >= 0
                         and pool[j * NODE_WIDTH + CLOSED] == 1
-                        and _allowed(barred, since, must, xy, cells, last_must, u, k if k < n else 4, v, t + 1)
+                        and _allowed(barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t + 1)
                     ):
                         alive = True
                         break
@@ -235,7 +236,7 @@ def _levels(
         for t in range(cost + 1):
             single[t] = max(single[t], -1)
     for i in range(1, made):
-        seen[pool[i * NODE_WIDTH + TIME] * cells + pool[i * NODE_WIDTH + CELL]] = -1
+        seen[pool[i * NODE_WIDTH + CELL] * horizon + pool[i * NODE_WIDTH + TIME]] = -1
     return reached
 
 
@@ -248,7 +249,7 @@ def _levels(
 )  # fmt: skip
 def find(
     edge, degree, xy, table, base, start, goal, rows, count, where, last, head, chain, settled, horizon, longest,
-    weight, hard, latest, levels, barred, since, must, pool, keys, items, bucket, waiting, seen, found, single, state,
+    weight, levels, barred, since, must, pool, keys, items, bucket, waiting, seen, found, single, state,
     halt,
 ):  # fmt: skip
     """A path of one robot: FOUND, or NONE, HORIZON (it would need more ticks), ROOM (more states).
@@ -263,24 +264,22 @@ def find(
     horizon : ticks of the tables.
     longest : the last tick at which another robot comes to its goal.
     weight : how many times the least estimate an estimate may be, >= 1.
-    hard : whether the path must not collide with the other robots.
-    latest : the greatest cost that is allowed.
     levels : whether to fill ``single``; the bound is then the exact least cost.
-    barred : uint8, (horizon * cells,), zeros. ``since`` : int32, (cells,), LATE. Both are left as they were found.
+    barred : uint8, (cells * horizon,), zeros. ``since`` : int32, (cells,), LATE. Both are left as they were found.
     must : int32, (2 * horizon,); scratch.
     pool, keys, items : int32, (states * NODE_WIDTH,); int64 and int32, (2 * states,); scratch.
     bucket, waiting : int32, (2 * horizon + 2,) each; scratch: how many open states have each estimate, and those that are
         not focal yet.
-    seen : int32, (horizon * cells,), -1; left as it was found.
+    seen : int32, (cells * horizon,), -1; left as it was found.
     found : int32, (horizon,); the result.
     single : int32, (horizon,); for each tick up to the bound the only cell of all cheapest paths, or -1.
     state : int64, (STATE_WIDTH,); the result's cost, the lower bound, states expanded.
     """
-    cells = len(degree)
     room = len(pool) // NODE_WIDTH
     ending = NONE
     static = longest
     earliest = 0
+    latest = LATE
     for i in range(0, count * ROW, ROW):
         kind = rows[i]
         u = rows[i + 1]
@@ -292,15 +291,10 @@ def find(
             earliest = max(earliest, t + int(table[base + u]))
         elif kind == AT_MOST:
             latest = min(latest, t)
-    if hard:
-        for t in range(longest, earliest - 1, -1):
-            if head[t * cells + goal] >= 0:
-                earliest = t + 1
-                break
     static = max(static, earliest) + 1
     if static >= horizon:
         return HORIZON
-    last_must = _constrain(edge, degree, rows, count, cells, barred, since, must, 1)
+    last_must = _constrain(edge, degree, rows, count, horizon, barred, since, must, 1)
     least = max(int(table[base + start]), earliest)
     origin = least
     focal = int(weight * least + 1e-9)
@@ -317,7 +311,7 @@ def find(
         pool[HITS] = 0
         pool[CLOSED] = 0
         made = 1
-        seen[start] = 0
+        seen[start * horizon] = 0
         bucket[0] = 1
         keys[0] = 0
         items[0] = 0
@@ -375,18 +369,18 @@ def find(
                 f = max(t + int(table[base + v]), earliest)
                 if f > latest:
                     continue
-                if not _allowed(barred, since, must, xy, cells, last_must, u, k if k < n else 4, v, t):
+                if count > 0 and not _allowed(
+                    barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t
+                ):
                     continue
-                hits = _hits(where, last, head, chain, settled, cells, horizon, u, v, t - 1)
-                if hard and hits > 0:
-                    continue
+                hits = _hits(where, last, head, chain, settled, horizon, u, v, t - 1)
                 hits += pool[at + HITS]
-                if v == goal and t >= earliest and not hard:
+                if v == goal and t >= earliest:
                     for later in range(t + 1, longest + 1):
-                        if head[later * cells + goal] >= 0:
+                        if head[goal * horizon + later] >= 0:
                             hits += 1
                 hits = min(hits, 4095)
-                slot = min(t, static) * cells + v
+                slot = v * horizon + min(t, static)
                 j = seen[slot]
                 if j >= 0:
                     there = j * NODE_WIDTH
@@ -424,22 +418,22 @@ def find(
                     waiting[f - origin] = j
         for i in range(made):
             at = i * NODE_WIDTH
-            seen[min(int(pool[at + TIME]), static) * cells + pool[at + CELL]] = -1
+            seen[pool[at + CELL] * horizon + min(int(pool[at + TIME]), static)] = -1
     state[BOUND] = least
     state[EXPANDED] = expanded
     if ending == FOUND and levels:
         while not _levels(
-            edge, degree, xy, table, base, start, goal, barred, since, must, last_must, cells, least, pool, room, seen,
+            edge, degree, xy, table, base, start, goal, barred, since, must, last_must, horizon, least, pool, room, seen,
             single,
         ):  # fmt: skip
             least += 1
         state[BOUND] = least
-    _constrain(edge, degree, rows, count, cells, barred, since, must, 0)
+    _constrain(edge, degree, rows, count, horizon, barred, since, must, 0)
     return ending
 
 
 @kernel(out=("listed",), of="last", each=20_000)
-def conflicts(where, last, head, chain, settled, cells, horizon, longest, robot, listed):
+def conflicts(where, last, head, chain, settled, horizon, longest, robot, listed):
     """List the conflicts of a robot with all others, its own path in the tables; how many, or -1: no room.
 
     Of conflicts of one robot that stands on its goal, and one that passes there, only the first is listed.
@@ -452,7 +446,7 @@ def conflicts(where, last, head, chain, settled, cells, horizon, longest, robot,
             return -1
         u = where[base + min(t, end)]
         first = n
-        r = head[t * cells + u]
+        r = head[u * horizon + t]
         while r >= 0:
             if r != robot:
                 if (n + 8) * CONFLICT_WIDTH > len(listed):
@@ -481,7 +475,7 @@ def conflicts(where, last, head, chain, settled, cells, horizon, longest, robot,
             n += 1
         if 0 < t <= end and where[base + t - 1] != u:
             back = where[base + t - 1]
-            r = head[(t - 1) * cells + u]
+            r = head[u * horizon + t - 1]
             while r >= 0:
                 if t <= last[r] and where[r * horizon + t] == back:
                     if (n + 8) * CONFLICT_WIDTH > len(listed):

@@ -13,11 +13,12 @@ from lampyris.planning.fleet.base import FleetPlanner, FleetTraits
 from lampyris.planning.fleet.cbs import Cbs
 from lampyris.planning.fleet.eecbs import Eecbs
 from lampyris.planning.fleet.lacam import Lacam
+from lampyris.planning.fleet.lns import Lns
 from lampyris.planning.fleet.pibt import Pibt
 from lampyris.planning.fleet.prioritised import PrioritisedSipp
 
 _KINDS: Mapping[str, type[Any]] = MappingProxyType(
-    {kind.name: kind for kind in (Lacam, Pibt, PrioritisedSipp, Cbs, Eecbs)}
+    {kind.name: kind for kind in (Lacam, Pibt, PrioritisedSipp, Lns, Cbs, Eecbs)}
 )
 
 

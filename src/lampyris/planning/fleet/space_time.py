@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.limits import MEMORY
+from lampyris.kernels.fleet import safe_intervals as safe
 from lampyris.kernels.fleet import space_time as kernels
 from lampyris.planning.fleet.distance_tables import MIB, FleetTables
 
@@ -69,9 +70,9 @@ class SpaceTime:
     Parameters
     ----------
     tables : the fleet.
-    horizon : ticks to begin with; they grow as needed unless ``hard``.
+    horizon : ticks to begin with; they grow as paths with constraints need it.
     weight : see :func:`lampyris.kernels.fleet.space_time.find`.
-    hard : whether new paths must not collide with those in the tables.
+    hard : whether the paths never collide, as :meth:`find_free` makes them; otherwise :meth:`find` does.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class SpaceTime:
 
     def _make_tables(self, horizon: int) -> None:
         robots, cells = len(self.ways), self.tables.graph.cells
+        horizon += -horizon % safe.WORD
         needed = self.tables.mebibytes + -(-(PER_STATE * horizon * cells + 8 * horizon * robots) // MIB)
         if needed > MEMORY.allowed:
             raise FullError(needed)
@@ -100,7 +102,9 @@ class SpaceTime:
         self.head = np.full(horizon * cells, -1, dtype=np.int32)
         self.settled = np.full(cells, -1, dtype=np.int32)
         self._seen = np.full(horizon * cells, -1, dtype=np.int32)
-        self._barred = np.zeros(horizon * cells, dtype=np.uint8)
+        self._words = horizon // safe.WORD
+        self._busy = np.zeros(self._words * cells if self.hard else 0, dtype=np.uint32)
+        self._barred = np.zeros(0 if self.hard else horizon * cells, dtype=np.uint8)
         self._must = np.zeros(2 * horizon, dtype=np.int32)
         self._bucket, self._waiting = (np.zeros(2 * horizon + 2, dtype=np.int32) for _ in range(2))
         self._found, self._single = (np.zeros(horizon, dtype=np.int32) for _ in range(2))
@@ -137,13 +141,17 @@ class SpaceTime:
         base = robot * self.horizon
         self.where[base : base + len(way.cells)] = way.cells
         self.last[robot] = way.cost
-        kernels.put(*self._paths, self.tables.graph.cells, self.horizon, robot)
+        kernels.put(*self._paths, self.horizon, robot)
+        if self.hard:
+            safe.occupy(self.where, self.last, self.horizon, self._busy, self._words, robot, True)
         self.ways[robot] = way
 
     def take(self, robot: int) -> None:
         """Remove a path, if there is one."""
         if self.ways[robot] is not None:
-            kernels.take(*self._paths, self.tables.graph.cells, self.horizon, robot)
+            kernels.take(*self._paths, self.horizon, robot)
+            if self.hard:
+                safe.occupy(self.where, self.last, self.horizon, self._busy, self._words, robot, False)
             self.ways[robot] = None
             self.last[robot] = 0
 
@@ -155,17 +163,15 @@ class SpaceTime:
         self,
         robot: int,
         constraints: Sequence[Constraint] = (),
-        latest: int = kernels.LATE,
         *,
         levels: bool = False,
     ) -> Way | None:
-        """A path of a robot that is not in the tables, beside those that are; None: there is none.
+        """A path of a robot that is not in the tables, with few conflicts with those that are; None: there is none.
 
         Parameters
         ----------
         robot : its index.
         constraints : what it must keep to.
-        latest : the greatest cost that is allowed.
         levels : whether the bound is to be exact, and :attr:`Way.single` filled.
 
         Raises
@@ -183,7 +189,7 @@ class SpaceTime:
         while True:
             ending = kernels.find(
                 graph.edge, graph.degree, self._xy, table, robot * graph.cells, self._starts[robot], self._goals[robot],
-                self._rows, count, *self._paths, self.horizon, self.longest, self.weight, self.hard, latest, levels,
+                self._rows, count, *self._paths, self.horizon, self.longest, self.weight, levels,
                 self._barred, self._since, self._must, self._pool, self._keys, self._items, self._bucket,
                 self._waiting, self._seen, self._found, self._single, self._state,
             )  # fmt: skip
@@ -199,11 +205,40 @@ class SpaceTime:
             else:
                 self._make_pool(2 * (len(self._pool) // kernels.NODE_WIDTH))
 
+    def find_free(self, robot: int, latest: int, states: int) -> Way | None:
+        """A cheapest path of a robot that is not in the tables, without conflicts; None: none was found.
+
+        Parameters
+        ----------
+        robot : its index.
+        latest : the greatest cost that is allowed.
+        states : to expand before giving up.
+
+        Raises
+        ------
+        FullError : it would take more memory than is allowed.
+        """
+        graph = self.tables.graph
+        where, last, head, chain, _ = self._paths
+        while True:
+            ending = safe.find_free(
+                graph.edge, graph.degree, self.tables.table, robot * graph.cells, self._starts[robot],
+                self._goals[robot], where, last, head, chain, self.horizon, self._busy, self._words,
+                min(latest, self.horizon - 2), states, self._pool, self._keys, self._items, self._seen, self._found, self._state,
+            )  # fmt: skip
+            self.expansions += int(self._state[kernels.EXPANDED])
+            if ending == kernels.NONE:
+                return None
+            if ending == kernels.FOUND:
+                cost = int(self._state[kernels.COST])
+                return Way(self._found[: cost + 1].tolist(), int(self._state[kernels.BOUND]), [])
+            self._make_pool(2 * (len(self._pool) // kernels.NODE_WIDTH))
+
     def conflicts(self, robot: int) -> list[Conflict]:
         """The conflicts of a robot's path with all others in the tables."""
         while True:
             n = kernels.conflicts(
-                *self._paths, self.tables.graph.cells, self.horizon, self.longest, robot, self._listed
+                *self._paths, self.horizon, self.longest, robot, self._listed
             )
             if n >= 0:
                 rows = self._listed[: n * kernels.CONFLICT_WIDTH].reshape(-1, kernels.CONFLICT_WIDTH)
