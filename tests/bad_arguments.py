@@ -73,6 +73,10 @@ def scene() -> lampyris.Scene:
     return lampyris.Scene(grid(), (0, 0), (4, 3))
 
 
+def fleet() -> lampyris.Fleet:
+    return lampyris.Fleet(grid(), [lampyris.Agent((0, 0), (4, 3)), lampyris.Agent((4, 3), (0, 0))])
+
+
 def path() -> lampyris.Path:
     return path_of(np.array([(0, 0), (0, 1), (0, 2)]), scene().moves)
 
@@ -110,6 +114,11 @@ def samples() -> dict[str, dict[str, Any]]:
         "Track": {"t": np.array([0.0, 1.0]), "xy": xy, "radius": 1.0, "top_speed": 1.0},
         "Adversary": {"top_speed": 1.0}, "FaultySensor": {"kind": "stops", "at": 1.0},
         "PosePath": {"poses": np.zeros((2, 3)), "gears": np.zeros(1, dtype=int), "cost_m": 0.0, "lower_bound_m": 0.0},
+        "Agent": {"start": (0, 0), "goal": (4, 3)},
+        "Fleet": {"grid": where.grid, "robots": (lampyris.Agent((0, 0), (4, 3)),)},
+        "FleetPlan": {"status": lampyris.Status.FOUND, "planner": "lacam", "paths": (np.array([(0, 0), (0, 1)]),)},
+        "plan_fleet": {"fleet": fleet()}, "random_fleet": {"grid": where.grid, "robots": 2},
+        "load_fleet": {"path": "agents.csv", "map_": where.grid},
         "Box": {"low": [0.0], "high": [1.0]},
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},

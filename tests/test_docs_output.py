@@ -48,6 +48,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("compare", "guide", "--planners", "astar,sipp", "--obstacles", "2", "--seeds", "1"),
     ),
     "study": (("study", "t.yaml", "--store", "a.db"),),
+    "fleet": (("fleet", "guide", "--robots", "4"),),
 }  # fmt: skip
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
     "plan": (

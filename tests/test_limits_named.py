@@ -19,7 +19,9 @@ import pytest
 import lampyris
 from lampyris._core.settings import settings_of
 from lampyris.errors import MAX_PART, FileError, LampyrisError
+from lampyris.io import fleet_files
 from lampyris.io import paths as way_file
+from lampyris.io.fleet_files import read_agents
 from lampyris.io.maps.formats import ros_yaml
 from lampyris.io.maps.load import load_map
 from lampyris.io.paths import read_path_points
@@ -164,6 +166,16 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: read_path_points(put(f, b"poses: [" + b"0," * (n - 2) + b"]\n", "w.yaml")),
         "YAML_SIZE",
     ),
+    "agents in YAML": (
+        fleet_files.YAML_BYTES,
+        lambda f, n: read_agents(put(f, b"agents: []\n".ljust(n, b"#"), "a.yaml"), Grid([[False]])),
+        "YAML_SIZE",
+    ),
+    "values of agents in YAML": (
+        fleet_files.YAML_VALUES,
+        lambda f, n: read_agents(put(f, b"agents: [" + b"0," * (n - 2) + b"]\n", "a.yaml"), Grid([[False]])),
+        "YAML_SIZE",
+    ),
     "values of JSON": (
         strict_json.MAX_VALUES,
         lambda f, n: read_json(b'{"a": [' + b"0," * (n - 2) + b"0]}", "m"),
@@ -181,7 +193,10 @@ def code_of(ask: Ask, folder: Path, n: int) -> str:
     return ""
 
 
-LONG = {"listed queries", "values of JSON", "values of a way in YAML", "planners that a grid unfolds to"}
+LONG = {
+    "listed queries", "values of JSON", "values of a way in YAML", "values of agents in YAML",
+    "planners that a grid unfolds to",
+}  # fmt: skip
 """For the night: files of a million values, and thousands of planners."""
 
 
@@ -368,6 +383,8 @@ ASKED: dict[str, str] = {
     "io.maps.formats.movingai.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.npy.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.pgm.HEADER_BYTES": LIMITS_PY,
+    "io.fleet_files.YAML_BYTES": HERE,
+    "io.fleet_files.YAML_VALUES": HERE,
     "io.paths.YAML_BYTES": HERE,
     "io.paths.YAML_VALUES": HERE,
     "model.robot.GREATEST": LIMITS_PY,
@@ -387,6 +404,7 @@ NO_LIMITS = {
     "_core.noun.MAX_REPR",
     "kernels.lattice.search.LIMIT", "kernels.lattice.search.WAITING", "kernels.lattice.low_field.WAITING",
     "kernels.lattice.timed_search.LIMIT", "kernels.lattice.timed_search.WAITING",
+    "kernels.fleet.lacam.LIMIT", "kernels.fleet.pibt.LIMIT",
     "kernels.hybrid.search.LIMIT", "kernels.hybrid.search.WAITING",
     "kernels.graph.any_angle.LIMIT", "kernels.graph.bidirectional.LIMIT", "kernels.incremental.queue.LIMIT",
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",

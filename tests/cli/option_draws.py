@@ -34,6 +34,7 @@ from lampyris.cli.app import app, plain_help
 from lampyris.model.moves import MOVES
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
+from lampyris.planning.fleet import registry as fleets
 from lampyris.sim.traffic.mobility import MOBILITIES
 
 MAY = frozenset((0, 2, 3, 4, 5))
@@ -214,6 +215,8 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
         options += [
             [f"--{end}", cell] for end, cell in (("start", "0,0"), ("goal", "5,4")) if f"--{end}" not in ends
         ]
+    if name == "fleet" and rng.random() < 0.8 and not any("--robots" in option[0] for option in options):
+        options.append(["--robots", "2"])
     options = [options[int(k)] for k in rng.permutation(len(options))]
     flat = [word for option in options for word in option]
     parts = [arguments, flat] if rng.random() < 0.5 else [flat, arguments]
@@ -246,6 +249,8 @@ def _value(chance: Chance, parameter: Any) -> str:
     kind = str(parameter.type.name).partition(" ")[0]
     if name in NEVER:
         return _one(rng, NEVER[name])
+    if name == "robots" and good:  # as many as the files of a case have
+        return _one(rng, ("1", "2"))
     if kind in ("int", "integer"):
         return _one(rng, INTEGERS[1:6] if good else INTEGERS)
     if kind == "float":
@@ -260,6 +265,13 @@ def _value(chance: Chance, parameter: Any) -> str:
         return _one(rng, CELLS[:4])
     if name == "size" and verb == "maps make":
         return _one(rng, SIZES)
+    if verb == "fleet" and name == "planner":
+        chance.chosen["planner"] = _one(rng, fleets.names())
+        return chance.chosen["planner"]
+    if verb == "fleet" and name == "settings":
+        return _planner_setting(rng, _fleet_planner(chance), fleets)
+    if verb == "fleet" and name == "moves":
+        return "four-connected"
     if name == "planner" or (verb == "planners" and name == "name"):
         chance.chosen["planner"] = _one(rng, registry.names())
         return chance.chosen["planner"]
@@ -281,11 +293,17 @@ def _value(chance: Chance, parameter: Any) -> str:
     return _one(rng, words)
 
 
+def _fleet_planner(chance: Chance) -> str:
+    """The planner of fleets whose settings are drawn."""
+    return chance.chosen["planner"] if chance.chosen["planner"] in fleets.names() else fleets.names()[0]
+
+
 ENDINGS = {
     "csv": ("new.csv", "-"), "picture": ("new.png", "new.svg"), "film": ("new.gif", "new.webp"),
     "chart": ("new.png", "new.svg"), "save": ("new.yaml", "new.json"), "report": ("new.html",),
     "parquet": ("new.parquet",), "latex": ("new.tex",), "zones": ("zones.csv", "zones.npy"),
     "path": ("way.csv", "way.json"), "obstacle_states": ("movers.csv",), "track": ("track.csv",),
+    "scen": ("m.map.scen",), "agents": ("agents.csv",),
     "store": ("new.study.db", "kept.study.db"), "scenario": ("s.yaml", "sim.yaml", "drive.yaml"),
     "out": ("new.png", "new.txt", "new.npy", "new.yaml"),
     "target": ("new.png", "new.txt", "new.map", "new.yaml"),
@@ -308,8 +326,8 @@ def _setting_list(rng: np.random.Generator, names: tuple[str, ...], one: Any) ->
     return [name if rng.random() < 0.6 else f"{name}:{one(rng, name)}" for name in chosen]
 
 
-def _planner_setting(rng: np.random.Generator, planner: str) -> str:
-    known = registry.settings_of(registry.planner_class(planner))
+def _planner_setting(rng: np.random.Generator, planner: str, table: Any = registry) -> str:
+    known = registry.settings_of(table.planner_class(planner))
     key = _one(rng, tuple(known) or ("x",)) if rng.random() < 0.9 else _one(rng, WORDS)
     small = {"swarm": "4", "iterations": "5", "ants": "4", "particles": "4"}
     value = small.get(key) if rng.random() < 0.7 else None
@@ -349,12 +367,13 @@ def template(folder: Path) -> None:
         texts = {
             "m.txt": ROOM,
             "m.map": "type octile\nheight 5\nwidth 6\nmap\n......\n.@@...\n......\n...@..\n......\n",
-            "m.map.scen": "version 1\n0\tm.map\t6\t5\t0\t0\t5\t4\t6.6\n0\tm.map\t6\t5\t0\t0\t5\t0\t5\n",
+            "m.map.scen": "version 1\n0\tm.map\t6\t5\t0\t0\t5\t4\t6.6\n0\tm.map\t6\t5\t1\t0\t5\t0\t4\n",
             "cost.csv": "0,0,0\n0,100,0\n0,0,50\n",
             "zones.csv": "\n".join(["1,1,1,1,1,1"] * 5) + "\n",
             "way.csv": "x_m,y_m\n0.5,0.5\n3.5,0.5\n5.5,0.5\n",
             "way.json": '{"poses": [{"position": {"x": 0.5, "y": 0.5}}, {"position": {"x": 2, "y": 0.5}}]}',
             "track.csv": "x,y\n5,0\n4,0\n3,0\n",
+            "agents.csv": "start_x,start_y,goal_x,goal_y\n0,0,5,4\n5,4,0,0\n",
             "movers.csv": "x_m,y_m,radius,top_speed\n5.5,4.5,0.2,0.5\n",
             "s.yaml": "version: 1\nmap: {file: m.txt}\nstart: [0, 0]\ngoal: [5, 4]\n",
             "sim.yaml": "version: 1\nmap: {file: m.txt}\nstart: [0, 0]\ngoal: [5, 4]\n"

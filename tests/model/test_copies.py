@@ -50,6 +50,7 @@ def nouns() -> dict[type, Any]:
     primitives = lampyris.motion_primitives(lampyris.Robot(), 0.5)
     driven_poses = lampyris.drive(dataclasses.replace(still, traffic=()), "lattice").curves[0]
     adaptive = lampyris.plan(still, "pad")
+    fleet = lampyris.random_fleet(grid, 3)
     found = [
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0], driven_poses,
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,
@@ -57,6 +58,7 @@ def nouns() -> dict[type, Any]:
         Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,), pose=(0.0, 0.0, 0.0)), lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
         lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
+        fleet, fleet.robots[0], lampyris.plan_fleet(fleet),
         primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))

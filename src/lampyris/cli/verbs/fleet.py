@@ -123,6 +123,8 @@ def fleet(
     budget = Budget(_checked(iterations), budget.seconds)
     document = _load(map_, resolution, values, colour, allow_outside, max_cells)
     asked = _fleet(document, scen, agents, robots, seed)
+    if seconds is not None:
+        _load_kernels(planner, quiet=json_)
     print_notes((*document.notes, *asked.notes))
     with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
         show = None if tick is None else (lambda done, _cost: tick(done))
@@ -139,6 +141,20 @@ def fleet(
         _print(made, asked.fleet)
         print_written(picture, film)
     raise typer.Exit(0 if made else NO_ANSWER)
+
+
+def _load_kernels(planner: str, *, quiet: bool) -> None:
+    """Load or compile what a planner runs: the seconds are for planning."""
+    from lampyris import fleets
+    from lampyris.kernels import _jit
+    from lampyris.model.fleet.fleet import Agent, Fleet
+    from lampyris.model.grid import Grid
+
+    if _jit.jit_disabled():
+        return
+    small = Fleet(Grid([[False] * 3] * 2), [Agent((0, 0), (2, 1)), Agent((2, 0), (0, 1))])
+    with working("loading compiled code", quiet=quiet), _jit.compiled_only():
+        fleets.plan_fleet(small, planner)
 
 
 def _checked(iterations: int | None) -> int | None:

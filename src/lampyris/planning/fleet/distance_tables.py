@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lampyris._core.limits import MEMORY
 from lampyris.kernels.fleet.distances import distance_rows
 from lampyris.model.fleet.fleet import Fleet
+from lampyris.planning.field.frame import framed
 from lampyris.planning.fleet.cell_graph import CellGraph, Numbers
 
 MIB = 2**20
@@ -39,7 +40,7 @@ class FleetTables:
     @property
     def never(self) -> int:
         """The entry of a cell from which a goal cannot be reached."""
-        return int(np.iinfo(self.table.dtype).max)
+        return _most(self.table)
 
     @property
     def cut_off(self) -> int | None:
@@ -64,15 +65,24 @@ def tables_of(fleet: Fleet) -> FleetTables:
     _demand(fleet, cells, 2)
     graph = CellGraph.of(~fleet.grid.blocked)
     starts, goals = graph.numbers(fleet.starts), graph.numbers(fleet.goals)
-    order, fresh = np.empty(cells + 5, dtype=np.uint32), np.empty(cells + 1, dtype=np.uint8)
+    ground = framed(~fleet.grid.blocked, 1, False).view(np.uint8)
+    number = framed(graph.number, 1, -1)
+    width = fleet.grid.width + 2
+    ends = ((graph.places[goals, 1] + 1) * width + graph.places[goals, 0] + 1).astype(np.int32)
+    work = np.empty(cells + 5, dtype=np.uint32), np.empty(len(ground), dtype=np.uint8)
     table: NDArray[Any] = np.empty(len(goals) * cells, dtype=np.int16)
-    if distance_rows(graph.edge, goals, table, order, fresh, int(np.iinfo(np.int16).max)) < len(goals):
+    if distance_rows(ground, number, ends, table, *work, width, cells, _most(table)) < len(goals):
         del table
         _demand(fleet, cells, 4)
         table = np.empty(len(goals) * cells, dtype=np.int32)
-        distance_rows(graph.edge, goals, table, order, fresh, int(np.iinfo(np.int32).max))
+        distance_rows(ground, number, ends, table, *work, width, cells, _most(table))
     distance = table.reshape(len(goals), cells)[np.arange(len(goals)), starts].astype(np.int32)
     return FleetTables(graph, starts, goals, table, distance)
+
+
+def _most(table: NDArray[Any]) -> int:
+    """The largest value of a table's type."""
+    return int(np.iinfo(table.dtype).max)
 
 
 def _demand(fleet: Fleet, cells: int, each: int) -> None:

@@ -1,0 +1,293 @@
+"""Planners of fleets: no conflicts, bounds, completeness, promises, the same bytes for the same seed."""
+
+from __future__ import annotations
+
+import json
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fleet_checks import conflicts, is_biconnected, joint_optimum, random_map
+
+import lampyris
+from lampyris.errors import LimitError, SettingError, UsageError
+from lampyris.fleets import random_fleet
+from lampyris.planning.fleet.distance_tables import tables_of
+from lampyris.planning.fleet.lacam import Lacam
+from lampyris.planning.fleet.pibt import PibtRun
+from lampyris.planning.fleet.registry import list_fleet_planners, names
+from lampyris.referee import check_fleet_plan
+from sizes import some
+
+Agent, Fleet, Status = lampyris.Agent, lampyris.Fleet, lampyris.Status
+
+
+def fleet_of(seed: int) -> lampyris.Fleet:
+    """A random fleet on a random map: up to a third of the free cells of its region."""
+    rng = np.random.default_rng(seed)
+    width, height = rng.integers(4, 24, 2).tolist()
+    grid = random_map(seed, width, height, float(rng.uniform(0, 0.35)))
+    while True:
+        try:
+            return random_fleet(grid, int(rng.integers(1, 2 + width * height // 6)), seed=seed)
+        except SettingError:
+            continue
+
+
+@pytest.mark.parametrize("planner", names())
+@pytest.mark.parametrize("seed", some(range(400), 30))
+def test_no_conflict_by_referee_and_by_definition(planner: str, seed: int) -> None:
+    fleet = fleet_of(seed)
+    settings = {"restarts": 2} if planner == "prioritised-sipp" else {}
+    if planner == "pibt":
+        settings = {"ticks": 300}
+    plan = lampyris.plan_fleet(
+        fleet, planner, seed=seed, budget=lampyris.Budget(expansions=2000), planner_settings=settings
+    )
+    assert check_fleet_plan(plan, fleet, every=True) is None
+    if plan:
+        assert conflicts(plan, fleet) == []
+        assert plan.sum_of_costs == sum(len(path) - 1 for path in plan.paths) >= plan.lower_bound
+        assert plan.makespan == max(len(path) - 1 for path in plan.paths)
+        assert plan.improvements[-1][1] == plan.sum_of_costs
+    else:
+        assert plan.sum_of_costs is plan.makespan is plan.gap is None
+
+
+@pytest.mark.parametrize("seed", some(range(1000), 40))
+def test_beside_the_optimum_of_the_joint_space(seed: int) -> None:
+    """On 3 x 3 maps with two or three robots: LaCAM* finds a plan exactly where there is one; no plan is better."""
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((3, 3)) < 0.2
+    robots = int(rng.integers(2, 4))
+    blocked.flat[rng.permutation(9)[: robots + 1]] = False
+    fleet = random_fleet_anywhere(lampyris.Grid(blocked), robots, rng)
+    best = joint_optimum(fleet)
+    for planner in names():
+        plan = lampyris.plan_fleet(fleet, planner, seed=seed, **({"ticks": 100} if planner == "pibt" else {}))
+        assert check_fleet_plan(plan, fleet, every=True) is None
+        if plan:
+            assert best is not None
+            assert plan.lower_bound <= best <= plan.sum_of_costs
+        elif planner == "lacam":
+            assert plan.status is Status.NO_PATH
+            assert best is None
+    if best is not None:
+        whole = lampyris.plan_fleet(fleet, "lacam", seed=seed, budget=lampyris.Budget(expansions=200_000))
+        assert best <= whole.sum_of_costs <= 2 * best + 4
+
+
+def random_fleet_anywhere(grid: lampyris.Grid, robots: int, rng: np.random.Generator) -> lampyris.Fleet:
+    """Starts and goals on any free cells: there may be no plan."""
+    free = [(int(x), int(y)) for y, x in np.argwhere(~grid.blocked)]
+    starts, goals = (rng.permutation(len(free))[:robots] for _ in range(2))
+    return Fleet(grid, [Agent(free[a], free[b]) for a, b in zip(starts, goals, strict=True)])
+
+
+@pytest.mark.parametrize("seed", some(range(1000), 15))
+def test_pibt_brings_every_robot_to_its_goal_on_biconnected_maps(seed: int) -> None:
+    """Each has been there, though not all at once (Okumura et al. 2022, Theorem 1)."""
+    rng = np.random.default_rng(seed)
+    width, height = rng.integers(4, 17, 2).tolist()
+    blocked = np.zeros((height, width), dtype=bool)
+    for y, x in rng.permutation(np.argwhere(~blocked))[: width * height // 6].tolist():
+        blocked[y, x] = True
+        if not is_biconnected(blocked):
+            blocked[y, x] = False
+    grid = lampyris.Grid(blocked)
+    cells = int(np.count_nonzero(~blocked))
+    fleet = random_fleet(grid, int(rng.integers(2, min(200, cells - 1))), seed=seed)
+    run = PibtRun(tables_of(fleet), swap=False, seed=seed)
+    run.go_on(20_000)
+    assert (run.visited >= 0).all()
+    if run.solved:
+        assert (run.track[-1] == tables_of(fleet).goals).all()
+
+
+def test_a_dead_end_needs_the_swap_rule() -> None:
+    """Two robots that change places in a corridor with one bay."""
+    blocked = np.ones((2, 7), dtype=bool)
+    blocked[0] = False
+    blocked[1, 3] = False
+    fleet = Fleet(lampyris.Grid(blocked), [Agent((0, 0), (6, 0)), Agent((6, 0), (0, 0))])
+    with_rule = lampyris.plan_fleet(fleet, "pibt", ticks=200)
+    without = lampyris.plan_fleet(fleet, "pibt", swap=False, ticks=200)
+    assert with_rule
+    assert without.status is Status.ITERATION_LIMIT
+    assert "of 2 robots" in without.sentence
+    assert without.paths, "what was found is told"
+    assert conflicts(with_rule, fleet) == conflicts(lampyris.plan_fleet(fleet), fleet) == []
+
+
+def test_what_has_no_plan_is_proven() -> None:
+    fleet = Fleet(lampyris.Grid(np.zeros((1, 5), dtype=bool)), [Agent((0, 0), (4, 0)), Agent((4, 0), (0, 0))])
+    for budget in (None, lampyris.Budget(expansions=10**6)):
+        plan = lampyris.plan_fleet(fleet, budget=budget)
+        assert plan.status is Status.NO_PATH
+    assert lampyris.plan_fleet(fleet, "prioritised-sipp").status is Status.ITERATION_LIMIT
+
+
+def test_walls_between_a_robot_and_its_goal() -> None:
+    blocked = np.zeros((3, 3), dtype=bool)
+    blocked[:, 1] = True
+    fleet = Fleet(lampyris.Grid(blocked), [Agent((0, 0), (0, 2)), Agent((0, 1), (2, 1))])
+    for planner in names():
+        plan = lampyris.plan_fleet(fleet, planner)
+        assert (plan.status, plan.paths) == (Status.NO_PATH, ())
+        assert "robot 1" in plan.sentence
+
+
+def packed(plan: lampyris.FleetPlan) -> str:
+    return json.dumps(replace(plan, timing={}).to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("planner", names())
+def test_one_seed_gives_the_same_bytes(planner: str) -> None:
+    fleet = random_fleet(lampyris.load_grid("rooms-20"), 40, seed=2)
+    budget = lampyris.Budget(expansions=3000)
+    first, again = (packed(lampyris.plan_fleet(fleet, planner, seed=5, budget=budget)) for _ in range(2))
+    assert first == again
+    if planner != "prioritised-sipp":  # which draws only when it starts again
+        assert packed(lampyris.plan_fleet(fleet, planner, seed=6, budget=budget)) != first
+
+
+@pytest.mark.parametrize("planner", names())
+def test_plain_and_compiled_form_agree(planner: str) -> None:
+    from lampyris.kernels._jit import Kernel, compiled_only
+
+    fleet = random_fleet(random_map(4, 12, 9, 0.2), 14, seed=4)
+    budget = lampyris.Budget(expansions=300)
+    with compiled_only():
+        compiled = packed(lampyris.plan_fleet(fleet, planner, budget=budget))
+    asked = Kernel._plain_is_quicker
+    try:
+        Kernel._plain_is_quicker = lambda self, args: True
+        forms = {k: k._compiled for k in lampyris.kernels._jit.KERNELS}
+        for k in forms:
+            k._compiled = None
+        plain = packed(lampyris.plan_fleet(fleet, planner, budget=budget))
+    finally:
+        Kernel._plain_is_quicker = asked
+        for k, form in forms.items():
+            k._compiled = form
+    assert plain == compiled
+
+
+def test_improvement_keeps_to_the_budget_and_never_gets_worse() -> None:
+    fleet = random_fleet(random_map(1, 8, 8, 0.1), 12, seed=1)
+    first = lampyris.plan_fleet(fleet)
+    better = lampyris.plan_fleet(fleet, budget=lampyris.Budget(expansions=20_000))
+    same = lampyris.plan_fleet(fleet, budget=lampyris.Budget(expansions=20_000), improve=False)
+    assert first.paths[0].shape == same.paths[0].shape
+    assert first.sum_of_costs == same.sum_of_costs
+    assert better.sum_of_costs < first.sum_of_costs
+    assert better.iterations <= 20_000
+    costs = [cost for _, cost in better.improvements]
+    assert costs == sorted(set(costs), reverse=True)
+
+
+def test_samples_make_plans_cheaper() -> None:
+    costs = {1: 0, 10: 0}
+    for seed in range(5):
+        fleet = random_fleet(random_map(seed, 16, 16, 0.1), 60, seed=seed)
+        for samples in costs:
+            costs[samples] += lampyris.plan_fleet(fleet, samples=samples, seed=seed).sum_of_costs
+    assert costs[10] < costs[1]
+
+
+def test_seconds_keep_the_best_plan_so_far() -> None:
+    fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
+    lampyris.plan_fleet(fleet)  # compiled
+    plan = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=0.3))
+    assert plan
+    assert check_fleet_plan(plan, fleet) is None
+    none = lampyris.plan_fleet(fleet, budget=lampyris.Budget(seconds=1e-9))
+    assert (none.status, none.paths) == (Status.LIMIT, ())
+
+
+def test_a_token_cancels() -> None:
+    fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
+    stop = lampyris.CancelToken()
+    seen: list[tuple[int, int | None]] = []
+
+    def progress(iterations: int, cost: int | None) -> None:
+        seen.append((iterations, cost))
+        if len(seen) == 3:
+            threading.Thread(target=stop.set).start()
+
+    budget = lampyris.Budget(seconds=60, stop=stop)
+    plan = lampyris.plan_fleet(fleet, budget=budget, progress=progress)
+    assert plan.status is Status.CANCELLED
+    assert seen[0][1] is not None
+
+
+def test_tables_beyond_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = random_fleet(lampyris.load_grid("warehouse-200"), 100)
+    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "3")
+    with pytest.raises(LimitError, match="distance tables of 100 robots"):
+        lampyris.plan_fleet(fleet)
+
+
+def test_memory_of_the_search_ends_the_improvement(monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
+    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "2")
+    plan = lampyris.plan_fleet(fleet, budget=lampyris.Budget(expansions=10**7))
+    assert plan
+    assert "LAMPYRIS_MAX_MEMORY" in plan.sentence
+    assert plan.iterations < 10**6
+
+
+def test_distances_beyond_16_bits() -> None:
+    """A corridor of 40,000 cells, wound up."""
+    rows = 81
+    blocked = np.ones((rows, 1001), dtype=bool)
+    blocked[::2] = False
+    for k, y in enumerate(range(1, rows, 2)):
+        blocked[y, 1000 if k % 2 == 0 else 0] = False
+    fleet = Fleet(lampyris.Grid(blocked), [Agent((0, 0), (1000, rows - 1))])
+    tables = tables_of(fleet)
+    assert tables.table.dtype == np.int32
+    assert tables.distance.tolist() == [41 * 1000 + 80]
+
+
+def test_random_fleets_of_one_seed_begin_alike() -> None:
+    grid = lampyris.load_grid("rooms-20")
+    small, large = random_fleet(grid, 5, seed=3), random_fleet(grid, 50, seed=3)
+    assert large.robots[:5] == small.robots
+    assert random_fleet(grid, 5, seed=4) != small
+    with pytest.raises(SettingError, match="robots 400"):
+        random_fleet(grid, 400)
+
+
+def test_what_is_refused() -> None:
+    fleet = random_fleet(lampyris.load_grid("guide"), 3)
+    with pytest.raises(UsageError, match="did you mean lacam"):
+        lampyris.plan_fleet(fleet, "lacan")
+    with pytest.raises(UsageError, match="cross diagonally"):
+        lampyris.plan_fleet(fleet, moves="octile")
+    with pytest.raises(SettingError, match="sample"):
+        lampyris.plan_fleet(fleet, sample=3)
+    with pytest.raises(SettingError, match="samples 0"):
+        lampyris.plan_fleet(fleet, samples=0)
+    with pytest.raises(SettingError, match="beside a planner object"):
+        lampyris.plan_fleet(fleet, Lacam(), samples=2)
+    with pytest.raises(SettingError, match="no planner of fleets"):
+        lampyris.plan_fleet(fleet, Lacam)
+
+
+def test_the_table_of_planners() -> None:
+    rows = list_fleet_planners()
+    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam"]
+    assert rows["lacam"].settings == {"swap": True, "improve": True, "samples": 1}
+    assert all(row.summary and row.source for row in rows.values())
+
+
+@pytest.mark.parametrize("seed", some(range(60), 6))
+def test_many_robots(seed: int) -> None:
+    """Dense fleets on the bundled maps are solved at their first plan."""
+    name, robots = (("rooms-100", 300), ("warehouse-200", 500), ("office-120", 400))[seed % 3]
+    fleet = random_fleet(lampyris.load_grid(name), robots, seed=seed)
+    plan = lampyris.plan_fleet(fleet, seed=seed)
+    assert plan
+    assert conflicts(plan, fleet) == []
