@@ -98,7 +98,6 @@ def around_cell(
     queue : int32, (cells,); scratch.
     seen : uint8, (cells,), zeros; left as it was found.
     """
-    cells = len(degree)
     queue[0] = cell
     seen[cell] = 1
     head_ = 0

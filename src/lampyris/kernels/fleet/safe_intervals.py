@@ -163,7 +163,7 @@ def find_free(
                 if to == arrival:
                     arrival += 1
                     continue
-                # The interval holds arrival to - 1; somebody can come from v to u at tick ``until`` alone.
+                # The interval holds arrival to - 1; a robot can come from v to u at tick ``until`` alone.
                 if arrival == until and _swaps(where, last, head, chain, horizon, u, v, arrival):
                     break
                 slot = v * horizon + int(_since(busy, words, v, arrival))

@@ -5,10 +5,10 @@ is that of focal search (J. Pearl, J. Kim 1982; for robots: M. Barer, G. Sharon,
 states whose estimate is at most ``weight`` times the least estimate, the one with the fewest conflicts with other robots
 is expanded. With weight 1 that is A* with conflicts as the tie-break. The estimate is exact on the bare map.
 
-Paths of other robots are in tables of ticks and cells: ``head`` has the first robot in each, ``chain`` the next one
-in the same cell for each robot and tick. After its last tick a robot is in ``settled`` instead. ``where`` has the
-cells of each robot tick by tick; it and ``chain`` are (robots * horizon,), ``head``, (cells * horizon,), has all ticks of a cell side by side, as a search goes on
-from one cell in few ticks.
+Paths of other robots are in tables: ``head``, (cells * horizon,), has the first robot on each cell at each tick, ``chain`` the
+next one on the same cell for each robot and tick. All ticks of a cell are side by side, as a search that goes on from a cell
+asks for few of them. After its last tick a robot is in ``settled`` instead. ``where`` has the cells of each robot tick by
+tick; it and ``chain`` are (robots * horizon,).
 
 From the tick on at which nothing changes any more, the first visit to a cell is the only one worth having, so that a
 search without a path ends.
@@ -225,7 +225,9 @@ def _levels(
                     if (
                         j >= 0
                         and pool[j * NODE_WIDTH + CLOSED] == 1
-                        and _allowed(barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t + 1)
+                        and _allowed(
+                            barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t + 1
+                        )
                     ):
                         alive = True
                         break

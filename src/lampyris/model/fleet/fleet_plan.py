@@ -90,7 +90,9 @@ class FleetPlan(Value):
         object.__setattr__(self, "paths", tuple(paths))
         bound: Any = self.bound
         if bound is not None and not is_whole(bound, 0):
-            raise SettingError("FLEET_PLAN", shown(bound), where="bound", allowed="a whole number >= 0, or None")
+            raise SettingError(
+                "FLEET_PLAN", shown(bound), where="bound", allowed="a whole number >= 0, or None"
+            )
         if self.shortest is not None:
             lengths = numbers(self.shortest, (None,))
             if lengths is None or (lengths < 0).any() or (lengths >= 2**31).any() or (lengths % 1).any():

@@ -28,7 +28,7 @@ TRIED = 400_000
 
 @dataclass(frozen=True, slots=True)
 class Cbs:
-    """Conflict-based search: each robot's cheapest path; where two collide, two ways to go on, best bound first.
+    """Conflict-based search: each robot's cheapest path; where two collide, two branches, best bound first.
 
     The plan has the least sum of costs. It takes time exponential in the number of conflicts that cannot be avoided for free;
     fleets that stand dense, or have to change places in narrow aisles, may take longer than anyone waits: the answer
@@ -158,7 +158,7 @@ def answer(
             Status.LIMIT, name, (), tables.distance, expanded, states, seed=seed, detail=detail, bound=bound
         )
     places = tables.graph.places
-    paths = tuple(places[np.array(way.cells, dtype=np.int64)] for way in solution.ways)
+    paths = tuple(places[np.array(path.cells, dtype=np.int64)] for path in solution.paths)
     return FleetPlan(
         Status.FOUND, name, paths, tables.distance, expanded, states, ((expanded, solution.cost),), seed, bound=bound
     )  # fmt: skip

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from lampyris._core.cancellation import checkpoint
+from lampyris._core.limits import MEMORY
 from lampyris.kernels.fleet.space_time import (
     AT_MOST,
     IS_PASSED,
@@ -17,9 +18,11 @@ from lampyris.kernels.fleet.space_time import (
     PASSES,
     VERTEX,
 )
-from lampyris.planning.fleet.distance_tables import FleetTables
-from lampyris.planning.fleet.space_time import Constraint, SpaceTime, Way
+from lampyris.planning.fleet.distance_tables import MIB, FleetTables
+from lampyris.planning.fleet.space_time import Constraint, FullError, SpaceTime, TimedPath
 
+PER_NODE, PER_ENTRY, PER_CONFLICT, PER_TICK = 400, 8, 200, 60
+"""Bytes that a node takes: itself, for each robot and conflict, for each new conflict, and for each tick of new paths."""
 COVERED = 12
 """Robots up to which the least vertex cover of a group in conflict is exact; of larger groups it is a lower bound."""
 
@@ -33,7 +36,7 @@ class Pair(NamedTuple):
     one, other : the robots. Of a swap ``one`` goes from ``u`` to ``v``.
     u, v : cells.
     tick : of the arrival.
-    rank : how many of the two have to pay for giving way.
+    rank : how many of the two have to pay for giving path.
     """
 
     kind: int
@@ -53,7 +56,7 @@ class Node:
     ----------
     parent : the node it was made from.
     made : the constraints that it adds, each with its robot.
-    ways : a path for each robot.
+    paths : a path for each robot.
     conflicts : of these paths.
     cost, bound : sums of the paths' costs and of their lower bounds.
     extra : by how much at least conflicts raise the bound.
@@ -61,7 +64,7 @@ class Node:
 
     parent: Node | None
     made: tuple[tuple[int, Constraint], ...]
-    ways: list[Way]
+    paths: list[TimedPath]
     conflicts: list[Pair]
     cost: int
     bound: int
@@ -81,29 +84,41 @@ class ConstraintTree:
     tables : the fleet.
     weight : of the paths' searches.
     disjoint : see :class:`lampyris.planning.fleet.cbs.Cbs`.
+
+    Raises
+    ------
+    LimitError : ``MEMORY``: the tables of paths would take more memory than is allowed.
     """
 
     def __init__(self, tables: FleetTables, weight: float, *, disjoint: bool) -> None:
         self.robots = len(tables.goals)
         self._goals: list[int] = tables.goals.tolist()
         self._disjoint = disjoint
-        self.space = SpaceTime(tables, 2 * (int(tables.distance.max()) + 8), weight=weight)
+        self._kept = 0  # bytes that nodes take
+        try:
+            self.space = SpaceTime(tables, 2 * (int(tables.distance.max()) + 8), weight=weight)
+        except FullError as error:
+            what = f"the tables of paths of {self.robots:,} robots on {tables.graph.cells:,} free cells"
+            MEMORY.demand(error.needed, what, instead="take fewer robots or a smaller map")
+            raise
 
     def root(self) -> Node:
         """Paths without constraints, one after another, with few conflicts."""
         for k in range(self.robots):
             checkpoint()
-            way = self.space.find(k, levels=True)
-            assert way is not None  # the caller has seen that none is cut off
-            self.space.put(k, way)
-        ways = [way for way in self.space.ways if way is not None]
-        found = [one for k in range(self.robots) for one in self._conflicts_of(k, ways)]
-        return self._weighed(Node(None, (), ways, _unique(found), 0, 0))
+            path = self.space.find(k, levels=True)
+            assert path is not None  # the caller has seen that none is cut off
+            self.space.put(k, path)
+        paths = [path for path in self.space.paths if path is not None]
+        found = [one for k in range(self.robots) for one in self._conflicts_of(k, paths)]
+        return self._weighed(Node(None, (), paths, _unique(found), 0, 0))
 
     def _weighed(self, node: Node) -> Node:
-        node.cost = sum(len(way.cells) for way in node.ways) - len(node.ways)
-        node.bound = sum(way.bound for way in node.ways)
-        node.extra = _cover({(min(c.one, c.other), max(c.one, c.other)) for c in node.conflicts if c.rank == 2})
+        node.cost = sum(len(path.cells) for path in node.paths) - len(node.paths)
+        node.bound = sum(int(path.bound) for path in node.paths)
+        node.extra = _cover(
+            {(min(c.one, c.other), max(c.one, c.other)) for c in node.conflicts if c.rank == 2}
+        )
         return node
 
     def adopt(self, node: Node, child: Node) -> None:
@@ -111,35 +126,40 @@ class ConstraintTree:
 
         Bounds and levels stay the node's: the child's hold under more constraints.
         """
-        ways = [
-            old if new is old else Way(new.cells, old.bound, old.single)
-            for old, new in zip(node.ways, child.ways, strict=True)
+        paths = [
+            old if new is old else TimedPath(new.cells, old.bound, old.single)
+            for old, new in zip(node.paths, child.paths, strict=True)
         ]
-        node.ways = ways
-        node.conflicts = [c._replace(rank=_rank(c, ways)) for c in child.conflicts]
+        node.paths = paths
+        node.conflicts = [c._replace(rank=_rank(c, paths)) for c in child.conflicts]
         extra = node.extra
         self._weighed(node)
         node.extra = max(extra, node.extra)
 
-    def _conflicts_of(self, robot: int, ways: list[Way]) -> list[Pair]:
+    def _conflicts_of(self, robot: int, paths: list[TimedPath]) -> list[Pair]:
         found = []
         for kind, other, u, v, tick in self.space.conflicts(robot):
             one, two, kind_ = robot, other, kind
             if kind == PASSES:
                 one, two, kind_ = other, robot, IS_PASSED
             pair = Pair(kind_, one, two, u, v, tick, 0)
-            found.append(pair._replace(rank=_rank(pair, ways)))
+            found.append(pair._replace(rank=_rank(pair, paths)))
         return found
 
     def load(self, node: Node) -> None:
         """Enter a node's paths into the tables."""
         space = self.space
-        for k, way in enumerate(node.ways):
-            if space.ways[k] is not way:
-                space.put(k, way)
+        for k, path in enumerate(node.paths):
+            if space.paths[k] is not path:
+                space.put(k, path)
 
     def children(self, node: Node) -> list[Node]:
-        """The children that resolve the most promising conflict: no plan of the node is in neither."""
+        """The children that resolve the most promising conflict: each plan of the node is in one of them.
+
+        Raises
+        ------
+        FullError : the tree would take more memory than is allowed.
+        """
         chosen = max(node.conflicts, key=lambda c: (c.rank, c.kind == IS_PASSED, -c.tick, -c.one, -c.other))
         made = []
         for constraints in self._split(chosen):
@@ -160,7 +180,7 @@ class ConstraintTree:
         mine = (c.one, (NOT_STEP, c.u, c.v, c.tick))
         if self._disjoint:
             there = (c.one, (MUST_AT, c.u, c.u, c.tick - 1)), (c.one, (MUST_AT, c.v, c.v, c.tick))
-            # Who comes the other way is kept from it by its own cells being taken.
+            # Who comes the other path is kept from it by its own cells being taken.
             return (mine,), (*there, (c.other, (NOT_STEP, c.v, c.u, c.tick)))
         return (mine,), ((c.other, (NOT_STEP, c.v, c.u, c.tick)),)
 
@@ -168,35 +188,39 @@ class ConstraintTree:
         checkpoint()
         self.load(node)
         space = self.space
-        child = Node(node, made, node.ways.copy(), [], 0, 0)
-        affected = [k for k in range(self.robots) if self._breaks(k, node.ways[k], made)]
+        child = Node(node, made, node.paths.copy(), [], 0, 0)
+        affected = [k for k in range(self.robots) if self._breaks(k, node.paths[k], made)]
         for k in affected:
             space.take(k)
-            way = space.find(k, _constraints(child, k), levels=True)
-            if way is None:
+            path = space.find(k, _constraints(child, k), levels=True)
+            if path is None:
                 return None
-            bound = max(way.bound, node.ways[k].bound)
-            child.ways[k] = way if bound == way.bound else Way(way.cells, bound, way.single)
-            space.put(k, child.ways[k])
+            bound = max(path.bound, node.paths[k].bound)
+            child.paths[k] = path if bound == path.bound else TimedPath(path.cells, bound, path.single)
+            space.put(k, child.paths[k])
         changed = set(affected)
         kept = [c for c in node.conflicts if c.one not in changed and c.other not in changed]
-        fresh = [c for k in affected for c in self._conflicts_of(k, child.ways)]
+        fresh = [c for k in affected for c in self._conflicts_of(k, child.paths)]
         child.conflicts = kept + (_unique(fresh) if len(affected) > 1 else fresh)
+        self._kept += PER_NODE + PER_ENTRY * (self.robots + len(kept)) + PER_CONFLICT * len(fresh)
+        self._kept += PER_TICK * sum(len(child.paths[k].cells) for k in affected)
+        if self._kept > MEMORY.allowed * MIB:
+            raise FullError(self._kept // MIB + 1)
         return self._weighed(child)
 
-    def _breaks(self, robot: int, way: Way, made: tuple[tuple[int, Constraint], ...]) -> bool:
+    def _breaks(self, robot: int, path: TimedPath, made: tuple[tuple[int, Constraint], ...]) -> bool:
         for holder, (kind, u, v, tick) in made:
             if holder == robot:
-                if kind == NOT_AT or kind == MUST_AT:
-                    broken = (way.at(tick) == u) == (kind == NOT_AT)
+                if kind in (NOT_AT, MUST_AT):
+                    broken = (path.at(tick) == u) == (kind == NOT_AT)
                 elif kind == NOT_STEP:
-                    broken = way.at(tick - 1) == u and way.at(tick) == v
+                    broken = path.at(tick - 1) == u and path.at(tick) == v
                 else:
-                    broken = (way.cost <= tick) == (kind == LONGER)
+                    broken = (path.cost <= tick) == (kind == LONGER)
             elif kind == MUST_AT:
-                broken = way.at(tick) == u
+                broken = path.at(tick) == u
             else:
-                broken = kind == AT_MOST and way.visits(u, tick)
+                broken = kind == AT_MOST and path.visits(u, tick)
             if broken:
                 return True
         return False
@@ -217,9 +241,9 @@ def _constraints(node: Node | None, robot: int) -> list[Constraint]:
     return found
 
 
-def _rank(c: Pair, ways: list[Way]) -> int:
+def _rank(c: Pair, paths: list[TimedPath]) -> int:
     """How many of two robots have to pass where they conflict, on all of their cheapest paths."""
-    return int(ways[c.one].must_pass(c.u, c.v, c.tick)) + int(ways[c.other].must_pass(c.v, c.u, c.tick))
+    return int(paths[c.one].must_pass(c.u, c.v, c.tick)) + int(paths[c.other].must_pass(c.v, c.u, c.tick))
 
 
 def _unique(conflicts: list[Pair]) -> list[Pair]:
@@ -251,7 +275,11 @@ def _cover(edges: set[tuple[int, int]]) -> int:
                 group.add(k)
                 front.extend(around[k])
         left -= group
-        total += _least_cover({k: set(around[k]) for k in group}) if len(group) <= COVERED else _matching(group, around)
+        total += (
+            _least_cover({k: set(around[k]) for k in group})
+            if len(group) <= COVERED
+            else _matching(group, around)
+        )
     return total
 
 
@@ -266,9 +294,7 @@ def _least_cover(around: dict[int, set[int]]) -> int:
         return sum(len(n) for n in around.values()) // 2
     with_it = 1 + _least_cover({k: n - {most} for k, n in around.items() if k != most})
     gone = around[most]
-    without = degree + _least_cover(
-        {k: n - gone for k, n in around.items() if k != most and k not in gone}
-    )
+    without = degree + _least_cover({k: n - gone for k, n in around.items() if k != most and k not in gone})
     return min(with_it, without)
 
 
@@ -276,7 +302,7 @@ def _matching(group: set[int], around: dict[int, set[int]]) -> int:
     """Edges that share no robot: each needs one of its own."""
     used: set[int] = set()
     count = 0
-    for k in sorted(group, key=lambda k: (len(around[k]), k)):
+    for _, k in sorted((len(around[k]), k) for k in group):
         if k in used:
             continue
         for n in sorted(around[k]):
@@ -285,4 +311,3 @@ def _matching(group: set[int], around: dict[int, set[int]]) -> int:
                 count += 1
                 break
     return count
-

@@ -195,11 +195,11 @@ class _Search:
         """Whether each path that the child changed is within the factor of the node's own bound."""
         return all(
             new is old or new.cost <= self._weight * old.bound + 1e-9
-            for old, new in zip(node.ways, child.ways, strict=True)
+            for old, new in zip(node.paths, child.paths, strict=True)
         )
 
     def _learn(self, node: Node, children: list[Node]) -> None:
-        """Note by how much a step to the best child was dearer than thought, and left more conflicts."""
+        """Note by how much a step to the best child cost more than thought, and left more conflicts."""
         if children:
             best = min(children, key=lambda c: (len(c.conflicts), c.cost))
             self._steps += 1

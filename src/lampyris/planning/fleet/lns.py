@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -17,7 +18,7 @@ from lampyris.planning.fleet.base import FleetTraits, Progress
 from lampyris.planning.fleet.distance_tables import FleetTables, tables_of
 from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.pibt import Pibt, is_stopped
-from lampyris.planning.fleet.space_time import FullError, SpaceTime, Way
+from lampyris.planning.fleet.space_time import FullError, SpaceTime, TimedPath
 from lampyris.planning.fleet.work import generator
 
 UNTIMED = 1000
@@ -29,16 +30,16 @@ STATES, FEW = 100, 50
 """A search gives up after so many states for each step of the shortest path, and of so many more: where it takes longer, time
 is better spent on other robots."""
 DECAY, LEAST_WEIGHT = 0.01, 0.01
-"""How fast kinds of neighbourhoods are judged anew, and what the worst of them is still worth."""
+"""How fast kinds of neighbourhoods are judged again, and what the worst of them is still worth."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lns:
-    """Large neighbourhood search: robots that are in each other's way are planned again, until the budget is used.
+    """Large neighbourhood search: robots that are in each other's path are planned again, until the budget is used.
 
     It begins with the plan of another planner and is never worse. Some robots are taken out and planned one after another, in
     random order, each on its cheapest path that collides with nobody (safe-interval path planning); what is not cheaper in sum is
-    undone. Which ones: a late robot and those in its way, those that come by one crossing, or random ones; kinds that
+    undone. Which ones: a late robot and those in its path, those that come by one crossing, or random ones; kinds that
     helped lately are drawn more often. What the first planner does not solve is not solved.
 
     Parameters
@@ -73,7 +74,7 @@ class Lns:
         it takes."""
         first: FleetPlan = (Lacam(improve=False) if self.start == "lacam" else Pibt()).plan(fleet, seed)
         if not first:
-            return replace(first, planner=self.name)
+            return replace(first, planner=self.name, paths=())
         most = iterations
         watch = cancellation.watch()
         if most is None and (watch is None or watch.deadline == float("inf")):
@@ -92,14 +93,16 @@ class Lns:
                 raise
             detail = "All robots reach their goals; stopped improving at the time limit."
         except FullError:
-            detail = "All robots reach their goals; the memory that is allowed leaves no room to improve the plan."
+            detail = (
+                "All robots reach their goals; the memory that is allowed leaves no room to improve the plan."
+            )
         if search is None:
             return replace(first, planner=self.name, detail=detail)
         places = search.tables.graph.places
         return replace(
             first,
             planner=self.name,
-            paths=tuple(places[np.array(way.cells, dtype=np.int64)] for way in search.best),
+            paths=tuple(places[np.array(path.cells, dtype=np.int64)] for path in search.best),
             iterations=search.iterations,
             expansions=search.space.expansions,
             improvements=tuple(search.improvements),
@@ -118,19 +121,19 @@ class _Search:
         self._random = np.array([int(self._rng.integers(1, 2**32))], dtype=np.int64)
         self._distance: list[int] = tables.distance.tolist()
         self.best = [
-            Way(graph.number[path[:, 1], path[:, 0]].tolist(), low, [])
+            TimedPath(graph.number[path[:, 1], path[:, 0]].tolist(), low, [])
             for path, low in zip(first.paths, self._distance, strict=True)
         ]
         """The paths of the best plan."""
-        self.cost = sum(way.cost for way in self.best)
+        self.cost = sum(int(path.cost) for path in self.best)
         self.improvements = [(0, self.cost)]
         self.iterations = 0
-        longest = max(way.cost for way in self.best)
+        longest = max(path.cost for path in self.best)
         self.space = SpaceTime(tables, longest + longest // 4 + 8, hard=True)
-        for k, way in enumerate(self.best):
-            self.space.put(k, way)
+        for k, path in enumerate(self.best):
+            self.space.put(k, path)
         self._weights = [1.0, 1.0, 1.0]
-        self._tabu: set[int] = set()
+        self._tabu = np.zeros(robots, dtype=bool)
         self._chosen = np.zeros(self._neighbours, dtype=np.int32)
         self._is_chosen = np.zeros(robots, dtype=np.uint8)
         self._queue, self._seen = np.zeros(graph.cells, dtype=np.int32), np.zeros(graph.cells, dtype=np.uint8)
@@ -138,7 +141,7 @@ class _Search:
 
     def run(self, most: int | None, progress: Progress | None) -> None:
         """Improve until so many neighbourhoods were tried, or nothing can be improved."""
-        low = sum(self._distance)
+        low = int(self.tables.distance.sum())
         while self.cost > low and (most is None or self.iterations < most):
             checkpoint()
             self.iterations += 1
@@ -155,7 +158,7 @@ class _Search:
                 progress(self.iterations, self.cost)
 
     def _drawn_kind(self) -> int:
-        left = float(self._rng.random()) * sum(self._weights)
+        left = float(self._rng.random()) * math.fsum(self._weights)
         for kind, weight in enumerate(self._weights):
             left -= weight
             if left < 0.0:
@@ -165,19 +168,27 @@ class _Search:
     def _neighbourhood(self, kind: int) -> list[int]:
         """Robots to plan again."""
         graph, space = self.tables.graph, self.space
-        paths = (space.where, space.last, space.head, space.chain, space.settled, space.horizon, space.longest)
+        arrays = (
+            space.where,
+            space.last,
+            space.head,
+            space.chain,
+            space.settled,
+            space.horizon,
+            space.longest,
+        )
         if kind == 0:
             robot = self._late()
             if robot is None:
                 return []
             n = kernels.around_robot(
-                graph.edge, graph.degree, self.tables.table, *paths, robot, self._neighbours, WALKS, self._chosen,
+                graph.edge, graph.degree, self.tables.table, *arrays, robot, self._neighbours, WALKS, self._chosen,
                 self._is_chosen, self._random,
             )  # fmt: skip
         elif kind == 1 and len(self._crossings):
             cell = int(self._crossings[int(self._rng.integers(len(self._crossings)))])
             n = kernels.around_cell(
-                graph.edge, graph.degree, *paths, cell, self._neighbours, VISITS, self._chosen, self._is_chosen,
+                graph.edge, graph.degree, *arrays, cell, self._neighbours, VISITS, self._chosen, self._is_chosen,
                 self._queue, self._seen, self._random,
             )  # fmt: skip
         else:
@@ -190,38 +201,37 @@ class _Search:
         delays = self.space.last - self.tables.distance
         if not (delays > 0).any():
             return None
-        if self._tabu:
-            delays[list(self._tabu)] = 0
+        delays[self._tabu] = 0
         robot = int(delays.argmax())
         if delays[robot] <= 0:
-            self._tabu.clear()
+            self._tabu[:] = False
             return self._late()
-        self._tabu.add(robot)
+        self._tabu[robot] = True
         return robot
 
     def _planned_again(self, chosen: list[int]) -> int:
         """Plan these robots again; by how much they became cheaper, 0 if they are as they were."""
-        old = sum(self.best[k].cost for k in chosen)
-        rest = sum(self._distance[k] for k in chosen)
+        old = sum(int(self.best[k].cost) for k in chosen)
+        rest = sum(int(self._distance[k]) for k in chosen)
         if old == rest:
             return 0
         space = self.space
         for k in chosen:
             space.take(k)
-        found: dict[int, Way] = {}
+        found: dict[int, TimedPath] = {}
         spent = 0
         for i in self._rng.permutation(len(chosen)).tolist():
             k = chosen[i]
             rest -= self._distance[k]
-            way = space.find_free(k, old - spent - rest, STATES * (self._distance[k] + FEW))
-            if way is None:
+            path = space.find_free(k, old - spent - rest, STATES * (self._distance[k] + FEW))
+            if path is None:
                 break
-            spent += way.cost
-            found[k] = way
-            space.put(k, way)
+            spent += path.cost
+            found[k] = path
+            space.put(k, path)
         if len(found) == len(chosen) and spent <= old:
-            for k, way in found.items():
-                self.best[k] = way
+            for k, path in found.items():
+                self.best[k] = path
             return old - spent
         for k in found:
             space.take(k)

@@ -25,11 +25,20 @@ PER_STATE = 9
 
 
 class FullError(Exception):
-    """The tables would take more memory than is allowed."""
+    """More memory would be taken than is allowed.
+
+    Parameters
+    ----------
+    needed : MiB.
+    """
+
+    def __init__(self, needed: int) -> None:
+        super().__init__(f"{needed:,} MiB")
+        self.needed = needed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class TimedPath:
     """A path of one robot.
 
     Parameters
@@ -75,12 +84,10 @@ class SpaceTime:
     hard : whether the paths never collide, as :meth:`find_free` makes them; otherwise :meth:`find` does.
     """
 
-    def __init__(
-        self, tables: FleetTables, horizon: int, *, weight: float = 1.0, hard: bool = False
-    ) -> None:
+    def __init__(self, tables: FleetTables, horizon: int, *, weight: float = 1.0, hard: bool = False) -> None:
         self.tables, self.weight, self.hard = tables, weight, hard
         self.expansions = 0
-        self.ways: list[Way | None] = [None] * len(tables.goals)
+        self.paths: list[TimedPath | None] = [None] * len(tables.goals)
         self._xy = np.ascontiguousarray(tables.graph.places.ravel())
         self._starts, self._goals = tables.starts.tolist(), tables.goals.tolist()
         self._state = np.zeros(kernels.STATE_WIDTH, dtype=np.int64)
@@ -91,7 +98,7 @@ class SpaceTime:
         self._make_tables(horizon)
 
     def _make_tables(self, horizon: int) -> None:
-        robots, cells = len(self.ways), self.tables.graph.cells
+        robots, cells = len(self.paths), self.tables.graph.cells
         horizon += -horizon % safe.WORD
         needed = self.tables.mebibytes + -(-(PER_STATE * horizon * cells + 8 * horizon * robots) // MIB)
         if needed > MEMORY.allowed:
@@ -111,7 +118,7 @@ class SpaceTime:
 
     def _make_pool(self, states: int) -> None:
         if states * (4 * kernels.NODE_WIDTH + 24) > MEMORY.allowed * MIB:
-            raise FullError(states)
+            raise FullError(states * (4 * kernels.NODE_WIDTH + 24) // MIB)
         self._pool = np.empty(states * kernels.NODE_WIDTH, dtype=np.int32)
         self._keys, self._items = np.empty(2 * states, dtype=np.int64), np.empty(2 * states, dtype=np.int32)
 
@@ -122,41 +129,41 @@ class SpaceTime:
         ------
         FullError : they would take more memory than is allowed.
         """
-        ways, self.ways = self.ways, [None] * len(self.ways)
+        paths, self.paths = self.paths, [None] * len(self.paths)
         self._make_tables(horizon)
-        for k, way in enumerate(ways):
-            if way is not None:
-                self.put(k, way)
+        for k, path in enumerate(paths):
+            if path is not None:
+                self.put(k, path)
 
     @property
     def longest(self) -> int:
         """The last tick of the paths in the tables."""
         return int(self.last.max())
 
-    def put(self, robot: int, way: Way) -> None:
+    def put(self, robot: int, path: TimedPath) -> None:
         """Enter a path, in place of the one there is."""
-        if len(way.cells) + 2 > self.horizon:
-            self.grow(2 * len(way.cells) + 2)
+        if len(path.cells) + 2 > self.horizon:
+            self.grow(2 * len(path.cells) + 2)
         self.take(robot)
         base = robot * self.horizon
-        self.where[base : base + len(way.cells)] = way.cells
-        self.last[robot] = way.cost
-        kernels.put(*self._paths, self.horizon, robot)
+        self.where[base : base + len(path.cells)] = path.cells
+        self.last[robot] = path.cost
+        kernels.put(*self._arrays, self.horizon, robot)
         if self.hard:
             safe.occupy(self.where, self.last, self.horizon, self._busy, self._words, robot, True)
-        self.ways[robot] = way
+        self.paths[robot] = path
 
     def take(self, robot: int) -> None:
         """Remove a path, if there is one."""
-        if self.ways[robot] is not None:
-            kernels.take(*self._paths, self.horizon, robot)
+        if self.paths[robot] is not None:
+            kernels.take(*self._arrays, self.horizon, robot)
             if self.hard:
                 safe.occupy(self.where, self.last, self.horizon, self._busy, self._words, robot, False)
-            self.ways[robot] = None
+            self.paths[robot] = None
             self.last[robot] = 0
 
     @property
-    def _paths(self) -> tuple[NDArray[Any], ...]:
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
         return self.where, self.last, self.head, self.chain, self.settled
 
     def find(
@@ -165,14 +172,14 @@ class SpaceTime:
         constraints: Sequence[Constraint] = (),
         *,
         levels: bool = False,
-    ) -> Way | None:
+    ) -> TimedPath | None:
         """A path of a robot that is not in the tables, with few conflicts with those that are; None: there is none.
 
         Parameters
         ----------
         robot : its index.
         constraints : what it must keep to.
-        levels : whether the bound is to be exact, and :attr:`Way.single` filled.
+        levels : whether the bound is to be exact, and :attr:`TimedPath.single` filled.
 
         Raises
         ------
@@ -189,7 +196,7 @@ class SpaceTime:
         while True:
             ending = kernels.find(
                 graph.edge, graph.degree, self._xy, table, robot * graph.cells, self._starts[robot], self._goals[robot],
-                self._rows, count, *self._paths, self.horizon, self.longest, self.weight, levels,
+                self._rows, count, *self._arrays, self.horizon, self.longest, self.weight, levels,
                 self._barred, self._since, self._must, self._pool, self._keys, self._items, self._bucket,
                 self._waiting, self._seen, self._found, self._single, self._state,
             )  # fmt: skip
@@ -199,13 +206,13 @@ class SpaceTime:
             if ending == kernels.FOUND:
                 cost, bound = int(self._state[kernels.COST]), int(self._state[kernels.BOUND])
                 single = self._single[: bound + 1].tolist() if levels else []
-                return Way(self._found[: cost + 1].tolist(), bound, single)
+                return TimedPath(self._found[: cost + 1].tolist(), bound, single)
             if ending == kernels.HORIZON:
                 self.grow(2 * self.horizon)
             else:
                 self._make_pool(2 * (len(self._pool) // kernels.NODE_WIDTH))
 
-    def find_free(self, robot: int, latest: int, states: int) -> Way | None:
+    def find_free(self, robot: int, latest: int, states: int) -> TimedPath | None:
         """A cheapest path of a robot that is not in the tables, without conflicts; None: none was found.
 
         Parameters
@@ -219,7 +226,7 @@ class SpaceTime:
         FullError : it would take more memory than is allowed.
         """
         graph = self.tables.graph
-        where, last, head, chain, _ = self._paths
+        where, last, head, chain, _ = self._arrays
         while True:
             ending = safe.find_free(
                 graph.edge, graph.degree, self.tables.table, robot * graph.cells, self._starts[robot],
@@ -231,16 +238,14 @@ class SpaceTime:
                 return None
             if ending == kernels.FOUND:
                 cost = int(self._state[kernels.COST])
-                return Way(self._found[: cost + 1].tolist(), int(self._state[kernels.BOUND]), [])
+                return TimedPath(self._found[: cost + 1].tolist(), int(self._state[kernels.BOUND]), [])
             self._make_pool(2 * (len(self._pool) // kernels.NODE_WIDTH))
 
     def conflicts(self, robot: int) -> list[Conflict]:
         """The conflicts of a robot's path with all others in the tables."""
         while True:
-            n = kernels.conflicts(
-                *self._paths, self.horizon, self.longest, robot, self._listed
-            )
+            n = kernels.conflicts(*self._arrays, self.horizon, self.longest, robot, self._listed)
             if n >= 0:
                 rows = self._listed[: n * kernels.CONFLICT_WIDTH].reshape(-1, kernels.CONFLICT_WIDTH)
-                return [tuple(row) for row in rows.tolist()]
+                return [(kind, other, u, v, tick) for kind, other, u, v, tick in rows.tolist()]
             self._listed = np.empty(2 * len(self._listed), dtype=np.int32)

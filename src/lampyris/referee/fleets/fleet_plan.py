@@ -182,7 +182,9 @@ def _check_bound(plan: FleetPlan, fleet: Fleet, every: bool | None) -> Violation
     least = max(sum(plan.shortest.tolist()), plan.bound or 0)
     if plan.lower_bound != least:
         return Violation(
-            "bound", "plan", f"lower bound {plan.lower_bound} is not the sum of the shortest lengths, nor what was proved"
+            "bound",
+            "plan",
+            f"lower bound {plan.lower_bound} is not the sum of the shortest lengths, nor what was proved",
         )
     for k, (one, length) in enumerate(zip(fleet.robots, plan.shortest.tolist(), strict=True)):
         (x0, y0), (x1, y1) = one.start, one.goal
