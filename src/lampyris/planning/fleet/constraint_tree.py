@@ -114,11 +114,10 @@ class ConstraintTree:
         return self._weighed(Node(None, (), paths, _unique(found), 0, 0))
 
     def _weighed(self, node: Node) -> Node:
+        """Set the node's sums from its paths and conflicts."""
         node.cost = sum(len(path.cells) for path in node.paths) - len(node.paths)
         node.bound = sum(int(path.bound) for path in node.paths)
-        node.extra = _cover(
-            {(min(c.one, c.other), max(c.one, c.other)) for c in node.conflicts if c.rank == 2}
-        )
+        node.extra = _extra(node.conflicts)
         return node
 
     def adopt(self, node: Node, child: Node) -> None:
@@ -131,7 +130,9 @@ class ConstraintTree:
             for old, new in zip(node.paths, child.paths, strict=True)
         ]
         node.paths = paths
-        node.conflicts = [c._replace(rank=_rank(c, paths)) for c in child.conflicts]
+        node.conflicts = [
+            c._replace(rank=_rank(paths[c.one], paths[c.other], c.u, c.v, c.tick)) for c in child.conflicts
+        ]
         extra = node.extra
         self._weighed(node)
         node.extra = max(extra, node.extra)
@@ -142,8 +143,7 @@ class ConstraintTree:
             one, two, kind_ = robot, other, kind
             if kind == PASSES:
                 one, two, kind_ = other, robot, IS_PASSED
-            pair = Pair(kind_, one, two, u, v, tick, 0)
-            found.append(pair._replace(rank=_rank(pair, paths)))
+            found.append(Pair(kind_, one, two, u, v, tick, _rank(paths[one], paths[two], u, v, tick)))
         return found
 
     def load(self, node: Node) -> None:
@@ -188,8 +188,8 @@ class ConstraintTree:
         checkpoint()
         self.load(node)
         space = self.space
-        child = Node(node, made, node.paths.copy(), [], 0, 0)
-        affected = [k for k in range(self.robots) if self._breaks(k, node.paths[k], made)]
+        child = Node(node, made, node.paths.copy(), [], node.cost, node.bound)
+        affected = self._affected(node.paths, made)
         for k in affected:
             space.take(k)
             path = space.find(k, _constraints(child, k), levels=True)
@@ -198,6 +198,8 @@ class ConstraintTree:
             bound = max(path.bound, node.paths[k].bound)
             child.paths[k] = path if bound == path.bound else TimedPath(path.cells, bound, path.single)
             space.put(k, child.paths[k])
+            child.cost += child.paths[k].cost - node.paths[k].cost
+            child.bound += bound - node.paths[k].bound
         changed = set(affected)
         kept = [c for c in node.conflicts if c.one not in changed and c.other not in changed]
         fresh = [c for k in affected for c in self._conflicts_of(k, child.paths)]
@@ -206,24 +208,27 @@ class ConstraintTree:
         self._kept += PER_TICK * sum(len(child.paths[k].cells) for k in affected)
         if self._kept > MEMORY.allowed * MIB:
             raise FullError(self._kept // MIB + 1)
-        return self._weighed(child)
+        child.extra = _extra(child.conflicts)
+        return child
 
-    def _breaks(self, robot: int, path: TimedPath, made: tuple[tuple[int, Constraint], ...]) -> bool:
+    def _affected(self, paths: list[TimedPath], made: tuple[tuple[int, Constraint], ...]) -> list[int]:
+        """The robots whose paths do not keep to new constraints."""
+        found = set()
         for holder, (kind, u, v, tick) in made:
-            if holder == robot:
-                if kind in (NOT_AT, MUST_AT):
-                    broken = (path.at(tick) == u) == (kind == NOT_AT)
-                elif kind == NOT_STEP:
-                    broken = path.at(tick - 1) == u and path.at(tick) == v
-                else:
-                    broken = (path.cost <= tick) == (kind == LONGER)
-            elif kind == MUST_AT:
-                broken = path.at(tick) == u
+            path = paths[holder]
+            if kind in (NOT_AT, MUST_AT):
+                broken = (path.at(tick) == u) == (kind == NOT_AT)
+            elif kind == NOT_STEP:
+                broken = path.at(tick - 1) == u and path.at(tick) == v
             else:
-                broken = kind == AT_MOST and path.visits(u, tick)
+                broken = (path.cost <= tick) == (kind == LONGER)
             if broken:
-                return True
-        return False
+                found.add(holder)
+            if kind == MUST_AT:
+                found |= {k for k, path in enumerate(paths) if k != holder and path.at(tick) == u}
+            elif kind == AT_MOST:
+                found |= {k for k, path in enumerate(paths) if k != holder and path.visits(u, tick)}
+        return sorted(found)
 
 
 def _constraints(node: Node | None, robot: int) -> list[Constraint]:
@@ -241,9 +246,14 @@ def _constraints(node: Node | None, robot: int) -> list[Constraint]:
     return found
 
 
-def _rank(c: Pair, paths: list[TimedPath]) -> int:
+def _rank(one: TimedPath, other: TimedPath, u: int, v: int, tick: int) -> int:
     """How many of two robots have to pass where they conflict, on all of their cheapest paths."""
-    return int(paths[c.one].must_pass(c.u, c.v, c.tick)) + int(paths[c.other].must_pass(c.v, c.u, c.tick))
+    return int(one.must_pass(u, v, tick)) + int(other.must_pass(v, u, tick))
+
+
+def _extra(conflicts: list[Pair]) -> int:
+    """By how much conflicts raise the bound: in each where both have to pass, one of the two pays."""
+    return _cover({(min(c.one, c.other), max(c.one, c.other)) for c in conflicts if c.rank == 2})
 
 
 def _unique(conflicts: list[Pair]) -> list[Pair]:
