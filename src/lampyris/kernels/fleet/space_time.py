@@ -115,6 +115,18 @@ def _pop(keys, items, n):
     items[i] = item
 
 
+@kernel(out=("keys", "items"))
+def _admit(pool, keys, items, n, i, f, horizon):
+    """Add the open states of a list, from state ``i`` on, to the heap of ``n`` focal ones; how many there are then."""
+    while i >= 0:
+        at = i * NODE_WIDTH
+        if pool[at + CLOSED] == 0:
+            _push(keys, items, n, ((int(pool[at + HITS]) << 20) + f << 20) + horizon - pool[at + TIME], i)
+            n += 1
+        i = pool[at + LINK]
+    return n
+
+
 @kernel()
 def _allowed(barred, since, must, xy, horizon, last_must, u, k, v, t):
     """Whether constraints allow the step from ``u`` over its edge ``k`` (4: none) to ``v`` at tick ``t``."""
@@ -327,13 +339,7 @@ def find(
             while focal < bound:
                 focal += 1
                 i = waiting[focal - origin] if focal - origin < len(waiting) else -1
-                while i >= 0:
-                    at = i * NODE_WIDTH
-                    if pool[at + CLOSED] == 0:
-                        key = ((int(pool[at + HITS]) << 20) + focal << 20) + horizon - pool[at + TIME]
-                        _push(keys, items, waits, key, i)
-                        waits += 1
-                    i = pool[at + LINK]
+                waits = _admit(pool, keys, items, waits, i, focal, horizon)
             i = items[0]
             hits = keys[0] >> 40
             _pop(keys, items, waits)
