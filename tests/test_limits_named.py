@@ -413,7 +413,7 @@ NO_LIMITS = {
     "_core.noun.MAX_REPR",
     "kernels.lattice.search.LIMIT", "kernels.lattice.search.WAITING", "kernels.lattice.low_field.WAITING",
     "kernels.lattice.timed_search.LIMIT", "kernels.lattice.timed_search.WAITING",
-    "kernels.fleet.lacam.LIMIT", "kernels.fleet.pibt.LIMIT",
+    "kernels.fleet.lacam.LIMIT", "kernels.fleet.pibt.LIMIT", "kernels.fleet.space_time.AT_MOST",
     "kernels.hybrid.search.LIMIT", "kernels.hybrid.search.WAITING",
     "kernels.graph.any_angle.LIMIT", "kernels.graph.bidirectional.LIMIT", "kernels.incremental.queue.LIMIT",
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",

@@ -99,6 +99,7 @@ DEFECTS: dict[str, tuple[str, Callable[[Plan], Plan]]] = {
     "a wait on the goal": ("arrival", late_wait),
     "bounds too high": ("bound", lambda p: shifted(p, 1)),
     "bounds too low": ("bound", lambda p: shifted(p, -1)),
+    "a proved bound above the cost": ("bound", lambda p: replace(p, bound=p.sum_of_costs + 1)),
     "bounds of too few robots": ("bound", lambda p: replace(p, shortest=p.shortest[:-1])),
     "costs that do not fall": ("improvements", lambda p: replace(p, improvements=((1, 5), (2, p.sum_of_costs)))),
     "another last cost": ("improvements", lambda p: replace(p, improvements=((1, p.sum_of_costs + 1),))),

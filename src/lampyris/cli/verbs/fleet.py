@@ -64,8 +64,8 @@ def fleet(
         str,
         typer.Option(
             "--planner",
-            metavar="lacam|lns|pibt|prioritised-sipp",
-            help="lacam, lns, pibt or prioritised-sipp.",
+            metavar="lacam|lns|pibt|prioritised-sipp|cbs|eecbs",
+            help="lacam, lns, pibt, prioritised-sipp, cbs (least sum of costs) or eecbs (bounded).",
         ),
     ] = "lacam",
     settings: Annotated[
@@ -86,7 +86,7 @@ def fleet(
         typer.Option(
             "--seconds",
             metavar="S",
-            help="Time limit; lacam and lns improve the plan until then (default: lacam's first plan).",
+            help="Time limit; lacam and lns improve the plan until then, the others end (default: lacam's first plan).",
         ),
     ] = None,
     iterations: Annotated[

@@ -1,1 +1,1 @@
-"""Loops of multi-robot planning: distance tables, PIBT, LaCAM*, large neighbourhood search."""
+"""Loops of multi-robot planning: distance tables, PIBT, LaCAM*, large neighbourhood search, conflict-based search."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.predicates import cells, numbers
+from lampyris._core.scalars import is_whole
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import MapFrame, frozen
@@ -41,18 +42,20 @@ class FleetPlan(Value):
         that is not found: where the robots were led as far as it goes; empty where nothing is known.
     shortest : steps of each robot's own shortest path on the bare map, int32 (robots,); None: unknown.
     iterations : what the planner counts and a budget limits: configurations tried (``lacam``), these and neighbourhoods
-        (``lns``), ticks (``pibt``), searches of one robot (``prioritised-sipp``).
-    expansions : states made: configurations, ticks, states of a cell and an interval.
+        (``lns``), ticks (``pibt``), searches of one robot (``prioritised-sipp``), nodes of the constraint tree (``cbs``,
+        ``eecbs``).
+    expansions : states made: configurations, ticks, states of a cell and an interval or a tick.
     improvements : rows of iteration and sum of costs, at each plan that cost less than the ones before.
     seed : the seed of the random draws.
     frame : where the map's cells lie in metres.
     timing : seconds by stage; the only part that differs from run to run.
     detail : why, in words, where there is more to say than the status's own sentence.
     notes : sentences a person should read.
+    bound : a lower bound of the sum of costs that the planner proved; None: the sum of the shortest paths is all it knows.
 
     Raises
     ------
-    SettingError : ``FLEET_PLAN``: a path that is none, or no path of a plan that is found.
+    SettingError : ``FLEET_PLAN``: a path that is none, no path of a plan that is found, or a bound that is none.
     """
 
     status: Status
@@ -67,6 +70,7 @@ class FleetPlan(Value):
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     detail: str = ""
     notes: tuple[str, ...] = ()
+    bound: int | None = None
 
     def __post_init__(self) -> None:
         given: Any = self.paths
@@ -84,6 +88,11 @@ class FleetPlan(Value):
                 raise SettingError("FLEET_PLAN", shown(one), where=f"paths[{k}]", allowed=allowed)
             paths.append(frozen(path))
         object.__setattr__(self, "paths", tuple(paths))
+        bound: Any = self.bound
+        if bound is not None and not is_whole(bound, 0):
+            raise SettingError(
+                "FLEET_PLAN", shown(bound), where="bound", allowed="a whole number >= 0, or None"
+            )
         if self.shortest is not None:
             lengths = numbers(self.shortest, (None,))
             if lengths is None or (lengths < 0).any() or (lengths >= 2**31).any() or (lengths % 1).any():
@@ -114,8 +123,9 @@ class FleetPlan(Value):
 
     @property
     def lower_bound(self) -> int | None:
-        """Sum of the robots' shortest paths: no plan costs less. None: unknown."""
-        return None if self.shortest is None else int(self.shortest.sum(dtype=np.int64))
+        """No plan costs less: the sum of the robots' shortest paths, or more if the planner proved more. None: unknown."""
+        alone = None if self.shortest is None else int(self.shortest.sum(dtype=np.int64))
+        return max((one for one in (alone, self.bound) if one is not None), default=None)
 
     @property
     def gap(self) -> float | None:

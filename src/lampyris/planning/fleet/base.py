@@ -22,12 +22,16 @@ class FleetTraits:
     complete : it finds a plan if there is one, given time and memory, and says that there is none only if so.
     reaches : every robot comes to its goal after finitely many ticks, though not all are there at once, on maps where
         neighbouring free cells always lie on a common cycle; with the settings that its docstring names.
+    optimal : its plans have the least sum of costs.
+    bounded : they cost at most ``weight`` times the lower bound that comes with them.
     anytime : it goes on to cheaper plans until the budget is used.
     stochastic : plans depend on the seed.
     """
 
     complete: bool = False
     reaches: bool = False
+    optimal: bool = False
+    bounded: bool = False
     anytime: bool = False
     stochastic: bool = False
 

@@ -10,13 +10,15 @@ from typing import Any
 from lampyris._core.settings import defaults_of
 from lampyris.errors import SettingError, UnknownSettingError, UsageError, did_you_mean, shown
 from lampyris.planning.fleet.base import FleetPlanner, FleetTraits
+from lampyris.planning.fleet.cbs import Cbs
+from lampyris.planning.fleet.eecbs import Eecbs
 from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.lns import Lns
 from lampyris.planning.fleet.pibt import Pibt
 from lampyris.planning.fleet.prioritised import PrioritisedSipp
 
 _KINDS: Mapping[str, type[Any]] = MappingProxyType(
-    {kind.name: kind for kind in (Lacam, Lns, Pibt, PrioritisedSipp)}
+    {kind.name: kind for kind in (Lacam, Lns, Pibt, PrioritisedSipp, Cbs, Eecbs)}
 )
 
 

@@ -167,15 +167,24 @@ def _check_costs(plan: FleetPlan) -> Violation | None:
 
 
 def _check_bound(plan: FleetPlan, fleet: Fleet, every: bool | None) -> Violation | None:
-    """The shortest paths that the lower bound is the sum of, by distances of our own."""
+    """The shortest paths that the lower bound is the sum of, by distances of our own.
+
+    Of a higher bound that a planner proved it is only seen that the plan does not cost less.
+    """
+    costs = plan.sum_of_costs
+    if costs is not None and plan.bound is not None and plan.bound > costs:
+        return Violation("bound", "plan", f"costs {costs}, but a lower bound of {plan.bound} is claimed")
     if plan.shortest is None:
         return None
     robots, cells = len(fleet.robots), fleet.grid.blocked.size
     if plan.shortest.shape != (robots,):
         return Violation("bound", "plan", f"{plan.shortest.shape} shortest lengths for {robots} robots")
-    if plan.lower_bound != sum(plan.shortest.tolist()):
+    least = max(sum(plan.shortest.tolist()), plan.bound or 0)
+    if plan.lower_bound != least:
         return Violation(
-            "bound", "plan", f"lower bound {plan.lower_bound} is not the sum of the shortest lengths"
+            "bound",
+            "plan",
+            f"lower bound {plan.lower_bound} is not the sum of the shortest lengths, nor what was proved",
         )
     for k, (one, length) in enumerate(zip(fleet.robots, plan.shortest.tolist(), strict=True)):
         (x0, y0), (x1, y1) = one.start, one.goal

@@ -1,0 +1,164 @@
+"""CBS: conflict-based search for plans of least sum of costs."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lampyris._core.cancellation import Cancelled
+from lampyris._core.settings import check_settings, flag, under_name
+from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.model.plan import Status
+from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.constraint_tree import ConstraintTree, Node
+from lampyris.planning.fleet.distance_tables import FleetTables, tables_of
+from lampyris.planning.fleet.lacam import LacamSearch
+from lampyris.planning.fleet.pibt import is_stopped, unreachable
+from lampyris.planning.fleet.space_time import FullError
+
+SHOWN = 100
+"""Nodes between two calls of ``progress``."""
+TRIED = 400_000
+"""Configurations times robots that LaCAM tries, to find out whether there is a plan at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cbs:
+    """Conflict-based search: each robot's cheapest path; where two collide, two branches, best bound first.
+
+    The plan has the least sum of costs. It takes time exponential in the number of conflicts that cannot be avoided for free;
+    fleets that stand dense, or have to change places in narrow aisles, may take longer than anyone waits: the answer
+    is then the bound that was proved. Without a plan it never ends, so a search by LaCAM* comes first, which ends for small
+    fleets (``no-path``).
+
+    Parameters
+    ----------
+    disjoint : split a conflict into "this robot is there" and "it is not", so that no plan is in both branches;
+        otherwise into one ban for each robot.
+    bypass : take over a child's paths if they cost as much and have fewer conflicts, instead of branching.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    disjoint: bool = flag(True)
+    bypass: bool = flag(True)
+
+    name: ClassVar[str] = "cbs"
+    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, optimal=True)
+    summary: ClassVar[str] = "CBS: least sum of costs; for some dozens of robots."
+    source: ClassVar[str] = (
+        "Sharon, Stern, Felner, Sturtevant, AIJ 219, 2015; cardinal conflicts and bypass: Boyarski et al., IJCAI 2015; "
+        "estimate: Felner et al., ICAPS 2018; disjoint splitting: Li et al., ICAPS 2019; targets: Li et al., AIJ 301, 2021."
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def plan(
+        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+    ) -> FleetPlan:
+        """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a node of the tree that is expanded."""
+        tables = tables_of(fleet)
+        if tables.cut_off is not None:
+            return unreachable(self.name, tables.cut_off, seed)
+        search = _Search(ConstraintTree(tables, 1.0, disjoint=self.disjoint), self.bypass)
+        why = ""
+        try:
+            if is_unsolvable(tables, seed):
+                return FleetPlan(Status.NO_PATH, self.name, shortest=tables.distance, seed=seed)
+            search.run(iterations, progress)
+        except Cancelled:
+            if is_stopped():
+                raise
+        except FullError:
+            why = " The memory that is allowed is used."
+        return answer(
+            self.name, tables, search.solution, search.bound, search.expanded, search.tree.space.expansions, seed, why
+        )  # fmt: skip
+
+
+class _Search:
+    """Best-first search of the tree."""
+
+    def __init__(self, tree: ConstraintTree, bypass: bool) -> None:
+        self.tree = tree
+        self._bypass = bypass
+        self._open: list[tuple[int, int, int, Node]] = []
+        self._made = 0
+        self.expanded = 0
+        self.bound: int | None = None
+        self.solution: Node | None = None
+
+    def _push(self, node: Node) -> None:
+        self._made += 1
+        heapq.heappush(self._open, (node.least, len(node.conflicts), -self._made, node))
+
+    def run(self, iterations: int | None, progress: Progress | None) -> None:
+        """Search until there is a solution, or for so many nodes."""
+        self._push(self.tree.root())
+        while self._open:
+            node = self._open[0][-1]
+            self.bound = node.least
+            if not node.conflicts:
+                self.solution = node
+                return
+            if iterations is not None and self.expanded >= iterations:
+                return
+            if progress is not None and self.expanded % SHOWN == 0:
+                progress(self.expanded, None)
+            heapq.heappop(self._open)
+            self._expand(node)
+
+    def _expand(self, node: Node) -> None:
+        while True:
+            self.expanded += 1
+            children = self.tree.children(node)
+            if self._bypass:
+                same = [c for c in children if c.cost == node.cost and len(c.conflicts) < len(node.conflicts)]
+                if same:
+                    self.tree.adopt(node, min(same, key=lambda c: len(c.conflicts)))
+                    if not node.conflicts or node.least > (self.bound or 0):
+                        self._push(node)
+                        return
+                    continue
+            for child in children:
+                child.extra = max(child.extra, node.least - child.bound)
+                self._push(child)
+            return
+
+
+def is_unsolvable(tables: FleetTables, seed: int) -> bool:
+    """Whether LaCAM* finds in some time that there is no plan. False: there is one, or it is not known."""
+    search = LacamSearch(tables, True, 1, seed)
+    search.go_on(max(1, TRIED // len(tables.goals)))
+    return search.exhausted and search.best is None
+
+
+def answer(
+    name: str,
+    tables: FleetTables,
+    solution: Node | None,
+    bound: int | None,
+    expanded: int,
+    states: int,
+    seed: int,
+    why: str,
+) -> FleetPlan:
+    """The plan of a node without conflicts, or what is known without one."""
+    if solution is None:
+        proved = "" if bound is None else f": every plan costs at least {bound:,}"
+        detail = f"Stopped before a plan was found{proved}.{why}"
+        return FleetPlan(
+            Status.LIMIT, name, (), tables.distance, expanded, states, seed=seed, detail=detail, bound=bound
+        )
+    places = tables.graph.places
+    paths = tuple(places[np.array(path.cells, dtype=np.int64)] for path in solution.paths)
+    return FleetPlan(
+        Status.FOUND, name, paths, tables.distance, expanded, states, ((expanded, solution.cost),), seed, bound=bound
+    )  # fmt: skip
