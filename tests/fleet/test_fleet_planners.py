@@ -41,6 +41,7 @@ def fleet_of(seed: int) -> lampyris.Fleet:
             continue
 
 
+@pytest.mark.commit(72)
 @pytest.mark.parametrize("planner", names())
 @pytest.mark.parametrize("seed", some(range(400), 30))
 def test_no_conflict_by_referee_and_by_definition(planner: str, seed: int) -> None:
@@ -92,6 +93,7 @@ def random_fleet_anywhere(grid: lampyris.Grid, robots: int, rng: np.random.Gener
     return Fleet(grid, [Agent(free[a], free[b]) for a, b in zip(starts, goals, strict=True)])
 
 
+@pytest.mark.commit(5)
 @pytest.mark.parametrize("seed", some(range(1000), 15))
 def test_pibt_brings_every_robot_to_its_goal_on_biconnected_maps(seed: int) -> None:
     """Each has been there, though not all at once (Okumura et al. 2022, Theorem 1)."""

@@ -126,6 +126,7 @@ def contact_of_drive(made: Drive, track: Track) -> float:
     return best
 
 
+@pytest.mark.commit(2)
 @sized("cases", 8, 2000)
 @pytest.mark.parametrize("kind", [*DRIVES, "disc"])
 def test_contacts_are_those_that_shapely_sees(kind: str, cases: int) -> None:

@@ -118,6 +118,7 @@ def test_a_track_may_give_its_heading() -> None:
     assert abs(got[1] - got[0]) == pytest.approx(2 * math.pi - 6.0)
 
 
+@pytest.mark.nightly
 def test_obstacles_that_walk_and_halt_turn_to_where_they_go() -> None:
     scene = _hall(
         lampyris.RandomWalk(10, footprint=LONG), lampyris.Patrol([(8, 12), (22, 12)], footprint=LONG)
@@ -163,6 +164,7 @@ def _drive(seed: int, shape: dict[str, Any], kind: str, **more: Any) -> Drive:
     return made
 
 
+@pytest.mark.commit(1)
 @sized("cases", 3, 400)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
@@ -192,6 +194,7 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     assert arrived["polygon"] >= arrived["disc"] > 0
 
 
+@pytest.mark.commit(1)
 @sized("cases", 2, 200)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_beside_discs_that_run_at_the_robot(kind: str, cases: int) -> None:
@@ -214,6 +217,7 @@ def test_beside_discs_that_run_at_the_robot(kind: str, cases: int) -> None:
     assert met > 0
 
 
+@pytest.mark.nightly
 @sized("cases", 8, 300)
 def test_a_law_that_looks_at_nothing_hits_fewer_polygons_than_discs(cases: int) -> None:
     hit = {"polygon": 0, "disc": 0}

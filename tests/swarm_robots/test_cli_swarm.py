@@ -34,6 +34,7 @@ def test_json_and_the_same_bytes_again(tmp_path: Path) -> None:
     assert one.returncode == (0 if all(s["held"] >= 3 for s in made["sources"]) else 4)
 
 
+@pytest.mark.nightly
 def test_picture_and_film(tmp_path: Path) -> None:
     short = ("swarm", "guide", "--robots", "9", "--iterations", "12")
     done = call(*short, "--picture", "a.png", "--film", "a.webp", cwd=tmp_path)

@@ -64,6 +64,7 @@ def test_a_file_that_is_too_large_is_refused(tmp_path: Path) -> None:
         lampyris.load_sources(put(tmp_path, head + "#" * (more - len(head) + 1)))
 
 
+@pytest.mark.nightly
 def test_a_file_of_too_many_values_is_refused(tmp_path: Path) -> None:
     """Each source here is four values at least."""
     line = "- {kind: plume, at: [1, 2]}\n"

@@ -25,6 +25,7 @@ def trace() -> SwarmTrace:
     return lampyris.swarm_robots(walled(), robots=25, seed=3, iterations=25, noise=0.02)
 
 
+@pytest.mark.commit(1)
 @pytest.mark.parametrize("seed", some(range(100), 2))
 def test_the_three_peaks_are_held_on_a_walled_map(seed: int) -> None:
     """The referee has judged every moment of it: no disc touches another, or a wall."""
