@@ -116,7 +116,7 @@ def test_a_robot_at_its_goal_makes_way() -> None:
 
 def test_no_plan_is_recognised() -> None:
     fleet = Fleet(lampyris.Grid(np.zeros((1, 5), dtype=bool)), [Agent((0, 0), (4, 0)), Agent((4, 0), (0, 0))])
-    for planner in ("cbs", "eecbs", "lns"):
+    for planner in ("cbs", "eecbs"):
         plan = lampyris.plan_fleet(fleet, planner)
         assert (plan.status, plan.planner, plan.paths) == (Status.NO_PATH, planner, ())
 
