@@ -391,6 +391,7 @@ ASKED: dict[str, str] = {
     "io.maps.formats.movingai.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.npy.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.pgm.HEADER_BYTES": LIMITS_PY,
+    "model.fleet.fleet.MOST_RADIUS": "fleet/test_fleet_files.py",
     "io.fleet_files.YAML_BYTES": HERE,
     "io.fleet_files.YAML_VALUES": HERE,
     "io.paths.YAML_BYTES": HERE,

@@ -70,7 +70,7 @@ def plan_fleet(
 
     Raises
     ------
-    UsageError : no such planner; ``MOVES``: a step set that fleets cannot use.
+    UsageError : no such planner; ``SETTING_CLASH``: a setting that is given twice; ``MOVES``: a step set that fleets cannot use.
     SettingError : a setting it does not have, or out of its range.
     LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
     InternalFault : the referee refused the plan; a bug of ours.
@@ -79,6 +79,8 @@ def plan_fleet(
     of_kind("budget", budget, Budget, none=True)
     of_kind("planner_settings", planner_settings, Mapping, none=True)
     callable_or_none("progress", progress)
+    for name in settings.keys() & (planner_settings or {}).keys():
+        raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     chosen = registry.chosen(planner, {**settings, **(planner_settings or {})})
     if moves_named(moves).name != MOVES:
         raise UsageError.of(
@@ -90,7 +92,7 @@ def plan_fleet(
     began, loaded = loading.wall(), loading.seconds()
     found = _within(chosen, fleet, int(seed), budget, progress)
     planned = loading.wall()
-    referee.demand(referee.check_fleet_plan(found, fleet))
+    referee.demand(referee.check_fleet_plan(found, fleet, factor=_factor(chosen)))
     ended, loaded = loading.wall(), loading.seconds() - loaded
     timing = {"plan_s": planned - began, "referee_s": ended - planned}
     return replace(
@@ -98,6 +100,13 @@ def plan_fleet(
         frame=fleet.grid.frame,
         timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded},
     )
+
+
+def _factor(chosen: FleetPlanner) -> float | None:
+    """How many times its lower bound a plan of this planner costs at most, as it promises."""
+    if chosen.traits.optimal:
+        return 1.0
+    return getattr(chosen, "weight", None) if chosen.traits.bounded else None
 
 
 def _within(chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any) -> FleetPlan:

@@ -172,7 +172,7 @@ def test_paths_of_one_robot_with_constraints(seed: int) -> None:
         for cell, t in zip(rng.integers(0, tables.graph.cells, 60), rng.integers(1, 12, 60), strict=True)
     }
     banned = {(int(c), int(t)) for c, t in banned}
-    path = soft.find(0, [(0, c, c, t) for c, t in sorted(banned)], levels=True)
+    path = soft.find(0, [(0, c, c, t) for c, t in sorted(banned)])
     free_ways = _earliest(fleet, 0, 60, {(tuple(tables.graph.places[c].tolist()), t) for c, t in banned})
     assert (None if path is None else path.cost) == free_ways
     if path is not None:

@@ -68,3 +68,21 @@ def test_the_factor_is_checked() -> None:
     for wrong in (0.9, float("nan"), "1.1"):
         with pytest.raises(SettingError, match="weight"):
             lampyris.plan_fleet(fleet, "eecbs", weight=wrong)
+
+
+def test_who_waits_on_the_goal_has_arrived() -> None:
+    """A robot that may not arrive before some tick waited on its goal: the referee refused the path (exit code 6)."""
+    ends = [((3, 2), (2, 0)), ((2, 1), (3, 0)), ((3, 1), (0, 2)), ((0, 0), (2, 2)), ((1, 0), (2, 1))]
+    fleet = lampyris.Fleet(lampyris.Grid(np.zeros((3, 4), dtype=bool)), [lampyris.Agent(a, b) for a, b in ends])
+    plan = lampyris.plan_fleet(fleet, "eecbs", weight=1.3)
+    assert plan
+    assert plan.sum_of_costs <= 1.3 * plan.lower_bound
+    assert all(len(path) == 1 or tuple(path[-2]) != tuple(path[-1]) for path in plan.paths)
+
+
+@pytest.mark.parametrize("seed", some(range(400), 30))
+@pytest.mark.parametrize("weight", [1.1, 1.3, 2.0])
+def test_dense_fleets_are_accepted_by_the_referee(seed: int, weight: float) -> None:
+    fleet = random_fleet(lampyris.Grid(np.zeros((5, 5), dtype=bool)), 6 + seed % 4, seed=seed)
+    plan = lampyris.plan_fleet(fleet, "eecbs", weight=weight, budget=lampyris.Budget(expansions=300))
+    assert plan.status in (lampyris.Status.FOUND, lampyris.Status.LIMIT)

@@ -89,7 +89,7 @@ def test_fewer_lines_than_robots(tmp_path: Path) -> None:
         ("a.scen", scen(PAIRS)),
         ("a.csv", "start_x,start_y,goal_x,goal_y\n0,0,1,1\n1,1,2,2\n2,2,3,3"),
     ):
-        with pytest.raises(FileError, match="ask for 3 robots or fewer"):
+        with pytest.raises(FileError, match="ask for at most 3 robots"):
             lampyris.load_fleet(put(tmp_path, name, text), GRID, 4)
     with pytest.raises(SettingError, match="robots 0"):
         lampyris.load_fleet(tmp_path / "a.scen", GRID, 0)
@@ -108,8 +108,11 @@ def test_what_a_fleet_refuses() -> None:
         lampyris.Fleet(wall, [agent((1, 1), (2, 2)), agent((1, 1), (3, 3))])
     with pytest.raises(SettingError, match="no robot"):
         lampyris.Fleet(wall, [])
-    with pytest.raises(SettingError, match="at most half a cell"):
-        lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.6))])
+    with pytest.raises(SettingError, match="at most 0.354 cells"):
+        lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.36))])
+    with pytest.raises(SettingError, match=r"robots\[0\].robot.*Ackermann"):
+        car = lampyris.Robot(radius=0.2, drive="ackermann", turn_radius=1.0)
+        lampyris.Fleet(wall, [agent((1, 1), (2, 2), car)])
     with pytest.raises(SettingError, match="not a cell"):
         agent((1.5, 1), (2, 2))
-    assert len(lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.5))])) == 1
+    assert len(lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.35))])) == 1

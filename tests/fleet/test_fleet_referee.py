@@ -199,3 +199,15 @@ def test_a_plan_that_is_not_found_is_judged_as_far_as_it_goes() -> None:
     assert check_fleet_plan(plan, fleet) is None
     broken = replace(plan, paths=(*plan.paths[:-1], plan.paths[0]))
     assert check_fleet_plan(broken, fleet).rule == "start"
+
+
+def test_a_plan_that_costs_more_than_its_planner_promises_is_refused() -> None:
+    fleet = lampyris.random_fleet(lampyris.Grid(np.zeros((6, 6), dtype=bool)), 8, seed=3)
+    plan = lampyris.plan_fleet(fleet, "pibt")
+    assert plan.gap is not None
+    assert plan.gap > 0
+    assert check_fleet_plan(plan, fleet, factor=1 + plan.gap) is None
+    for factor in (1.0, 1 + plan.gap / 2):
+        found = check_fleet_plan(plan, fleet, factor=factor)
+        assert found is not None
+        assert found.rule == "bound"

@@ -61,12 +61,12 @@ def read_scen_fleet(
     Raises
     ------
     FileError : what :func:`lampyris.io.maps.formats.movingai.read_scen` says; SCEN_SIZE: a map of another size;
-        SCEN_EMPTY: fewer lines than robots; FLEET: two robots with one start or one goal. With the line.
+        SCEN_LINES: fewer lines than robots; FLEET: two robots with one start or one goal. With the line.
     SceneError : START_OCCUPIED or GOAL_OCCUPIED, with the line.
     """
     name = os.fspath(path)
     queries = read_scen(name)
-    _demand(len(queries), robots, name, "SCEN_EMPTY", "line")
+    _demand(len(queries), robots, name, "SCEN_LINES", "line")
     queries = queries[:robots]
     own = document.grid.name
     others = dict.fromkeys(q.map for q in queries if Path(q.map.replace("\\", "/")).name != own)
@@ -123,7 +123,7 @@ def _demand(there: int, robots: int | None, name: str, code: str, what: str) -> 
     if robots is not None and there < robots:
         raise FileError(
             code, f"{plural(there, what)} for {plural(robots, 'robot')}", where=name,
-            todo=f"ask for {there} robots or fewer",
+            todo=f"ask for at most {plural(there, 'robot')}",
         )  # fmt: skip
 
 

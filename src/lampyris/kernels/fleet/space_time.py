@@ -263,7 +263,7 @@ def _levels(
 )  # fmt: skip
 def find(
     edge, degree, xy, table, base, start, goal, rows, count, where, last, head, chain, settled, horizon, longest,
-    weight, levels, barred, since, must, pool, keys, items, bucket, waiting, seen, found, single, state,
+    weight, barred, since, must, pool, keys, items, bucket, waiting, seen, found, single, state,
     halt,
 ):  # fmt: skip
     """A path of one robot: FOUND, or NONE, HORIZON (it would need more ticks), ROOM (more states).
@@ -278,7 +278,6 @@ def find(
     horizon : ticks of the tables.
     longest : the last tick at which another robot comes to its goal.
     weight : how many times the least estimate an estimate may be, >= 1.
-    levels : whether to fill ``single``; the bound is then the exact least cost.
     barred : uint8, (cells * horizon,), zeros. ``since`` : int32, (cells,), LATE. Both are left as they were found.
     must : int32, (2 * horizon,); scratch.
     pool, keys, items : int32, (states * NODE_WIDTH,); int64 and int32, (2 * states,); scratch.
@@ -429,7 +428,7 @@ def find(
             seen[pool[at + CELL] * horizon + min(int(pool[at + TIME]), static)] = -1
     state[BOUND] = least
     state[EXPANDED] = expanded
-    if ending == FOUND and levels:
+    if ending == FOUND:
         while not _levels(
             edge, degree, xy, table, base, start, goal, barred, since, must, last_must, horizon, least, pool, room, seen,
             single,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,10 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.typing import Cell, CellLike
 
+MOST_RADIUS = math.sqrt(2) / 4
+"""Greatest radius of a robot of a fleet, in cells. Where one robot leaves a cell and another enters it round a corner in the
+same tick, their centres come within sqrt(2) / 2 cells of each other."""
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Agent(Noun):
@@ -21,8 +26,8 @@ class Agent(Noun):
     Parameters
     ----------
     start, goal : cells (x, y).
-    robot : its size and limits; None: a robot that fits in a cell. Planners of fleets take robots whose radius is at
-        most half a cell, one cell a robot.
+    robot : its size; None: a robot small enough for its cell. Only the radius counts: at most :data:`MOST_RADIUS` cells,
+        and it must be able to turn in place (all robots take one tick a step).
 
     Raises
     ------
@@ -63,7 +68,8 @@ class Fleet(Noun):
     Raises
     ------
     SettingError : ``TYPE``: no grid or no agents; ``FLEET``: no robot at all, or two with one start or one goal;
-        ``FLEET_ROBOT``: a robot larger than a cell. They name the robot by its index, from 0.
+        ``FLEET_ROBOT``: a robot too large for its cell, or one that cannot turn in place. They
+        name the robot by its index, from 0.
     SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``, with the robot's index.
     """
 
@@ -99,12 +105,19 @@ class Fleet(Noun):
                     )  # fmt: skip
 
     def _check_size(self, k: int, one: Agent) -> None:
-        most = self.grid.resolution / 2
-        if one.robot is not None and one.robot.radius > most:
+        if one.robot is None:
+            return
+        most = self.grid.resolution * MOST_RADIUS
+        if one.robot.radius > most:
             raise SettingError(
                 "FLEET_ROBOT", f"a radius of {one.robot.radius:g} m", where=f"robots[{k}].robot",
-                allowed=f"at most half a cell, {most:g} m",
+                allowed=f"at most {MOST_RADIUS:.3g} cells, {most:.4g} m: larger ones touch at corners",
                 todo="take a map with larger cells (a coarser resolution)",
+            )  # fmt: skip
+        if one.robot.drive == "ackermann":
+            raise SettingError(
+                "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot",
+                allowed="differential or omnidirectional: paths of fleets turn in place",
             )  # fmt: skip
 
     def _check_end(self, k: int, what: str, cell: Cell) -> None:

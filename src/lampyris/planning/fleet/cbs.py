@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, flag, under_name
@@ -67,20 +69,11 @@ class Cbs:
         tables = tables_of(fleet)
         if tables.cut_off is not None:
             return unreachable(self.name, tables.cut_off, seed)
-        search = _Search(ConstraintTree(tables, 1.0, disjoint=self.disjoint), self.bypass)
-        why = ""
-        try:
-            if is_unsolvable(tables, seed):
-                return FleetPlan(Status.NO_PATH, self.name, shortest=tables.distance, seed=seed)
-            search.run(iterations, progress)
-        except Cancelled:
-            if is_stopped():
-                raise
-        except FullError:
-            why = " The memory that is allowed is used."
-        return answer(
-            self.name, tables, search.solution, search.bound, search.expanded, search.tree.space.expansions, seed, why
-        )  # fmt: skip
+
+        def opened() -> _Search:
+            return _Search(ConstraintTree(tables, 1.0, disjoint=self.disjoint), self.bypass)
+
+        return searched(self.name, tables, seed, opened, iterations, progress)
 
 
 class _Search:
@@ -140,25 +133,63 @@ def is_unsolvable(tables: FleetTables, seed: int) -> bool:
     return search.exhausted and search.best is None
 
 
-def answer(
+class TreeSearch(Protocol):
+    """What a search of a constraint tree has found so far."""
+
+    tree: ConstraintTree
+    expanded: int
+    bound: int | None
+    solution: Node | None
+
+    def run(self, iterations: int | None, progress: Progress | None) -> None:
+        """Search until there is a solution, or for so many nodes."""
+        ...
+
+
+def searched(
     name: str,
     tables: FleetTables,
-    solution: Node | None,
-    bound: int | None,
-    expanded: int,
-    states: int,
     seed: int,
-    why: str,
+    opened: Callable[[], TreeSearch],
+    iterations: int | None,
+    progress: Progress | None,
 ) -> FleetPlan:
-    """The plan of a node without conflicts, or what is known without one."""
-    if solution is None:
+    """The plan that a search finds, or what is known when time, memory or nodes end it.
+
+    Parameters
+    ----------
+    opened : makes the search, whose tables take memory, when LaCAM* has not found that there is no plan.
+    """
+    search: TreeSearch | None = None
+    why = ""
+    try:
+        if is_unsolvable(tables, seed):
+            return FleetPlan(Status.NO_PATH, name, shortest=tables.distance, seed=seed)
+        search = opened()
+        search.run(iterations, progress)
+    except Cancelled:
+        if is_stopped():
+            raise
+    except FullError:
+        why = " The memory that is allowed is used."
+    bound = None if search is None else search.bound
+    expanded, states = (0, 0) if search is None else (search.expanded, search.tree.space.expansions)
+    if search is None or search.solution is None:
         proved = "" if bound is None else f": every plan costs at least {bound:,}"
         detail = f"Stopped before a plan was found{proved}.{why}"
         return FleetPlan(
             Status.LIMIT, name, (), tables.distance, expanded, states, seed=seed, detail=detail, bound=bound
         )
-    places = tables.graph.places
-    paths = tuple(places[np.array(path.cells, dtype=np.int64)] for path in solution.paths)
+    paths = tuple(tables.graph.places[_arriving(path.cells)] for path in search.solution.paths)
+    cost = sum(len(path) - 1 for path in paths)
     return FleetPlan(
-        Status.FOUND, name, paths, tables.distance, expanded, states, ((expanded, solution.cost),), seed, bound=bound
+        Status.FOUND, name, paths, tables.distance, expanded, states, ((expanded, cost),), seed, bound=bound
     )  # fmt: skip
+
+
+def _arriving(cells: list[int]) -> NDArray[np.int64]:
+    """A path without waits at its end: who must not arrive before some tick may have waited on the goal."""
+    last = len(cells) - 1
+    while last > 0 and cells[last - 1] == cells[last]:
+        last -= 1
+    return np.array(cells[: last + 1], dtype=np.int64)

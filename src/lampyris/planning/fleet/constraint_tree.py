@@ -106,7 +106,7 @@ class ConstraintTree:
         """Paths without constraints, one after another, with few conflicts."""
         for k in range(self.robots):
             checkpoint()
-            path = self.space.find(k, levels=True)
+            path = self.space.find(k)
             assert path is not None  # the caller has seen that none is cut off
             self.space.put(k, path)
         paths = [path for path in self.space.paths if path is not None]
@@ -180,7 +180,8 @@ class ConstraintTree:
         mine = (c.one, (NOT_STEP, c.u, c.v, c.tick))
         if self._disjoint:
             there = (c.one, (MUST_AT, c.u, c.u, c.tick - 1)), (c.one, (MUST_AT, c.v, c.v, c.tick))
-            # Who comes the other path is kept from it by its own cells being taken.
+            # Cell v at the tick before is not taken, so the other robot is kept from the swap by name; a third one that
+            # swaps there is a conflict of its own, found later.
             return (mine,), (*there, (c.other, (NOT_STEP, c.v, c.u, c.tick)))
         return (mine,), ((c.other, (NOT_STEP, c.v, c.u, c.tick)),)
 
@@ -192,7 +193,7 @@ class ConstraintTree:
         affected = self._affected(node.paths, made)
         for k in affected:
             space.take(k)
-            path = space.find(k, _constraints(child, k), levels=True)
+            path = space.find(k, _constraints(child, k))
             if path is None:
                 return None
             bound = max(path.bound, node.paths[k].bound)
@@ -206,8 +207,9 @@ class ConstraintTree:
         child.conflicts = kept + (_unique(fresh) if len(affected) > 1 else fresh)
         self._kept += PER_NODE + PER_ENTRY * (self.robots + len(kept)) + PER_CONFLICT * len(fresh)
         self._kept += PER_TICK * sum(len(child.paths[k].cells) for k in affected)
-        if self._kept > MEMORY.allowed * MIB:
-            raise FullError(self._kept // MIB + 1)
+        taken = space.mebibytes + self._kept // MIB + 1
+        if taken > MEMORY.allowed:
+            raise FullError(taken)
         child.extra = _extra(child.conflicts)
         return child
 

@@ -6,17 +6,14 @@ import heapq
 from dataclasses import dataclass
 from typing import ClassVar
 
-from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, flag, number, under_name
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
-from lampyris.model.plan import Status
 from lampyris.planning.fleet.base import FleetTraits, Progress
-from lampyris.planning.fleet.cbs import SHOWN, answer, is_unsolvable
+from lampyris.planning.fleet.cbs import SHOWN, searched
 from lampyris.planning.fleet.constraint_tree import ConstraintTree, Node
 from lampyris.planning.fleet.distance_tables import tables_of
-from lampyris.planning.fleet.pibt import is_stopped, unreachable
-from lampyris.planning.fleet.space_time import FullError
+from lampyris.planning.fleet.pibt import unreachable
 
 SURE = 0.99
 """The greatest share of conflicts that may be new ones when costs are estimated."""
@@ -66,21 +63,13 @@ class Eecbs:
         tables = tables_of(fleet)
         if tables.cut_off is not None:
             return unreachable(self.name, tables.cut_off, seed)
-        tree = ConstraintTree(tables, self.weight, disjoint=self.disjoint)
-        search = _Search(tree, self.weight, self.bypass)
-        why = ""
-        try:
-            if is_unsolvable(tables, seed):
-                return FleetPlan(Status.NO_PATH, self.name, shortest=tables.distance, seed=seed)
-            search.run(iterations, progress)
-        except Cancelled:
-            if is_stopped():
-                raise
-        except FullError:
-            why = " The memory that is allowed is used."
-        return answer(
-            self.name, tables, search.solution, search.bound, search.expanded, tree.space.expansions, seed, why
-        )  # fmt: skip
+
+        def opened() -> _Search:
+            return _Search(
+                ConstraintTree(tables, self.weight, disjoint=self.disjoint), self.weight, self.bypass
+            )
+
+        return searched(self.name, tables, seed, opened, iterations, progress)
 
 
 class _Entry:

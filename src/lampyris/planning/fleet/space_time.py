@@ -100,7 +100,7 @@ class SpaceTime:
         needed = self.tables.mebibytes + -(-(PER_STATE * horizon * cells + 8 * horizon * robots) // MIB)
         if needed > MEMORY.allowed:
             raise FullError(needed)
-        self.horizon = horizon
+        self.horizon, self.mebibytes = horizon, needed
         self.where, self.chain = (np.zeros(horizon * robots, dtype=np.int32) for _ in range(2))
         self.last = np.zeros(robots, dtype=np.int32)
         self.head = np.full(horizon * cells, -1, dtype=np.int32)
@@ -161,8 +161,6 @@ class SpaceTime:
         self,
         robot: int,
         constraints: Sequence[Constraint] = (),
-        *,
-        levels: bool = False,
     ) -> TimedPath | None:
         """A path of a robot that is not in the tables, with few conflicts with those that are; None: there is none.
 
@@ -170,7 +168,6 @@ class SpaceTime:
         ----------
         robot : its index.
         constraints : what it must keep to.
-        levels : whether the bound is to be exact, and :attr:`TimedPath.single` filled.
 
         Raises
         ------
@@ -187,7 +184,7 @@ class SpaceTime:
         while True:
             ending = kernels.find(
                 graph.edge, graph.degree, self._xy, table, robot * graph.cells, self._starts[robot], self._goals[robot],
-                self._rows, count, *self._arrays, self.horizon, self.longest, self.weight, levels,
+                self._rows, count, *self._arrays, self.horizon, self.longest, self.weight,
                 self._barred, self._since, self._must, self._pool, self._keys, self._items, self._bucket,
                 self._waiting, self._seen, self._found, self._single, self._state,
             )  # fmt: skip
@@ -196,7 +193,7 @@ class SpaceTime:
                 return None
             if ending == kernels.FOUND:
                 cost, bound = int(self._state[kernels.COST]), int(self._state[kernels.BOUND])
-                single = self._single[: bound + 1].tolist() if levels else []
+                single = self._single[: bound + 1].tolist()
                 return TimedPath(self._found[: cost + 1].tolist(), bound, single)
             if ending == kernels.HORIZON:
                 self.grow(2 * self.horizon)

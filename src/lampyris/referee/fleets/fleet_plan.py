@@ -26,7 +26,9 @@ _ALL = 4_000_000
 _SOME = 64
 
 
-def check_fleet_plan(plan: FleetPlan, fleet: Fleet, *, every: bool | None = None) -> Violation | None:
+def check_fleet_plan(
+    plan: FleetPlan, fleet: Fleet, *, every: bool | None = None, factor: float | None = None
+) -> Violation | None:
     """The first rule that a plan breaks, or None.
 
     Rules: ``paths`` (one for each robot), ``start``, ``outside``, ``wall``, ``step`` (to one of four neighbours, or
@@ -40,12 +42,23 @@ def check_fleet_plan(plan: FleetPlan, fleet: Fleet, *, every: bool | None = None
     ----------
     plan : judged.
     fleet : what it was planned for.
+    factor : what the planner promises: a plan that is found costs at most so many times its lower bound.
     every : whether each robot's shortest path is worked out again; False: those of some 64, evenly spaced, and of all
         that they lie between the distance without walls and the robot's own path. None: each if robots times cells of
         the map are at most 4 million (some 5 ms a robot on 256 x 256 cells).
     """
     if not plan.paths and plan.status is not Status.FOUND:
         return _check_bound(plan, fleet, every)
+    costs, bound = plan.sum_of_costs, plan.lower_bound
+    if (
+        factor is not None
+        and costs is not None
+        and bound is not None
+        and costs > factor * bound * (1 + 1e-12)
+    ):
+        return Violation(
+            "bound", "plan", f"costs {costs}, more than {factor:g} times the lower bound {bound}"
+        )
     if len(plan.paths) != len(fleet.robots):
         return Violation("paths", "plan", f"{len(plan.paths)} paths for {len(fleet.robots)} robots")
     for k, path in enumerate(plan.paths):
@@ -179,13 +192,6 @@ def _check_bound(plan: FleetPlan, fleet: Fleet, every: bool | None) -> Violation
     robots, cells = len(fleet.robots), fleet.grid.blocked.size
     if plan.shortest.shape != (robots,):
         return Violation("bound", "plan", f"{plan.shortest.shape} shortest lengths for {robots} robots")
-    least = max(sum(plan.shortest.tolist()), plan.bound or 0)
-    if plan.lower_bound != least:
-        return Violation(
-            "bound",
-            "plan",
-            f"lower bound {plan.lower_bound} is not the sum of the shortest lengths, nor what was proved",
-        )
     for k, (one, length) in enumerate(zip(fleet.robots, plan.shortest.tolist(), strict=True)):
         (x0, y0), (x1, y1) = one.start, one.goal
         most = len(plan.paths[k]) - 1 if plan.status is Status.FOUND else length
