@@ -73,7 +73,9 @@ def test_the_factor_is_checked() -> None:
 def test_who_waits_on_the_goal_has_arrived() -> None:
     """A robot that may not arrive before some tick waited on its goal: the referee refused the path (exit code 6)."""
     ends = [((3, 2), (2, 0)), ((2, 1), (3, 0)), ((3, 1), (0, 2)), ((0, 0), (2, 2)), ((1, 0), (2, 1))]
-    fleet = lampyris.Fleet(lampyris.Grid(np.zeros((3, 4), dtype=bool)), [lampyris.Agent(a, b) for a, b in ends])
+    fleet = lampyris.Fleet(
+        lampyris.Grid(np.zeros((3, 4), dtype=bool)), [lampyris.Agent(a, b) for a, b in ends]
+    )
     plan = lampyris.plan_fleet(fleet, "eecbs", weight=1.3)
     assert plan
     assert plan.sum_of_costs <= 1.3 * plan.lower_bound

@@ -108,10 +108,10 @@ def test_what_a_fleet_refuses() -> None:
         lampyris.Fleet(wall, [agent((1, 1), (2, 2)), agent((1, 1), (3, 3))])
     with pytest.raises(SettingError, match="no robot"):
         lampyris.Fleet(wall, [])
-    with pytest.raises(SettingError, match="at most 0.354 cells"):
+    with pytest.raises(SettingError, match=r"at most 0\.354 cells"):
         lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.36))])
+    car = lampyris.Robot(radius=0.2, drive="ackermann", turn_radius=1.0)
     with pytest.raises(SettingError, match=r"robots\[0\].robot.*Ackermann"):
-        car = lampyris.Robot(radius=0.2, drive="ackermann", turn_radius=1.0)
         lampyris.Fleet(wall, [agent((1, 1), (2, 2), car)])
     with pytest.raises(SettingError, match="not a cell"):
         agent((1.5, 1), (2, 2))
