@@ -17,6 +17,12 @@ LEFT_OUT = frozenset({"timing", "scene", "frame"})
 ADDED = frozenset({"pose_path", "goal_tolerance", "rounds"})
 """Fields that came in after the hashes on record; they are part of a result where they hold something."""
 
+ADDED_TO = frozenset(
+    {(kind, "footprint") for kind in ("RandomWalk", "Patrol", "Crossing", "Recorded")}
+    | {("Recorded", "yaw"), ("Obstacle", "outline"), ("Track", "outline"), ("Track", "yaw")}
+)
+"""The same of some classes alone: others had a field of that name before."""
+
 RENAMED = {("Moment", "obstacle"): "body"}
 """Fields that had another name when the hashes on record were made: a result is hashed under that name."""
 
@@ -50,8 +56,12 @@ def canonical(value: Any) -> Any:
         return _array(value)
     if is_dataclass(value) and not isinstance(value, type):
         parts = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
-        kept = [(name, part) for name, part in parts if name not in ADDED or not (part is None or part == ())]
         kind = type(value).__name__
+        kept = [
+            (name, part)
+            for name, part in parts
+            if not (name in ADDED or (kind, name) in ADDED_TO) or not (part is None or part == ())
+        ]
         return {"": kind} | {RENAMED.get((kind, name), name): canonical(part) for name, part in kept}
     if isinstance(value, Mapping):
         return [[canonical(key), canonical(part)] for key, part in value.items()]
