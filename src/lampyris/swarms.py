@@ -271,7 +271,7 @@ def _settings(given: Any, more: Mapping[str, Any]) -> SwarmSettings:
     if isinstance(given, SwarmSettings):
         given = {f.name: getattr(given, f.name) for f in fields(given)}
     of_kind("swarm_settings", given, Mapping, none=True)
-    for name in more.keys() & (given or {}).keys():
+    for name in sorted(more.keys() & (given or {}).keys()):
         raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     return SwarmSettings.of({**(given or {}), **more})
 

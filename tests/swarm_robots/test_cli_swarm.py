@@ -17,7 +17,7 @@ QUICK = ("swarm", "env-6", "--robots", "30", "--iterations", "60", "--seed", "2"
 def test_text_says_what_each_source_holds(tmp_path: Path) -> None:
     done = call(*QUICK, cwd=tmp_path, columns=200)
     assert done.returncode in (0, 4)
-    for word in ("source 0", "source 2", "holds", "contacts", "30 discs", "60 iterations"):
+    for word in ("source 0", "source 2", "held", "contacts", "30 discs", "60 iterations"):
         assert word in done.stdout, done.stdout
 
 

@@ -126,6 +126,7 @@ def test_drawn_sources_are_apart_and_free() -> None:
         assert not grid.blocked[row, column]
     gaps = [math.dist(a, b) for k, a in enumerate(places.tolist()) for b in places.tolist()[:k]]
     assert min(gaps) >= 24 * 0.5 / 4 - 1e-9
-    assert len(lampyris.drawn_sources(grid, 1000)) == 1000
+    large = walled(2, side=40)
+    assert len({one.at for one in lampyris.drawn_sources(large, 1000)}) == 1000
     with pytest.raises(SettingError, match="SOURCES"):
-        lampyris.drawn_sources(grid, 1001)
+        lampyris.drawn_sources(large, 1001)

@@ -158,7 +158,7 @@ def test_a_robot_of_any_size_fits_where_it_is_put() -> None:
         assert made.settings.radius == radius
     with pytest.raises(SettingError, match=r"ROBOTS.*radius"):
         lampyris.swarm_robots(walled(), robots=2, radius=30.0)
-    with pytest.raises(SettingError, match=r"ROBOTS.*allowed: at most [\\d,]+ here"):
+    with pytest.raises(SettingError, match=r"ROBOTS.*allowed: at most [\d,]+ here"):
         lampyris.swarm_robots(halls(), robots=400, radius=0.4)
 
 
@@ -202,7 +202,7 @@ def test_a_trace_beyond_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_setting_is_given_once() -> None:
     for given in ({"noise": 0.1}, SwarmSettings(noise=0.1)):
         with pytest.raises(UsageError, match=r"SETTING_CLASH.*noise is set twice"):
-            lampyris.swarm_robots(walled(), robots=5, iterations=1, swarm_settings=given, noise=0.2)
+            lampyris.swarm_robots(walled(), robots=5, swarm_settings=given, noise=0.2)
 
 
 def test_more_sources_than_cells_are_refused() -> None:
@@ -253,7 +253,7 @@ def test_lengths_follow_from_the_map() -> None:
     assert filled(grid, radius=0.2, step=0.1).step == 0.1
 
 
-def test_a_source_in_a_wall_is_told() -> None:
+def test_a_source_in_a_wall_is_noted() -> None:
     grid = halls()
     made = lampyris.swarm_robots(grid, [lampyris.InverseSquare((10.5, 3.0))], robots=3, iterations=2)
     assert "source 0" in made.notes[0]

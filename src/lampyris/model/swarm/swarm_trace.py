@@ -47,8 +47,8 @@ class SwarmTrace(Value):
 
     Parameters
     ----------
-    status : ``found``: at the end every source holds at least ``settings.capture_robots`` robots; ``iteration_limit``:
-        not every one; ``limit`` or ``cancelled``: the budget ended it.
+    status : ``found``: at the end every source is held: at least ``settings.capture_robots`` robots are within the capture
+        radius; ``iteration_limit``: not every one; ``limit`` or ``cancelled``: the budget ended it.
     grid : the map.
     sources : what sends the signal.
     settings : with every default resolved.

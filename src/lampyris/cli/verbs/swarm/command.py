@@ -147,7 +147,7 @@ def _once(settings: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
     from lampyris.errors import UsageError
 
     typed = {key: value for key, value in options.items() if value is not None}
-    for key in typed.keys() & settings.keys():
+    for key in sorted(typed.keys() & settings.keys()):
         raise UsageError("OPTIONS", f"--{key} and --set {key} both given", allowed="one of them")
     return {**settings, **typed}
 
@@ -222,8 +222,10 @@ def _print(trace: SwarmTrace) -> None:
     ]
     for k, (x, y) in enumerate(trace.source_xy[-1].tolist()):
         since = trace.held_from[k]
-        words = f"holds {trace.held[-1, k]} robots within {s.capture_radius:.2f} m"
-        words += f", {s.capture_robots} or more from iteration {since}" if since is not None else ", too few"
+        words = f"{trace.held[-1, k]} robots within {s.capture_radius:.2f} m, "
+        words += (
+            f"held from iteration {since}" if since is not None else f"not held: fewer than {s.capture_robots}"
+        )
         near = nearest_robots(trace, k)
         rows.append(
             (f"source {k}", f"({x:.2f}, {y:.2f}) m, {words}; the {len(near)} nearest within {near[-1]:.2f} m")
