@@ -224,7 +224,9 @@ def _print(trace: SwarmTrace) -> None:
         since = trace.held_from[k]
         words = f"{trace.held[-1, k]} robots within {s.capture_radius:.2f} m, "
         words += (
-            f"held from iteration {since}" if since is not None else f"not held: fewer than {s.capture_robots}"
+            f"held from iteration {since}"
+            if since is not None
+            else f"not held: fewer than {s.capture_robots}"
         )
         near = nearest_robots(trace, k)
         rows.append(
