@@ -18,7 +18,7 @@ _AT_ONCE = 2_000_000
 _ITERATIONS = 24
 _ROBOTS = 16
 """Iterations, and robots of each, whose neighbours are worked out again."""
-_PAIRS = 20_000_000
+_PAIRS = 8_000_000
 """Pairs of robots that are looked at for groups: of as many iterations of the same as these allow, one at least."""
 _CORNER = 1e-6
 """Share of a cell by which a line that passes a corner of a wall may miss it."""
