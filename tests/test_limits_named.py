@@ -345,6 +345,7 @@ ASKED: dict[str, str] = {
     "swarms.MAX_ROBOTS": "swarm_robots/test_swarm_robots.py",
     "swarms.MAX_SOURCES": "swarm_robots/test_swarm_robots.py",
     "referee.fleets.swarm._AT_ONCE": NOT_INPUT + "places looked at in one go",
+    "referee.fleets.swarm_hearing._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
     "planning.swarm.optimisers.glowworm.MOST": HERE,
     "planning.swarm.optimisers.particle.MOST": HERE,
     "planning.lattice.pad.open_space._LARGEST": NOT_INPUT + "size of a table",

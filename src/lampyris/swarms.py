@@ -19,7 +19,15 @@ from lampyris._core.cancellation import Cancelled, checkpoint
 from lampyris._core.limits import MEMORY
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
-from lampyris.errors import SettingError, callable_or_none, did_you_mean, file_name, of_kind, shown
+from lampyris.errors import (
+    SettingError,
+    UsageError,
+    callable_or_none,
+    did_you_mean,
+    file_name,
+    of_kind,
+    shown,
+)
 from lampyris.io.source_files import read_sources
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
@@ -78,11 +86,12 @@ def swarm_robots(
     budget : ``seconds`` and ``stop`` end the simulation, ``expansions`` after so many iterations; what was done is returned.
     progress : called after each iteration with how many are done, of how many.
     swarm_settings : settings by name, or all of them; see :class:`lampyris.model.settings.swarm.SwarmSettings`.
-    settings : the same as keywords.
+    settings : the same as keywords; none that is in ``swarm_settings``, too.
 
     Raises
     ------
     SettingError : ``ROBOTS``, ``STARTS``, ``SOURCES``, ``SEED``, ``SWARM_SETTING``: what is given is wrong, or there is no room.
+    UsageError : ``SETTING_CLASH``: a setting in ``swarm_settings`` and as a keyword.
     LimitError : ``MEMORY``: the trace would take more memory than is allowed.
     InternalFault : the referee refused the motion or the trace; a bug of ours.
     """
@@ -107,7 +116,7 @@ def swarm_robots(
         most = min(most, budget.expansions)
     run = _Run(grid, found, chosen, places, int(seed))
     status = run.until(most, budget, progress)
-    trace = run.trace(status, _notes(found, grid, chosen))
+    trace = run.trace(status, _notes(found, grid, chosen, count))
     judged = loading.wall()
     referee.demand(referee.check_swarm(trace))
     ended, loaded = loading.wall(), loading.seconds() - loaded
@@ -130,6 +139,7 @@ class _Run:
         self._xy = [self._swarm.xy]
         self._luciferin, self._ranges = [self._swarm.luciferin.copy()], [self._swarm.ranges.copy()]
         self._done: list[tuple[Any, ...]] = []
+        self._encounters = (0, 0)
         self.judging = 0.0
 
     def until(self, most: int, budget: Budget | None, progress: Callable[[int, int], None] | None) -> Status:
@@ -164,6 +174,7 @@ class _Run:
         self._xy.append(path[-1])
         self._luciferin.append(self._swarm.luciferin.copy())
         self._ranges.append(self._swarm.ranges.copy())
+        self._encounters = (self._swarm.encounters, self._swarm.wall_encounters)
 
     def trace(self, status: Status, notes: tuple[str, ...]) -> SwarmTrace:
         """What was done so far."""
@@ -180,8 +191,8 @@ class _Run:
             status = Status.ITERATION_LIMIT
         return SwarmTrace(
             status, self._grid, self._sources, self._settings, self._seed, xy, source_xy, readings, np.array(self._luciferin),
-            np.array(self._ranges), leaders, neighbours, groups, held, self._swarm.encounters,
-            self._swarm.wall_encounters, notes=notes,
+            np.array(self._ranges), leaders, neighbours, groups, held, *self._encounters,
+            notes=notes,
         )  # fmt: skip
 
 
@@ -223,7 +234,8 @@ def drawn_sources(
 
     Raises
     ------
-    SettingError : ``SOURCES``, ``SEED``; ``ROBOTS``: no robot of this radius fits on the map.
+    SettingError : ``SOURCES``: more than there are cells that a robot can reach; ``SEED``; ``ROBOTS``: no robot of this
+        radius fits on the map.
     """
     of_kind("grid", grid, Grid)
     if not is_whole(source_count, 1, MAX_SOURCES):
@@ -235,6 +247,11 @@ def drawn_sources(
     size = SwarmSettings(radius=radius).on(grid).radius
     assert size is not None
     cells = open_cells(grid, size)
+    if source_count > len(cells):
+        raise SettingError.of(
+            "SOURCES", "source_count", f"{source_count:,}", allowed=f"at most {len(cells):,}, one a cell that robots reach",
+            todo="fewer sources or a larger map",
+        )  # fmt: skip
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(4,))))
     order = cells[rng.permutation(len(cells))]
     apart = min(grid.width, grid.height) / 4.0
@@ -254,6 +271,8 @@ def _settings(given: Any, more: Mapping[str, Any]) -> SwarmSettings:
     if isinstance(given, SwarmSettings):
         given = {f.name: getattr(given, f.name) for f in fields(given)}
     of_kind("swarm_settings", given, Mapping, none=True)
+    for name in sorted(more.keys() & (given or {}).keys()):
+        raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     return SwarmSettings.of({**(given or {}), **more})
 
 
@@ -327,10 +346,18 @@ def three_peaks(grid: Grid) -> ThreePeaks:
     return ThreePeaks(centre, width=grid.width * grid.resolution, height=grid.height * grid.resolution)
 
 
-def _notes(sources: tuple[AnySource, ...], grid: Grid, settings: SwarmSettings) -> tuple[str, ...]:
+def _notes(
+    sources: tuple[AnySource, ...], grid: Grid, settings: SwarmSettings, robots: int
+) -> tuple[str, ...]:
     notes = []
     assert settings.radius is not None
-    for k, (x, y) in enumerate(place for one in sources for place in one.places(0.0)):
+    peaks = [place for one in sources for place in one.places(0.0)]
+    if settings.capture_robots * len(peaks) > robots:
+        notes.append(
+            f"{len(peaks)} sources of capture_robots = {settings.capture_robots} robots each need "
+            f"{settings.capture_robots * len(peaks):,} robots; there are {robots:,}, so that not every source can be held"
+        )
+    for k, (x, y) in enumerate(peaks):
         px, py = ((grid.to_points(x, y) + 0.5) * grid.resolution).tolist()
         if touches_wall(grid, px, py, settings.radius):
             notes.append(

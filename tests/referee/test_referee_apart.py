@@ -65,7 +65,7 @@ def test_a_short_meeting_between_two_corners_is_found_with_its_time_and_place() 
     tracks = crossing_pair(-0.01)
     found = obstacles_violation(tracks, [WALKER, WALKER], 1.0, 2.0)
     assert found is not None
-    assert found.rule == "bodies apart"
+    assert found.rule == "obstacles apart"
     assert "obstacles 0 and 1" in str(found)
     assert obstacles_violation(crossing_pair(1e-6), [WALKER, WALKER], 1.0, 2.0) is None
 

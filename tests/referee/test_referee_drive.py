@@ -259,22 +259,26 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
     ("grazes in the arc", "collision", lambda d: with_tracks(d, [still(9, 7, 1.6 + 1e-7)])),
     (
         "a body jumps",
-        "body speed",
+        "obstacle speed",
         lambda d: with_tracks(d, [Track(np.array([0.0, 1.0]), np.array([[20.0, 20], [20, 21]]), 0.4, 0.5)]),
     ),
     (
         "a body's size",
-        "body size",
+        "obstacle size",
         lambda d: replace(
             with_tracks(d, [still(20, 20)]), obstacle_specs=(Obstacle("recorded", 0.5, False),)
         ),
     ),
     ("a track too many", "tracks", lambda d: replace(d, tracks=(still(20, 20),))),
-    ("nobody tells of the hit", "untold contact", lambda d: with_tracks(parked(d), [visitor(d)])),
+    ("nobody tells of the hit", "unreported contact", lambda d: with_tracks(parked(d), [visitor(d)])),
     ("one that yields comes", "yield", lambda d: with_tracks(parked(d), [visitor(d)], yields=True)),
-    ("told of a hit that was none", "told contact", lambda d: _told(with_tracks(d, [still(20, 20)]), 1.0)),
-    ("told of a body that is not", "told contact", lambda d: _told(d, 1.0, body=0)),
-    ("told too early", "untold contact", lambda d: with_tracks(_told(parked(d), 0.1), [visitor(d)])),
+    (
+        "told of a hit that was none",
+        "reported contact",
+        lambda d: _told(with_tracks(d, [still(20, 20)]), 1.0),
+    ),
+    ("told of a body that is not", "reported contact", lambda d: _told(d, 1.0, body=0)),
+    ("told too early", "unreported contact", lambda d: with_tracks(_told(parked(d), 0.1), [visitor(d)])),
     ("wrong end", "outcome", lambda d: replace(d, scene=replace(d.scene, goal=(12, 12)))),
     ("arrived unsaid", "outcome", lambda d: replace(d, outcome=Outcome.TIMEOUT, moments=())),
     ("collision without one", "outcome", lambda d: replace(d, outcome=Outcome.COLLISION)),
@@ -322,7 +326,7 @@ def test_near_misses_of_the_defects_pass() -> None:
     assert judge(with_tracks(d, [still(9, 7, 1.6)])) is None
     assert judge(with_tracks(d, [still(8, 5, since=1e3)])) is None
     assert judge(_told(with_tracks(parked(d), [visitor(d)]), 2.0)) is None
-    assert judge(_told(with_tracks(parked(d), [visitor(d)]), 2.0, body=1)) == "untold contact"
+    assert judge(_told(with_tracks(parked(d), [visitor(d)]), 2.0, body=1)) == "unreported contact"
     assert judge(replace(with_robot(d, a_lat_max=0.2), law="rpp")) is None
     assert judge(replace(with_robot(d, a_lat_max=0.2), law="dissertation")) is None
     assert judge(with_wall(replace(d, outcome=Outcome.GOAL_OCCUPIED, moments=()), *d.scene.goal)) == "outcome"

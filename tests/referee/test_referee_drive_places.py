@@ -88,7 +88,7 @@ def test_contacts_are_those_that_a_watcher_sees(cases: int) -> None:
         assert told["gap"] <= watch(drive, 0.01).gap + 1e-6
         if gap < -1e-3:
             assert verdict is not None
-            assert verdict.rule in ("collision", "untold contact")
+            assert verdict.rule in ("collision", "unreported contact")
             refused += 1
         elif gap > 0.03:
             assert verdict is None

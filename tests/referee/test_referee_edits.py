@@ -148,11 +148,11 @@ def test_corners_knights_and_discs_by_the_map_of_the_tick() -> None:
 def test_bodies_by_the_map_of_the_tick() -> None:
     track = [(0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 0)]
     for tick, cell, turns, rule in (
-        (3, (3, 0), True, "body wall"),
+        (3, (3, 0), True, "obstacle wall"),
         (3, (2, 0), False, None),
         (3, (2, 0), True, "edits"),
         (3, (1, 0), True, None),
-        (3, (4, 0), True, "body wall"),
+        (3, (4, 0), True, "obstacle wall"),
     ):
         edit = Edit(tick, (cell,))
         alone = trace_of(ROW, (edit,), (edit,) if turns else ())
@@ -160,14 +160,14 @@ def test_bodies_by_the_map_of_the_tick() -> None:
     # One that has not appeared covers nothing; one with a size covers more than its own cell.
     edit = Edit(3, ((0, 4),))
     assert judge(with_body(trace_of(ROW, (edit,)), 3, [(1, 4)] * 3)) is None
-    assert judge(with_body(trace_of(ROW, (edit,)), 3, [(0, 4)] * 3)) == "body wall"
+    assert judge(with_body(trace_of(ROW, (edit,)), 3, [(0, 4)] * 3)) == "obstacle wall"
     assert judge(with_body(trace_of(ROW, (edit,), ()), 2, [(0, 4)] * 4)) is None
     tall = Grid(np.zeros((9, 6), bool))
     beside = Edit(3, ((2, 7), (4, 7)))
     wide = trace_of(ROW, (beside,), (Edit(3, ((4, 7),)),), grid=tall)
     assert judge(with_body(wide, 0, [(2, 6)] * 6, radius=1.0)) is None
     moved = [(2, 6)] * 3 + [(3, 6)] * 3
-    assert judge(with_body(wide, 0, moved, radius=1.0)) == "body wall"
+    assert judge(with_body(wide, 0, moved, radius=1.0)) == "obstacle wall"
 
 
 def test_the_ground_is_that_of_the_map_as_given() -> None:

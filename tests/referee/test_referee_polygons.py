@@ -271,17 +271,61 @@ def onto_the_robot(made: Drive) -> Drive:
     return track(made, k, xy=xy, top_speed=100.0)
 
 
+def with_spec(made: Drive, k: int, spec: Any, **fields: Any) -> Drive:
+    """The scene has a recorded obstacle in place of its own, and track ``k`` is of it."""
+    specs = list(made.obstacle_specs)
+    specs[k] = replace(specs[k], outline=spec.footprint, radius=spec.radius)
+    traffic = tuple(spec if isinstance(one, lampyris.Recorded) else one for one in made.scene.traffic)
+    made = replace(made, obstacle_specs=tuple(specs), scene=replace(made.scene, traffic=traffic))
+    return track(made, k, outline=spec.footprint, radius=spec.radius, **fields)
+
+
 def turned_onto_the_robot(made: Drive) -> Drive:
     """An obstacle stands so near that its front, and nothing else, sweeps over the robot when it turns once."""
-    k, t = passing(made), 0.5 * made.duration
-    xy, _ = made.at(np.array([t]))
-    at = np.repeat(xy + np.array((0.0, 0.62 / 0.25)), 4, axis=0)
+    k, tick = passing(made), 0.25 / 0.7
+    n = round(0.5 * made.duration / tick)
+    xy, _ = made.at(np.array([n * tick]))
     outline = ((0.6, 0.02), (-0.02, 0.02), (-0.02, -0.02), (0.6, -0.02))
+    quarters = [-math.pi, -0.5 * math.pi, 0.0, 0.5 * math.pi, math.pi]
+    yaw = [-math.pi] * (n - 3) + quarters
+    spec = lampyris.Recorded([(20, 20)] * len(yaw), footprint=outline, yaw=yaw)
+    times = [*(np.arange(len(yaw)) * tick).tolist(), made.duration]
+    at = np.repeat(xy + np.array((0.0, 0.62 / 0.25)), len(times), axis=0)
+    return with_spec(made, k, spec, t=times, xy=at, yaw=[*yaw, math.pi])
+
+
+def small_square(made: Drive) -> Drive:
+    """Track and obstacle are 2 cm wide; the scene's are not."""
+    tiny = ((0.01, 0.01), (-0.01, 0.01), (-0.01, -0.01), (0.01, -0.01))
     specs = list(made.obstacle_specs)
-    specs[k] = replace(specs[k], outline=outline, radius=bound_radius(outline))
-    made = replace(made, obstacle_specs=tuple(specs))
-    times, yaw = [0.0, t - 0.15, t + 0.15, made.duration], [-math.pi, -math.pi, math.pi, math.pi]
-    return track(made, k, t=times, xy=at, yaw=yaw, outline=outline, radius=bound_radius(outline))
+    specs[0] = replace(specs[0], outline=tiny)
+    return track(replace(made, obstacle_specs=tuple(specs)), 0, outline=tiny)
+
+
+def disc_for_polygon(made: Drive) -> Drive:
+    specs = list(made.obstacle_specs)
+    specs[0] = replace(specs[0], outline=None)
+    return track(replace(made, obstacle_specs=tuple(specs)), 0, outline=None, yaw=None)
+
+
+def patrol_that_never_turns(made: Drive) -> Drive:
+    k = [one.kind for one in made.obstacle_specs].index("patrol")
+    assert np.ptp(made.tracks[k].yaw) > 3.0
+    return track(made, k, yaw=np.zeros(len(made.tracks[k].t)))
+
+
+def recorded_off_its_motion(made: Drive) -> Drive:
+    k = passing(made)
+    return track(made, k, yaw=np.array(made.tracks[k].yaw) + 1.0)
+
+
+def recorded_off_its_yaw(made: Drive) -> Drive:
+    """The obstacle has the heading of its motion, which is 1 rad off the one that is given."""
+    k = passing(made)
+    spec = made.scene.traffic[-1]
+    assert isinstance(spec, lampyris.Recorded)
+    yaw = [float(made.tracks[k].yaw[0]) + 1.0] * len(spec.track)
+    return with_spec(made, k, replace(spec, yaw=tuple(yaw)))
 
 
 def other_outline(made: Drive) -> Drive:
@@ -324,8 +368,10 @@ def made_up_collision(made: Drive) -> Drive:
 
 WRONG: dict[Callable[[Drive], Drive], str] = {
     onto_the_robot: "collision", turned_onto_the_robot: "collision", other_outline: "obstacle shape",
-    no_outline: "obstacle shape", small_disc: "body size", turned_away: "heading",
-    turned_while_standing: "heading", made_up_collision: "outcome",
+    no_outline: "obstacle shape", small_square: "obstacle shape", disc_for_polygon: "obstacle shape",
+    small_disc: "obstacle size", turned_away: "obstacle heading", turned_while_standing: "obstacle heading",
+    patrol_that_never_turns: "obstacle heading", recorded_off_its_motion: "obstacle heading",
+    recorded_off_its_yaw: "obstacle heading", made_up_collision: "outcome",
 }  # fmt: skip
 
 
@@ -340,6 +386,30 @@ def test_what_is_wrong_is_found(change: Callable[[Drive], Drive], kind: str) -> 
     if WRONG[change] == "collision":
         assert measure(change(made))["collisions"] == 1
         assert measure(change(made))["gap"] == 0.0
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4])
+def test_a_recorded_yaw_passes(yaw: float) -> None:
+    """Headings that are given with a track on a map that is turned by ``yaw``, and a drive in which obstacles halt."""
+    grid = lampyris.Grid(np.zeros((20, 24), dtype=bool), resolution=0.25, origin=(1.0, -2.0, yaw))
+    box = [(0.3, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.3, -0.1)]
+    cells = [(12, y) for y in range(2, 18)]
+    traffic = (
+        lampyris.Recorded(cells, footprint=box, yaw=[0.5 * k for k in range(len(cells))]),
+        lampyris.Patrol([(6, 4), (6, 15)], footprint=box),
+        lampyris.RandomWalk(3, footprint=box),
+    )
+    scene = lampyris.Scene(
+        grid, start=(2, 10), goal=(21, 10), robot=lampyris.Robot(radius=0.2), traffic=traffic
+    )
+    for seed in range(3):
+        made = lampyris.drive(scene, "astar", seed=seed, obstacle_speed=0.5)
+        assert check_drive(made) is None
+        k = passing(made)
+        turned = track(made, k, yaw=np.array(made.tracks[k].yaw) + 1.0)
+        found = check_drive(turned)
+        assert found is not None
+        assert found.rule == "obstacle heading"
 
 
 def test_a_contact_with_the_disc_alone_is_none() -> None:

@@ -160,7 +160,7 @@ def test_who_runs_into_a_standing_footprint_is_reported() -> None:
     silent = replace(made, moments=tuple(m for m in made.moments if m.word != "hit"))
     found = check_drive(silent)
     assert found is not None
-    assert found.rule == "untold contact"
+    assert found.rule == "unreported contact"
     late = replace(
         made, moments=tuple(replace(m, t=m.t + 3.0) if m.word == "hit" else m for m in made.moments[:1])
     )

@@ -17,7 +17,7 @@ QUICK = ("swarm", "env-6", "--robots", "30", "--iterations", "60", "--seed", "2"
 def test_text_says_what_each_source_holds(tmp_path: Path) -> None:
     done = call(*QUICK, cwd=tmp_path, columns=200)
     assert done.returncode in (0, 4)
-    for word in ("source 0", "source 2", "holds", "contacts", "30 discs", "60 iterations"):
+    for word in ("source 0", "source 2", "held", "contacts", "30 discs", "60 iterations"):
         assert word in done.stdout, done.stdout
 
 
@@ -75,6 +75,9 @@ def test_drawn_sources_a_file_and_the_gradient(tmp_path: Path) -> None:
         (("--set", "nois=1"), 2, "did you mean noise"),
         (("--set", "noise"), 2, "KEY=VALUE"),
         (("--iterations", "0"), 2, "--iterations"),
+        (("--iterations", "5", "--set", "iterations=9"), 2, "--iterations and --set iterations both given"),
+        (("--method", "gso", "--set", "method=gso"), 2, "--method and --set method both given"),
+        (("--sources", "drawn", "--source-count", "1000"), 2, "--source-count"),
         (("--film", "a.mp4"), 2, ".webp"),
     ],
 )
@@ -82,6 +85,12 @@ def test_errors(tmp_path: Path, words: tuple[str, ...], code: int, said: str) ->
     done = call("swarm", "guide", *words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert said in done.stderr
+
+
+def test_settings_of_set_that_have_options_of_their_own(tmp_path: Path) -> None:
+    few = ("swarm", "guide", "--robots", "4", "--json", "--set", "method=gradient", "--set", "iterations=3")
+    made = json.loads(call(*few, cwd=tmp_path).stdout)
+    assert (made["method"], made["iterations"]) == ("gradient", 3)
 
 
 def test_a_time_limit_ends_it(tmp_path: Path) -> None:

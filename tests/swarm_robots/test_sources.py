@@ -11,7 +11,7 @@ from swarm_maps import walled
 import lampyris
 from lampyris.errors import SettingError
 from lampyris.model.swarm.sources import J1_HEIGHT
-from lampyris.referee.fleets.swarm import _signal
+from lampyris.referee.fleets.swarm_signals import signal_at
 from lampyris.sim.swarm.signals import normal, signal, signal_on
 
 PEAKS = lampyris.ThreePeaks((0.0, 0.0), 6.0, 6.0)
@@ -31,7 +31,7 @@ def test_the_signal_is_that_of_its_definition(source: lampyris.Plume) -> None:
     xy = np.random.default_rng(1).normal(0.0, 5.0, (400, 2))
     for t in (0.0, 1.25, 40.0):
         made = signal((source, PEAKS), xy, t)
-        assert made == pytest.approx(_signal((source, PEAKS), xy[:, 0], xy[:, 1], t), rel=1e-12, abs=1e-14)
+        assert made == pytest.approx(signal_at((source, PEAKS), xy[:, 0], xy[:, 1], t), rel=1e-12, abs=1e-14)
 
 
 def test_peaks_are_where_the_function_is_highest_nearby() -> None:
@@ -126,6 +126,7 @@ def test_drawn_sources_are_apart_and_free() -> None:
         assert not grid.blocked[row, column]
     gaps = [math.dist(a, b) for k, a in enumerate(places.tolist()) for b in places.tolist()[:k]]
     assert min(gaps) >= 24 * 0.5 / 4 - 1e-9
-    assert len(lampyris.drawn_sources(grid, 1000)) == 1000
+    large = walled(2, side=40)
+    assert len({one.at for one in lampyris.drawn_sources(large, 1000)}) == 1000
     with pytest.raises(SettingError, match="SOURCES"):
-        lampyris.drawn_sources(grid, 1001)
+        lampyris.drawn_sources(large, 1001)

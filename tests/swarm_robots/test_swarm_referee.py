@@ -87,6 +87,20 @@ def one_more_neighbour(trace: lampyris.SwarmTrace) -> dict[str, Any]:
     return {"neighbours": neighbours, "ranges": ranges}
 
 
+def trees_as_groups(trace: lampyris.SwarmTrace) -> dict[str, Any]:
+    """Only robots that follow each other are said to be a group: neighbours that nobody follows link none."""
+    groups = np.empty_like(trace.groups)
+    for t in range(trace.iterations):
+        top = np.arange(trace.robots)
+        for _ in range(trace.robots):
+            ahead = trace.leaders[t, top]
+            top = np.where(ahead >= 0, ahead, top)
+        for root in np.unique(top):
+            groups[t][top == root] = np.flatnonzero(top == root)[0]
+    assert (groups != trace.groups).any()
+    return {"groups": groups}
+
+
 DEFECTS: dict[str, tuple[str, Change]] = {
     "overlap": ("contact", overlapping),
     "wall": ("wall", in_a_wall),
@@ -102,12 +116,16 @@ DEFECTS: dict[str, tuple[str, Change]] = {
     "a leader that is not heard": ("leader", far_leader),
     "one neighbour more": ("neighbours", one_more_neighbour),
     "a group without its leader": ("group", lambda t: {"groups": np.broadcast_to(np.arange(t.robots), t.groups.shape)}),
+    "groups of followers alone": ("group", trees_as_groups),
+    "encounters below none": ("encounters", lambda _: {"encounters": -5}),
+    "encounters of nobody": ("encounters", lambda _: {"encounters": 10**6}),
+    "walls met too often": ("encounters", lambda t: {"wall_encounters": t.robots * t.iterations + 1}),
     "one robot more held": ("held", put("held", (9, 1), lambda old: old + 1)),
     "one robot fewer held": ("held", lambda t: put("held", (-1, int(t.held[-1].argmax())), lambda old: old - 1)(t)),
     "a source that moved": ("sources", put("source_xy", (3, 0), lambda old: old + 0.1)),
     "found without holding": ("status", lambda t: {"status": Status.FOUND}),
     "a limit that was not reached": ("status", lambda t: {"status": Status.NO_PATH}),
-    "settings that are not filled in": ("settings", lambda t: {"settings": replace(t.settings, beta=None)}),
+    "settings with a default that is not resolved": ("settings", lambda t: {"settings": replace(t.settings, beta=None)}),
 }  # fmt: skip
 
 
@@ -117,6 +135,52 @@ def test_a_defect_is_named(trace: lampyris.SwarmTrace, defect: str) -> None:
     found = check_swarm(replace(trace, **change(trace)), every=rule in ("leader", "neighbours"))
     assert found is not None
     assert found.rule == rule, found
+
+
+@pytest.mark.parametrize(
+    ("source", "off"),
+    [
+        (lampyris.InverseSquare((6.0, 7.0), core=3.0), 0.1),
+        (lampyris.Plume((6.0, 7.0), towards=0.7, width=3.0), 0.2),
+        (None, 1.0),
+    ],
+    ids=["inverse-square", "plume", "three-peaks"],
+)
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_measurements_of_the_gradient_are_judged(source: Any, off: float, noise: float) -> None:
+    """What four sensors on the rim measured lies within what the signal is on the disc."""
+    grid = walled()
+    looked_for = (three_peaks(grid),) if source is None else (source,)
+    made = lampyris.swarm_robots(
+        grid, looked_for, robots=20, seed=3, iterations=10, method="gradient", noise=noise
+    )
+    assert check_swarm(made, every=True) is None
+    off += 5 * noise * max(one.highest for one in looked_for)
+    for sign in (1.0, -1.0):
+        readings = made.readings.copy()
+        readings[4, 7] += sign * off
+        found = check_swarm(replace(made, readings=readings))
+        assert found is not None
+        assert found.rule == "reading"
+
+
+def test_the_gradient_makes_no_groups() -> None:
+    made = lampyris.swarm_robots(walled(), robots=10, seed=3, iterations=3, method="gradient")
+    found = check_swarm(replace(made, groups=np.zeros_like(made.groups)))
+    assert found is not None
+    assert found.rule == "group"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_groups_among_walls_are_made_again(seed: int) -> None:
+    """Rooms whose robots do not hear each other: what is right passes, and one group of all is refused."""
+    grid = halls()
+    made = lampyris.swarm_robots(grid, robots=24, seed=seed, iterations=6, sensor_range=8.0)
+    assert check_swarm(made, every=True) is None
+    assert any(len(np.unique(row)) > 1 for row in made.groups)
+    found = check_swarm(replace(made, groups=np.zeros_like(made.groups)), every=True)
+    assert found is not None
+    assert found.rule == "group"
 
 
 def test_a_wall_between_robots_is_seen() -> None:

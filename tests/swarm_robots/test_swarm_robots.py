@@ -13,7 +13,7 @@ from swarm_maps import filled, halls, walled
 
 import lampyris
 from lampyris import swarms
-from lampyris.errors import LimitError, SettingError, UnknownSettingError
+from lampyris.errors import LimitError, SettingError, UnknownSettingError, UsageError
 from lampyris.model.plan import Status
 from lampyris.model.settings.swarm import SwarmSettings
 from lampyris.model.swarm.swarm_trace import SwarmTrace
@@ -158,7 +158,7 @@ def test_a_robot_of_any_size_fits_where_it_is_put() -> None:
         assert made.settings.radius == radius
     with pytest.raises(SettingError, match=r"ROBOTS.*radius"):
         lampyris.swarm_robots(walled(), robots=2, radius=30.0)
-    with pytest.raises(SettingError, match=r"ROBOTS.*allowed: room for"):
+    with pytest.raises(SettingError, match=r"ROBOTS.*allowed: at most [\d,]+ here"):
         lampyris.swarm_robots(halls(), robots=400, radius=0.4)
 
 
@@ -199,6 +199,26 @@ def test_a_trace_beyond_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> No
         lampyris.swarm_robots(walled(), robots=10, iterations=2500)
 
 
+def test_a_setting_is_given_once() -> None:
+    for given in ({"noise": 0.1}, SwarmSettings(noise=0.1)):
+        with pytest.raises(UsageError, match=r"SETTING_CLASH.*noise is set twice"):
+            lampyris.swarm_robots(walled(), robots=5, swarm_settings=given, noise=0.2)
+
+
+def test_more_sources_than_cells_are_refused() -> None:
+    grid = lampyris.Grid(np.zeros((3, 3), dtype=bool))
+    assert len({one.at for one in lampyris.drawn_sources(grid, 9)}) == 9
+    with pytest.raises(SettingError, match=r"SOURCES.*10.*at most 9"):
+        lampyris.drawn_sources(grid, 10)
+
+
+def test_too_few_robots_for_all_sources_are_noted() -> None:
+    few = lampyris.swarm_robots(walled(), robots=8, iterations=1)
+    assert any("need 9 robots; there are 8" in note for note in few.notes)
+    enough = lampyris.swarm_robots(walled(), robots=9, iterations=1)
+    assert not any("need" in note for note in enough.notes)
+
+
 def test_a_thousand_sources_and_no_more() -> None:
     one = lampyris.InverseSquare((2.0, 2.0))
     grid = lampyris.Grid(np.zeros((9, 9), dtype=bool))
@@ -209,7 +229,7 @@ def test_a_thousand_sources_and_no_more() -> None:
 
 def test_twenty_thousand_robots_are_the_most() -> None:
     """Taken; there is no room for them on this map."""
-    with pytest.raises(SettingError, match="room for"):
+    with pytest.raises(SettingError, match=r"allowed: at most [\d,]+ here"):
         lampyris.swarm_robots(lampyris.Grid(np.zeros((9, 9), dtype=bool)), robots=swarms.MAX_ROBOTS)
 
 
@@ -233,7 +253,7 @@ def test_lengths_follow_from_the_map() -> None:
     assert filled(grid, radius=0.2, step=0.1).step == 0.1
 
 
-def test_a_source_in_a_wall_is_told() -> None:
+def test_a_source_in_a_wall_is_noted() -> None:
     grid = halls()
     made = lampyris.swarm_robots(grid, [lampyris.InverseSquare((10.5, 3.0))], robots=3, iterations=2)
     assert "source 0" in made.notes[0]

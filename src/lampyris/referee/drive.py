@@ -49,9 +49,9 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``,
-    ``obstacle shape``, ``heading``, ``body speed``, ``collision`` (contact while the robot moves), ``yield`` (one that
-    yields ran into it), ``untold contact``, ``told contact``, ``bodies apart`` (two obstacles overlap:
+    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle shape``, ``obstacle size``,
+    ``obstacle speed``, ``obstacle heading``, ``collision`` (contact while the robot moves), ``yield`` (one that
+    yields ran into it), ``unreported contact``, ``reported contact``, ``obstacles apart`` (two obstacles overlap:
     :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
 
     On curves of poses there are also ``pose`` (yaw and curve do not fit each other, or not the robot's drive) and ``yaw

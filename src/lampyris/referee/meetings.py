@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+
 import numpy as np
 
 from lampyris.model.drive import Drive
 from lampyris.model.obstacles import Track
+from lampyris.model.robot import Polygon
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Obstacle
+from lampyris.model.traffic import BOUND_MARGIN, Crossing, Patrol, RandomWalk, Recorded
 from lampyris.referee.geometry.moving_discs import (
     Episode,
     Pairs,
@@ -41,6 +45,8 @@ NEAR = 1e-6
 
 ANGLE = 1e-6
 """Radians that rounding may make of a heading."""
+
+_KINDS = {RandomWalk: "random-walk", Patrol: "patrol", Crossing: "crossing", Recorded: "recorded"}
 
 _MET = ("hit", "contact")
 
@@ -103,17 +109,17 @@ def radius_in(drive: Drive, motion: RobotMotion) -> float:
 
 
 def tracks_violation(drive: Drive) -> Violation | None:
-    """Whether an obstacle's disc is smaller than its obstacle, or faster than it can be."""
+    """Whether an obstacle has another shape than the scene's, is smaller or faster than it can be, or looks elsewhere."""
     resolution = drive.scene.grid.resolution
+    found = _shapes(drive)
+    if found is not None:
+        return found
     for k, (track, obstacle) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
         # A small obstacle of the tick model fills its cell: its disc may be larger than its radius.
         if track.radius < obstacle.radius * (1 - ROUNDING):
             return Violation(
-                "body size", f"body {k}", f"{track.radius!r} m in its track, {obstacle.radius!r}"
+                "obstacle size", f"obstacle {k}", f"{track.radius!r} m in its track, {obstacle.radius!r}"
             )
-        found = _shape(k, track, obstacle) or _heading(k, track, obstacle)
-        if found is not None:
-            return found
         if len(track.t) < 2:
             continue
         dt = np.diff(track.t)
@@ -125,41 +131,102 @@ def tracks_violation(drive: Drive) -> Violation | None:
             i = int(fast.argmax())
             since = float(track.t[i])
             what = f"{float(pace[i])!r} m/s from {since:g} s on; its top speed is {track.top_speed:g}"
-            return Violation("body speed", f"body {k}", what)
+            return Violation("obstacle speed", f"obstacle {k}", what)
+    return _headings(drive)
+
+
+def _shapes(drive: Drive) -> Violation | None:
+    """Whether every polygon is one of the scene's, no more often than it is there, and within the disc around it."""
+    asked: dict[str, Counter[Polygon | None]] = {}
+    for spec in drive.scene.traffic:
+        count = spec.count if isinstance(spec, RandomWalk | Crossing) else 1
+        asked.setdefault(_KINDS[type(spec)], Counter())[spec.footprint] += count
+    for k, (track, obstacle) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
+        if track.outline != obstacle.outline:
+            return Violation(
+                "obstacle shape", f"obstacle {k}", "its track has another outline than the obstacle"
+            )
+        left = asked.get(obstacle.kind, Counter())
+        if any(one is not None for one in left):
+            left[track.outline] -= 1
+        if left[track.outline] < 0 or (track.outline is not None and track.outline not in left):
+            what = f"the scene has no such {obstacle.kind}, or fewer: {_outline_words(track.outline)}"
+            return Violation("obstacle shape", f"obstacle {k}", what)
+        if track.outline is None:
+            continue
+        far = float(np.hypot(*np.array(track.outline).T).max())
+        if track.radius < far * (1 - ROUNDING) + BOUND_MARGIN:
+            what = f"{track.radius!r} m in its track, a vertex at {far!r}"
+            return Violation("obstacle size", f"obstacle {k}", what)
     return None
 
 
-def _shape(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
-    """Whether a polygon of a track is its obstacle's, and within the disc around it."""
-    if track.outline != obstacle.outline:
-        return Violation("obstacle shape", f"body {k}", "its track has another outline than the obstacle")
-    far = 0.0 if track.outline is None else float(np.hypot(*np.array(track.outline).T).max())
-    if track.radius < far:
-        return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, a vertex at {far!r}")
+def _outline_words(outline: Polygon | None) -> str:
+    return "a disc" if outline is None else f"a polygon of {len(outline)} vertices"
+
+
+def _headings(drive: Drive) -> Violation | None:
+    """Whether a polygon has the heading of its recording, or turns to its direction of motion."""
+    recorded = [spec for spec in drive.scene.traffic if isinstance(spec, Recorded)]
+    resolution, north = drive.scene.grid.resolution, drive.scene.grid.origin[2]
+    for k, (track, obstacle) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
+        spec = recorded.pop(0) if obstacle.kind == "recorded" and recorded else None
+        if track.yaw is None or track.top_speed <= 0.0:
+            continue
+        # The top speed is that of a diagonal step, which takes a tick.
+        tick = math.sqrt(2.0) * resolution / track.top_speed
+        if spec is not None and spec.yaw:
+            found = _recorded_heading(k, track, tick, np.array(spec.yaw) - north)
+        else:
+            found = _heading(k, track, tick)
+        if found is not None:
+            return found
     return None
 
 
-def _heading(k: int, track: Track, obstacle: Obstacle) -> Violation | None:
-    """Whether a polygon turns towards the direction in which it moves, the shorter way, and not while it stands.
+def _recorded_heading(k: int, track: Track, tick: float, given: Floats) -> Violation | None:
+    """Whether a polygon has the given heading at the end of every tick (one a tick, then the last), and turns the shorter way."""
+    assert track.yaw is not None
+    ticks = np.arange(math.floor(float(track.t[-1]) / tick + 1e-6) + 1)
+    want = given[np.minimum(ticks, len(given) - 1)]
+    off = np.abs(_wrapped(np.interp(ticks * tick, track.t, track.yaw) - want))
+    if (off > ANGLE).any():
+        i = int(off.argmax())
+        what = f"is {float(off[i]):.6g} rad off its recorded yaw at {i * tick:g} s"
+        return Violation("obstacle heading", f"obstacle {k}", what)
+    turn = np.abs(np.diff(track.yaw))
+    long = turn > np.pi * np.diff(track.t) / tick + ANGLE
+    if long.any():
+        i = int(long.argmax())
+        what = f"turns by {float(turn[i]):.6g} rad from {float(track.t[i]):g} s on, not the shorter way"
+        return Violation("obstacle heading", f"obstacle {k}", what)
+    return None
 
-    The heading of a recorded one may be given with its track.
+
+def _heading(k: int, track: Track, tick: float) -> Violation | None:
+    """Whether a polygon turns to the direction in which it moves, the shorter way, and not while it stands.
+
+    It turns at an even rate that ends with the tick: in a stretch of a share of the tick by at least that share of what is left,
+    in a whole tick by all of it, within ANGLE.
     """
-    if track.yaw is None or obstacle.kind == "recorded" or len(track.t) < 2:
-        return None
+    assert track.yaw is not None
     step, turn = np.diff(track.xy, axis=0), np.diff(track.yaw)
     moves = (step != 0.0).any(axis=1)
     along = np.arctan2(-step[:, 1], step[:, 0])
     before, after = (np.abs(_wrapped(along - yaw)) for yaw in (track.yaw[:-1], track.yaw[1:]))
-    # Towards it: what is left to turn is less by what was turned. Over a tiny step the direction is rounded.
-    bad = np.where(moves, after > before - np.abs(turn) + ANGLE, np.abs(turn) > ANGLE)
+    left = before * (1.0 - np.minimum(np.diff(track.t) / tick, 1.0))
+    # Over a tiny step the direction is rounded.
+    bad = np.where(moves, after > np.minimum(left, before - np.abs(turn)) + ANGLE, np.abs(turn) > ANGLE)
     bad &= ~moves | (np.hypot(*step.T) > 1e-6)
     if not bad.any():
         return None
     i = int(bad.argmax())
-    what = (
-        f"turns by {float(turn[i]):.6g} rad from {float(track.t[i]):g} s on, not to its direction of motion"
-    )
-    return Violation("heading", f"body {k}", what)
+    since = float(track.t[i])
+    off = f"is then {float(after[i]):.6g} rad off its direction of motion"
+    what = f"turns by {float(turn[i]):.6g} rad from {since:g} s on and {off}"
+    if not moves[i]:
+        what = f"turns by {float(turn[i]):.6g} rad from {since:g} s on while it stands"
+    return Violation("obstacle heading", f"obstacle {k}", what)
 
 
 def _wrapped(angle: Floats) -> Floats:
@@ -185,7 +252,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
         what = f"{d:.9g} m from {part} at {t:.9g} s while it moves; the radii make {reach:g}"
         if drive.tracks[obstacle].outline is not None:
             what = f"its outline is on the robot at {t:.9g} s while it moves"
-        return Violation("collision", f"body {obstacle}", what)
+        return Violation("collision", f"obstacle {obstacle}", what)
     last = meetings.touching_at_the_end()
     if (
         met is None
@@ -199,13 +266,13 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     for one in episodes:
         if drive.obstacle_specs[one.obstacle].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
-            return Violation("yield", f"body {one.obstacle}", what)
+            return Violation("yield", f"obstacle {one.obstacle}", what)
     reported = [(m.obstacle, m.t) for m in drive.moments if m.word in _MET]
     for one in episodes:
         lo, hi = one.begin - drive.period - NEAR, one.end + drive.period + NEAR
         if not any(obstacle == one.obstacle and lo <= t <= hi for obstacle, t in reported):
             what = f"touches the standing robot from {one.begin:.9g} s on; no moment tells of it"
-            return Violation("untold contact", f"body {one.obstacle}", what)
+            return Violation("unreported contact", f"obstacle {one.obstacle}", what)
     if drive.outcome is Outcome.HIT and not (last or any(e.end >= late for e in episodes)):
         return Violation("outcome", "drive", "hit, but nobody is on the robot at the end")
     return _reported_contacts(drive, motion)
@@ -230,11 +297,11 @@ def _reported_contacts(drive: Drive, motion: RobotMotion) -> Violation | None:
             continue
         if not 0 <= m.obstacle < len(drive.tracks):
             return Violation(
-                "told contact", f"moment {k}", f"{m.word} with obstacle {m.obstacle}, which is not there"
+                "reported contact", f"moment {k}", f"{m.word} with obstacle {m.obstacle}, which is not there"
             )
         meetings = meetings or Meetings(drive, motion)
         gap = meetings.gap_at(m.obstacle, m.t)
         if gap > NEAR and len(motion.t0):
             what = f"{m.word} with obstacle {m.obstacle} at {m.t:.9g} s, which is {gap:.6g} m away"
-            return Violation("told contact", f"moment {k}", what)
+            return Violation("reported contact", f"moment {k}", what)
     return None

@@ -65,11 +65,11 @@ def _lengths(trace: Trace) -> Violation | None:
     for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
         if not before <= t0 <= trace.ticks:
             return Violation(
-                "appear", f"body {k}", f"appears at tick {t0}, after one at {before}, of {trace.ticks}"
+                "appear", f"obstacle {k}", f"appears at tick {t0}, after one at {before}, of {trace.ticks}"
             )
         if len(track) != n - t0:
             return Violation(
-                "lengths", f"body {k}", f"{len(track)} places from tick {t0} on, {n - t0} ticks are left"
+                "lengths", f"obstacle {k}", f"{len(track)} places from tick {t0} on, {n - t0} ticks are left"
             )
         before = t0
     return None
@@ -113,16 +113,16 @@ def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
             )
             if not inner <= stated <= outer:
                 what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
-                return Violation("footprint", f"body {k}", what)
+                return Violation("footprint", f"obstacle {k}", what)
     traffic = _traffic(trace)
     at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
     if outside.any():
-        return _body("body outside", outside, at, f"outside the map, {grid.width} x {grid.height}")
+        return _body("obstacle outside", outside, at, f"outside the map, {grid.width} x {grid.height}")
     far = (np.abs(at[1:] - at[:-1]).max(axis=2, initial=0) > 1) & there[:-1]
     if far.any():
-        return _body("body step", far, at, "more than one cell from where it is a tick later")
+        return _body("obstacle step", far, at, "more than one cell from where it is a tick later")
     found = (_walled(traffic, era, ground.blocked) for era, ground in with_maps(eras, grid))
     return next((broken for broken in found if broken is not None), None)
 
@@ -134,20 +134,20 @@ def _walled(traffic: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | No
     x, y = at[..., 0], at[..., 1]
     wall = there & blocked[np.where(there, y, 0), np.where(there, x, 0)]
     if wall.any():
-        return _body("body wall", wall, at, "in a wall", era.first)
+        return _body("obstacle wall", wall, at, "in a wall", era.first)
     for k, offsets in enumerate(traffic.covers[1:]):
         if len(offsets) > 1:
             t = np.flatnonzero(there[:, k])
             hit = first_overlap(blocked, x[t, k], y[t, k], offsets)
             if hit is not None:
                 wall[t[hit[0]], k] = True
-                return _body("body wall", wall, at, f"over the wall at ({hit[1]}, {hit[2]})", era.first)
+                return _body("obstacle wall", wall, at, f"over the wall at ({hit[1]}, {hit[2]})", era.first)
     return None
 
 
 def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str, since: int = 0) -> Violation:
     t, k = (int(v) for v in np.unravel_index(int(bad.argmax()), bad.shape))
-    return Violation(rule, f"body {k} at tick {since + t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
+    return Violation(rule, f"obstacle {k} at tick {since + t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
 
 
 def _traffic(trace: Trace) -> AgentTracks:
@@ -185,7 +185,7 @@ def _pairs(trace: Trace) -> Violation | None:
 
 
 def _name(obstacle: int) -> str:
-    return "the robot" if obstacle == 0 else f"body {obstacle - 1}"
+    return "the robot" if obstacle == 0 else f"obstacle {obstacle - 1}"
 
 
 def _hits(trace: Trace) -> frozenset[int]:

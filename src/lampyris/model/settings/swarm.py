@@ -42,8 +42,8 @@ class SwarmSettings:
     beta : how fast the decision range adapts, metres for each neighbour missing or too many.
     nt : neighbours aimed at.
     luciferin : at first.
-    capture_radius : a source holds the robots that are nearer than this.
-    capture_robots : robots from which on a source counts as held.
+    capture_radius : robots nearer to a source than this count for it.
+    capture_robots : a source is held if at least so many robots are within the capture radius.
     small_step : distance of a small step of the motion at the most.
 
     Raises
@@ -94,7 +94,7 @@ class SwarmSettings:
         return cls(**given)
 
     def on(self, grid: Grid) -> SwarmSettings:
-        """The same with the lengths that follow from the map filled in.
+        """The same with the defaults of lengths resolved, which follow from the map.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class SwarmSettings:
 
     @property
     def steps(self) -> int:
-        """Small steps of an iteration, of settings that are filled in: ample to turn round and drive the step."""
+        """Small steps of an iteration, of resolved settings: ample to turn round and drive the step."""
         assert self.small_step is not None
         assert self.step is not None
         turn = math.pi / self.yaw_rate_max * self.v_max
@@ -132,6 +132,6 @@ class SwarmSettings:
 
     @property
     def period(self) -> float:
-        """Seconds of an iteration, of settings that are filled in."""
+        """Seconds of an iteration, of resolved settings."""
         assert self.small_step is not None
         return self.steps * (self.small_step / self.v_max)

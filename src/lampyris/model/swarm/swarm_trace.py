@@ -47,11 +47,11 @@ class SwarmTrace(Value):
 
     Parameters
     ----------
-    status : ``found``: at the end every source holds at least ``settings.capture_robots`` robots; ``iteration_limit``:
-        not every one; ``limit`` or ``cancelled``: the budget ended it.
+    status : ``found``: at the end every source is held: at least ``settings.capture_robots`` robots are within the capture
+        radius; ``iteration_limit``: not every one; ``limit`` or ``cancelled``: the budget ended it.
     grid : the map.
     sources : what sends the signal.
-    settings : with every length filled in.
+    settings : with every default resolved.
     seed : of all random draws.
     xy : float64 (T + 1, n, 2): where each robot is before the first iteration and after each; metres of the map frame.
     source_xy : float64 (T + 1, k, 2): where the peaks of the sources are, in the same way.

@@ -16,8 +16,9 @@ from scipy.spatial import cKDTree
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
 from lampyris.model.settings.swarm import SwarmSettings
-from lampyris.model.swarm.sources import AnySource, InverseSquare, Plume, ThreePeaks
 from lampyris.model.swarm.swarm_trace import SwarmTrace
+from lampyris.referee.fleets.swarm_hearing import groups_violation, neighbours_violation
+from lampyris.referee.fleets.swarm_signals import signal_at, signal_range
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -27,9 +28,6 @@ _AT_ONCE = 2_000_000
 """Places of pairs that are compared at once."""
 _DEVIATIONS = 9.0
 """Standard deviations of noise that no measurement exceeds: one in 10^18 would."""
-_ITERATIONS = 24
-_ROBOTS = 16
-"""Iterations, and robots of each, whose neighbours are worked out again."""
 
 
 class SwarmMotion:
@@ -42,7 +40,7 @@ class SwarmMotion:
     Parameters
     ----------
     grid : the map.
-    settings : filled in for the map.
+    settings : resolved for the map.
     """
 
     def __init__(self, grid: Grid, settings: SwarmSettings) -> None:
@@ -184,17 +182,19 @@ def _to_segment(ends: Floats) -> Floats:
 def check_swarm(trace: SwarmTrace, *, every: bool = False) -> Violation | None:
     """The first rule that a trace breaks, or None.
 
-    Rules: ``settings`` (filled in), ``finite``, ``sources`` (where their peaks are), ``contact``, ``wall`` and ``step`` (between
-    iterations), ``reading`` (the signal, and no more noise than there may be), ``luciferin``, ``range``, ``neighbours``
-    and ``leader`` (of some robots in some iterations), ``group``, ``held`` and ``status`` (counted again).
+    Rules: ``settings`` (defaults resolved), ``finite``, ``sources`` (where their peaks are), ``contact``, ``wall`` and ``step``
+    (between iterations), ``reading`` (the signal, and no more noise than there may be; of ``gradient``, the mean of four sensors
+    on the rim, within the bounds of the signal on the disc), ``luciferin``, ``range``, ``neighbours`` and ``leader`` (of some
+    robots in some iterations), ``group`` (made again in some iterations), ``held`` and ``status`` (counted again),
+    ``encounters`` (no more than robots and iterations allow).
 
     Parameters
     ----------
     trace : judged.
-    every : whether neighbours of all robots in all iterations are worked out again.
+    every : whether neighbours of all robots, and groups, are worked out again in all iterations.
     """
     if trace.settings != trace.settings.on(trace.grid):
-        return Violation("settings", "trace", "a length is not filled in")
+        return Violation("settings", "trace", "a default is not resolved")
     for name in ("xy", "source_xy", "readings", "luciferin", "ranges"):
         if not np.isfinite(getattr(trace, name)).all():
             return Violation("finite", name, "not every value is finite")
@@ -203,8 +203,10 @@ def check_swarm(trace: SwarmTrace, *, every: bool = False) -> Violation | None:
         or _check_places(trace)
         or _check_glow(trace)
         or _check_followers(trace)
-        or _check_neighbours(trace, every)
+        or neighbours_violation(trace, every)
+        or groups_violation(trace, every)
         or _check_held(trace)
+        or _check_encounters(trace)
     )
 
 
@@ -242,29 +244,6 @@ def _check_places(trace: SwarmTrace) -> Violation | None:
     return None
 
 
-def _signal(sources: tuple[AnySource, ...], x: Floats, y: Floats, t: float) -> Floats:
-    """What the sources send, from their definitions."""
-    total = np.zeros_like(x)
-    for one in sources:
-        if isinstance(one, ThreePeaks):
-            u, v = 6.0 * (x - one.centre[0]) / one.width, 6.0 * (y - one.centre[1]) / one.height
-            total += 3 * (1 - u) ** 2 * np.exp(-(u**2) - (v + 1) ** 2)
-            total -= 10 * (u / 5 - u**3 - v**5) * np.exp(-(u**2) - v**2) + np.exp(-((u + 1) ** 2) - v**2) / 3
-        elif isinstance(one, InverseSquare):
-            ((px, py),) = one.places(t)
-            total += one.strength / (1 + ((x - px) ** 2 + (y - py) ** 2) / one.core**2)
-        elif isinstance(one, Plume):
-            ((px, py),) = one.places(t)
-            offset = ((x - px) + 1j * (y - py)) * np.exp(-1j * one.towards)
-            down, beside = offset.real, offset.imag
-            deviation = np.sqrt(one.width**2 + 2 * one.spread * np.where(down > 0, down, 0))
-            behind = np.where(down < 0, down, 0)
-            total += (
-                one.strength * one.width / deviation * np.exp(-(beside**2 + behind**2) / (2 * deviation**2))
-            )
-    return total
-
-
 def _check_glow(trace: SwarmTrace) -> Violation | None:
     """Measurements, luciferin and decision ranges, all of them."""
     s = trace.settings
@@ -275,10 +254,10 @@ def _check_glow(trace: SwarmTrace) -> Violation | None:
     if s.method != "gso":
         if (trace.luciferin != s.luciferin).any() or (trace.ranges != s.sensor_range).any():
             return Violation("luciferin", "trace", f"{s.method} changes luciferin or ranges")
-        return None
+        return _check_rims(trace)
     deviation = s.noise * max(one.highest for one in trace.sources)
     for t in range(trace.iterations):
-        true = _signal(trace.sources, trace.xy[t, :, 0], trace.xy[t, :, 1], t * s.period)
+        true = signal_at(trace.sources, trace.xy[t, :, 0], trace.xy[t, :, 1], t * s.period)
         wrong = np.abs(trace.readings[t] - true) > _DEVIATIONS * deviation + 1e-8 * (1.0 + np.abs(true))
         if wrong.any():
             i = int(wrong.argmax())
@@ -292,6 +271,34 @@ def _check_glow(trace: SwarmTrace) -> Violation | None:
             t, i = _place(wrong, wrong.argmax())
             words = f"{rule} {recorded[t, i]:.9g}; by its rule {made[t, i]:.9g}"
             return Violation(rule, f"iteration {t}, robot {i}", words)
+    return None
+
+
+def _check_rims(trace: SwarmTrace) -> Violation | None:
+    """Measurements of robots that measure at four points of their rims and record the mean."""
+    s = trace.settings
+    assert s.radius is not None
+    give = 0.5 * _DEVIATIONS * s.noise * max(one.highest for one in trace.sources)
+    for t in range(trace.iterations):
+        x, y, read = trace.xy[t, :, 0], trace.xy[t, :, 1], trace.readings[t]
+        low, high = signal_range(trace.sources, x, y, t * s.period, s.radius)
+        slack = give + 1e-8 * (1.0 + np.abs(high) + np.abs(low))
+        wrong = (read < low - slack) | (read > high + slack)
+        if wrong.any():
+            i = int(wrong.argmax())
+            words = f"measured {read[i]:.6g}; on its disc the signal is {low[i]:.6g} to {high[i]:.6g}"
+            return Violation("reading", f"iteration {t}, robot {i}", words)
+    return None
+
+
+def _check_encounters(trace: SwarmTrace) -> Violation | None:
+    most = trace.robots * trace.iterations
+    for name in ("encounters", "wall_encounters"):
+        if not 0 <= getattr(trace, name) <= most:
+            words = f"{getattr(trace, name)}; at most one a robot and iteration, {most}"
+            return Violation("encounters", name, words)
+    if trace.robots == 1 and trace.encounters:
+        return Violation("encounters", "encounters", f"{trace.encounters} of one robot")
     return None
 
 
@@ -333,71 +340,6 @@ def _check_followers(trace: SwarmTrace) -> Violation | None:
             t0, i0 = np.argwhere(~rests & ~follows)[0]
             return Violation("leader", f"iteration {t0}, robot {i0}", "moves without a leader")
     return None
-
-
-def _check_neighbours(trace: SwarmTrace, every: bool) -> Violation | None:
-    """Neighbours counted again, with what rounding could decide left open."""
-    if trace.settings.method != "gso":
-        return None
-    n, last = trace.robots, trace.iterations
-    times = range(last) if every or last <= _ITERATIONS else range(0, last, last // _ITERATIONS)
-    for t in times:
-        robots = range(n) if every or n <= _ROBOTS else range(t % (n // _ROBOTS), n, n // _ROBOTS)
-        for i in robots:
-            away = trace.xy[t] - trace.xy[t, i]
-            distance = np.sqrt((away * away).sum(axis=1))
-            reach = trace.ranges[t, i]
-            near = distance < reach * (1 + _SLACK) + _SLACK
-            surely = distance < reach * (1 - _SLACK) - _SLACK
-            brighter = trace.luciferin[t + 1] > trace.luciferin[t + 1, i]
-            candidates = np.flatnonzero(near & brighter)
-            seen, clearly = _seen(trace, t, i, candidates)
-            least, most = int((clearly & surely[candidates]).sum()), int(seen.sum())
-            if not least <= trace.neighbours[t, i] <= most:
-                words = f"{trace.neighbours[t, i]} neighbours; counted {least} to {most}"
-                return Violation("neighbours", f"iteration {t}, robot {i}", words)
-            leader = int(trace.leaders[t, i])
-            if leader >= 0 and leader not in candidates[seen]:
-                return Violation("leader", f"iteration {t}, robot {i}", f"does not hear its leader {leader}")
-    return None
-
-
-def _seen(
-    trace: SwarmTrace, t: int, i: int, others: NDArray[np.int64]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which of some robots are heard by robot i, if lines that graze a wall count, and if they do not."""
-    yes = np.ones(len(others), dtype=bool)
-    if not trace.settings.line_of_sight or not len(others):
-        return yes, yes
-    points = trace.grid.to_points(trace.xy[t, :, 0], trace.xy[t, :, 1]) + 0.5
-    a, b = points[i], points[others]
-    low = np.floor(np.minimum(a, b.min(axis=0))).astype(int)
-    high = np.floor(np.maximum(a, b.max(axis=0))).astype(int) + 1
-    part = trace.grid.blocked[max(low[1], 0) : high[1], max(low[0], 0) : high[0]]
-    walls = np.argwhere(part)[:, ::-1] + np.maximum(low, 0)
-    found = []
-    for slack in (1e-6, -1e-6):  # squares made smaller, then larger
-        hit = np.zeros(len(others), dtype=bool)
-        for k, end in enumerate(b):
-            hit[k] = _crosses(a, end, walls + slack, walls + 1.0 - slack)
-        found.append(~hit)
-    return found[0], found[1]
-
-
-def _crosses(a: Floats, b: Floats, low: Floats, high: Floats) -> bool:
-    """Whether a segment meets one of some rectangles (k, 2): by the shares of it that lie between their sides."""
-    if not len(low):
-        return False
-    d = b - a
-    begin, end = np.zeros(len(low)), np.ones(len(low))
-    for axis in (0, 1):
-        if d[axis] == 0.0:
-            outside = (a[axis] < low[:, axis]) | (a[axis] > high[:, axis])
-            begin = np.where(outside, 2.0, begin)
-            continue
-        one, other = (low[:, axis] - a[axis]) / d[axis], (high[:, axis] - a[axis]) / d[axis]
-        begin, end = np.maximum(begin, np.minimum(one, other)), np.minimum(end, np.maximum(one, other))
-    return bool((begin <= end).any())
 
 
 def _check_held(trace: SwarmTrace) -> Violation | None:

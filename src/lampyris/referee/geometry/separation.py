@@ -41,7 +41,7 @@ def obstacles_violation(
     _, t, i, j, distance = found
     reach = tracks[i].radius + tracks[j].radius
     what = f"{distance:.9g} m between the centres of obstacles {i} and {j} at {t:.9g} s; the radii make {reach:g}"
-    return Violation("bodies apart", f"body {i}", what)
+    return Violation("obstacles apart", f"obstacle {i}", what)
 
 
 def least_gap(

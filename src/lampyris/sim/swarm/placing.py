@@ -62,9 +62,7 @@ def draw_starts(grid: Grid, robots: int, radius: float, gap: float, rng: np.rand
                 break
         else:
             todo = "take fewer or smaller robots, or a larger map"
-            raise SettingError.of(
-                "ROBOTS", "robots", f"{robots}", allowed=f"room for {k} was found", todo=todo
-            )
+            raise SettingError.of("ROBOTS", "robots", f"{robots:,}", allowed=f"at most {k:,} here", todo=todo)
         taken.setdefault((int(x / side), int(y / side)), []).append((x, y))
         made[k] = x, y
     return made

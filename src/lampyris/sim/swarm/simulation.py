@@ -63,7 +63,7 @@ class RobotSwarm:
     ----------
     grid : the map.
     sources : at least one.
-    settings : filled in for the map.
+    settings : resolved for the map.
     starts : float64 (n, 2), metres from the upper left corner, y down; apart from walls and from each other.
     seed : of headings, noise and roulette, each drawn by a generator of its own.
 

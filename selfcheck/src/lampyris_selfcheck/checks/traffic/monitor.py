@@ -126,7 +126,7 @@ def watched(drive: Drive) -> list[str]:
         "speed": seen.top > robot.v_max * (1 + 1e-9),
         "jump": seen.longest_jump > robot.v_max * (1 + 1e-6) + 1e-9,
         "bodies": seen.apart < -1e-6,
-        "body speed": any(v > top for v, top in zip(seen.body_speed.values(), tops, strict=True)),
+        "obstacle speed": any(v > top for v, top in zip(seen.body_speed.values(), tops, strict=True)),
     }
     return [word for word, holds in found.items() if holds]
 

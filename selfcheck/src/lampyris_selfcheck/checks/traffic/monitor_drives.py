@@ -142,9 +142,9 @@ FAULTS: Mapping[str, DriveFault] = {
     "begins elsewhere": DriveFault(_begins_elsewhere, "start"),
     "through a wall": DriveFault(_through_a_wall, "wall", "wall"),
     "into a body": DriveFault(_into_a_body, "collision", "contact"),
-    "body too fast": DriveFault(_body_too_fast, "body speed", "body speed"),
+    "body too fast": DriveFault(_body_too_fast, "obstacle speed", "obstacle speed"),
     "arrival invented": DriveFault(_arrival_invented, "outcome"),
     "arrival not reported": DriveFault(_arrival_not_reported, "outcome"),
-    "hit not reported": DriveFault(_hit_not_reported, "untold contact"),
+    "hit not reported": DriveFault(_hit_not_reported, "unreported contact"),
 }
 """Every fault by name."""

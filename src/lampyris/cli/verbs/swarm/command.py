@@ -72,16 +72,19 @@ def swarm(
         typer.Option("--source-count", metavar="N", help="How many sources are drawn (default: 3)."),
     ] = None,
     method: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--method", metavar="|".join(METHODS),
-            help="gso: follow brighter neighbours; gradient: climb the signal by a robot's own sensors.",
+            help=f"gso: follow brighter neighbours; gradient: climb the signal by a robot's own sensors (default: {METHODS[0]}).",
         ),
-    ] = METHODS[0],
+    ] = None,
     iterations: Annotated[
-        int,
-        typer.Option("--iterations", metavar="N", help="How often the robots measure, broadcast, choose and drive."),
-    ] = _ITERATIONS,
+        int | None,
+        typer.Option(
+            "--iterations", metavar="N",
+            help=f"How often the robots measure, broadcast, choose and drive (default: {_ITERATIONS}).",
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="A setting of the robots, such as noise=0.1; repeatable."),
@@ -104,14 +107,18 @@ def swarm(
     """Simulate robots that look for sources of a signal (glowworm swarm optimisation).
 
     Robots are discs that measure the signal, broadcast their luciferin, follow brighter neighbours and never touch each other
-    or a wall. Exit code 4: not every source holds robots at the end.
+    or a wall. A source is held if at least capture_robots robots (3) are within its capture radius. Exit code 4: not every
+    source is held at the end.
     """
     from lampyris import swarms
     from lampyris.cli.request import budget_of, parse_settings
 
     outputs.check_outputs(force, json=json_, picture=picture, film=film)
-    check_choice("SWARM_SETTING", "--method", method, METHODS)
-    given = {**parse_settings("swarm", settings or [], _Settings), "method": method, "iterations": iterations}
+    if method is not None:
+        check_choice("SWARM_SETTING", "--method", method, METHODS)
+    given = _once(
+        parse_settings("swarm", settings or [], _Settings), {"method": method, "iterations": iterations}
+    )
     checked = SwarmSettings.of(given)
     budget = budget_of("--seconds", seconds)
     document = _load(map_, resolution, values, colour, allow_outside, max_cells)
@@ -133,6 +140,16 @@ def swarm(
         _print(trace)
         print_written(picture, film)
     raise typer.Exit(0 if trace else NO_ANSWER)
+
+
+def _once(settings: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
+    """The settings of ``--set`` and of options of their own that were given, each at most once."""
+    from lampyris.errors import UsageError
+
+    typed = {key: value for key, value in options.items() if value is not None}
+    for key in sorted(typed.keys() & settings.keys()):
+        raise UsageError("OPTIONS", f"--{key} and --set {key} both given", allowed="one of them")
+    return {**settings, **typed}
 
 
 def _load(
@@ -205,8 +222,12 @@ def _print(trace: SwarmTrace) -> None:
     ]
     for k, (x, y) in enumerate(trace.source_xy[-1].tolist()):
         since = trace.held_from[k]
-        words = f"holds {trace.held[-1, k]} robots within {s.capture_radius:.2f} m"
-        words += f", {s.capture_robots} or more from iteration {since}" if since is not None else ", too few"
+        words = f"{trace.held[-1, k]} robots within {s.capture_radius:.2f} m, "
+        words += (
+            f"held from iteration {since}"
+            if since is not None
+            else f"not held: fewer than {s.capture_robots}"
+        )
         near = nearest_robots(trace, k)
         rows.append(
             (f"source {k}", f"({x:.2f}, {y:.2f}) m, {words}; the {len(near)} nearest within {near[-1]:.2f} m")
