@@ -41,6 +41,20 @@ from lampyris.planning.field.layers import moves_for
 from lampyris.typing import FloatGrid
 
 
+def load_document(one: MapOptions) -> MapDocument:
+    """The map that the options name."""
+    check_choice("VALUES", "--values", one.values, VALUES)
+    check_choice("COLOUR", "--colour", one.colour, COLOURS)
+    return load_map(
+        one.map_,
+        resolution=one.resolution,
+        max_cells=MAX_CELLS if one.max_cells is None else one.max_cells,
+        allow_outside=one.allow_outside,
+        values=one.values,
+        colour=one.colour,
+    )
+
+
 @dataclass(frozen=True)
 class Request:
     """What a run is of: the options that several verbs share, as they were typed."""
@@ -97,17 +111,7 @@ class Request:
 
     def load(self) -> MapDocument:
         """The map."""
-        one = self.map
-        check_choice("VALUES", "--values", one.values, VALUES)
-        check_choice("COLOUR", "--colour", one.colour, COLOURS)
-        return load_map(
-            one.map_,
-            resolution=one.resolution,
-            max_cells=MAX_CELLS if one.max_cells is None else one.max_cells,
-            allow_outside=one.allow_outside,
-            values=one.values,
-            colour=one.colour,
-        )
+        return load_document(self.map)
 
     def preset_of(self) -> tuple[str, str]:
         """Moves and speed law: those given, or the preset's."""

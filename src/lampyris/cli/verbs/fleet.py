@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris._core.limits import MAX_CELLS
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
-from lampyris.cli.option_errors import check_choice
 from lampyris.cli.options import (
     AllowOutside,
     Colour,
@@ -115,7 +113,8 @@ def fleet(
     four neighbouring cells or waits. Exit code 4: not solved.
     """
     from lampyris import fleets
-    from lampyris.cli.request import budget_of, parse_settings
+    from lampyris.cli.option_groups import MapOptions
+    from lampyris.cli.request import budget_of, load_document, parse_settings
     from lampyris.planning.base import Budget
     from lampyris.planning.fleet import registry
 
@@ -123,7 +122,16 @@ def fleet(
     given = parse_settings(planner, settings or [], registry)
     budget = budget_of("--seconds", seconds) or Budget()
     budget = Budget(_checked(iterations), budget.seconds)
-    document = _load(map_, resolution, values, colour, allow_outside, max_cells)
+    document = load_document(
+        MapOptions(
+            map_,
+            resolution=resolution,
+            values=values,
+            colour=colour,
+            allow_outside=allow_outside,
+            max_cells=max_cells,
+        )
+    )
     asked = _fleet(document, scen, agents, robots, seed)
     if seconds is not None:
         _load_kernels(planner, quiet=json_)
@@ -165,21 +173,6 @@ def _checked(iterations: int | None) -> int | None:
     if iterations is not None and iterations < 1:
         raise SettingError.of("BUDGET", "iterations", f"{iterations}", allowed="a whole number >= 1")
     return iterations
-
-
-def _load(
-    map_: str, resolution: float | None, values: str, colour: str, allow_outside: bool, max_cells: int | None
-) -> MapDocument:
-    from lampyris.io.maps.load import COLOURS, VALUES, load_map
-
-    return load_map(
-        map_,
-        resolution=resolution,
-        values=check_choice("VALUES", "--values", values, VALUES),
-        colour=check_choice("COLOUR", "--colour", colour, COLOURS),
-        allow_outside=allow_outside,
-        max_cells=MAX_CELLS if max_cells is None else max_cells,
-    )
 
 
 def _fleet(

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lampyris._core import defaults
-from lampyris._core.limits import MAX_CELLS
 from lampyris._core.settings import default_of
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
@@ -36,7 +35,6 @@ from lampyris.cli.text import print_json, print_notes
 from lampyris.model.settings.swarm import METHODS, SwarmSettings
 
 if TYPE_CHECKING:
-    from lampyris.io.maps.formats.document import MapDocument
     from lampyris.model.grid import Grid
     from lampyris.model.swarm.sources import AnySource
     from lampyris.model.swarm.swarm_trace import SwarmTrace
@@ -111,7 +109,8 @@ def swarm(
     source is held at the end.
     """
     from lampyris import swarms
-    from lampyris.cli.request import budget_of, parse_settings
+    from lampyris.cli.option_groups import MapOptions
+    from lampyris.cli.request import budget_of, load_document, parse_settings
 
     outputs.check_outputs(force, json=json_, picture=picture, film=film)
     if method is not None:
@@ -121,7 +120,16 @@ def swarm(
     )
     checked = SwarmSettings.of(given)
     budget = budget_of("--seconds", seconds)
-    document = _load(map_, resolution, values, colour, allow_outside, max_cells)
+    document = load_document(
+        MapOptions(
+            map_,
+            resolution=resolution,
+            values=values,
+            colour=colour,
+            allow_outside=allow_outside,
+            max_cells=max_cells,
+        )
+    )
     looked_for = _sources(document.grid, sources, source_count, seed, checked)
     print_notes(document.notes)
     with counting(f"simulating {robots} robots", "iterations", quiet=json_) as tick:
@@ -150,21 +158,6 @@ def _once(settings: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
     for key in sorted(typed.keys() & settings.keys()):
         raise UsageError("OPTIONS", f"--{key} and --set {key} both given", allowed="one of them")
     return {**settings, **typed}
-
-
-def _load(
-    map_: str, resolution: float | None, values: str, colour: str, allow_outside: bool, max_cells: int | None
-) -> MapDocument:
-    from lampyris.io.maps.load import COLOURS, VALUES, load_map
-
-    return load_map(
-        map_,
-        resolution=resolution,
-        values=check_choice("VALUES", "--values", values, VALUES),
-        colour=check_choice("COLOUR", "--colour", colour, COLOURS),
-        allow_outside=allow_outside,
-        max_cells=MAX_CELLS if max_cells is None else max_cells,
-    )
 
 
 def _sources(
