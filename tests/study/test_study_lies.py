@@ -196,7 +196,7 @@ def test_a_robot_that_drives_through_obstacles_is_refused() -> None:
         tracks = world_of(next(study.jobs()).plain, grid).replay.upto(13)
         meets = any(tuple(c) == (t, 1) for t in range(14) for c in tracks[t].tolist())
         if meets:
-            refused(study, made, "body")
+            refused(study, made, "obstacle")
             seen += 1
     assert seen > 3
 
