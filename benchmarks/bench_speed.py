@@ -190,7 +190,7 @@ def _of_driving(figures: list[Figure], quick: bool) -> Table:
     free = random_map(50, 0.1)
     free[:2, :2] = free[-2:, -2:] = True
     scene = Scene(Grid(~free), (0, 0), (49, 49), robot=Robot(a_max=A_MAX, d_max=D_MAX))
-    call = partial(lampyris.drive, scene, "ad-gso", RandomWalk(10), seed=1)
+    call = partial(lampyris.drive, scene, "ad-gso", traffic=RandomWalk(10), seed=1)
     found = call()
     periods = float(found.t[-1]) / found.period
     spent = take_turns({"drive": call}, rounds=3 if quick else 9, per=1e6 * periods)["drive"]
