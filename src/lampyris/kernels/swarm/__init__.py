@@ -1,1 +1,1 @@
-"""Loops of robot swarms: who follows whom, and discs that drive without touching."""
+"""Loops of robot swarms: neighbours and leaders; discs that move without touching."""

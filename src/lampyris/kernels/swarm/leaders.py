@@ -1,4 +1,4 @@
-"""Who follows whom: neighbours within the decision range, the roulette, ranges and groups."""
+"""Leaders of a robot swarm: neighbours within the decision range, roulette choice, decision ranges, groups."""
 
 from __future__ import annotations
 

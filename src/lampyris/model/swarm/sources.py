@@ -27,7 +27,7 @@ J1_HEIGHT = 8.1062
 
 
 class Source(Noun):
-    """What sources derive from."""
+    """Base class of sources; each kind defines ``places`` and ``highest``."""
 
     __slots__ = ()
 

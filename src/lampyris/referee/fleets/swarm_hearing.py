@@ -1,4 +1,4 @@
-"""Who hears whom, a second time: neighbours, leaders and groups, with what rounding could decide left open."""
+"""Neighbours, leaders and groups of a swarm, recomputed for the referee; pairs within rounding of a limit may go either way."""
 
 from __future__ import annotations
 
