@@ -1,4 +1,4 @@
-"""The tree of verbs. Heavy modules are imported when a verb runs, so that --help is instant."""
+"""The command line as a tree of verbs; a verb is imported when it is called, and what it needs when it runs."""
 
 from __future__ import annotations
 
@@ -7,29 +7,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
-from lampyris.cli.installed_verbs import VerbGroup
-from lampyris.cli.option_errors import Command
-from lampyris.cli.option_groups import with_groups
-from lampyris.cli.verbs import app as app_command
-from lampyris.cli.verbs import (
-    fleet,
-    laws,
-    maps,
-    movingai,
-    plan,
-    planners,
-    primitives,
-    reproduce,
-    run,
-    schema,
-    simulate,
-    speed,
-    warm,
-)
-from lampyris.cli.verbs.compare import command as compare
-from lampyris.cli.verbs.drive import command as drive
-from lampyris.cli.verbs.study import commands as study
-from lampyris.cli.verbs.swarm import command as swarm
+from lampyris.cli.verb_group import VerbGroup
 
 app = typer.Typer(
     name="lampyris",
@@ -43,14 +21,9 @@ app = typer.Typer(
 )
 
 
-app.add_typer(maps.app, name="maps")
-app.add_typer(study.app, name="study")
-
-
 def plain_help() -> dict[str, int]:
     """Have ``--help`` without colour, boxes and line breaks; what click's context takes for that."""
-    for each in (app, maps.app, study.app):
-        each.rich_markup_mode = None
+    app.rich_markup_mode = None
     return {"terminal_width": 10_000}
 
 
@@ -67,11 +40,3 @@ def _root(
     ] = False,
 ) -> None:
     pass
-
-
-for verb in (
-    plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, primitives.primitives, movingai.movingai,
-    fleet.fleet, swarm.swarm, speed.speed, laws.laws, drive.drive, compare.compare, reproduce.reproduce, app_command.app,
-    warm.warm,
-):  # fmt: skip
-    app.command(cls=Command)(with_groups(verb))

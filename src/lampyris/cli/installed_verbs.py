@@ -11,61 +11,52 @@ its options it imports itself when it runs.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer.main
-from typer.core import TyperGroup
 from typer.models import CommandInfo
 
 from lampyris.cli.option_errors import Command
 from lampyris.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "lampyris.verbs"
 KNOWN: Mapping[str, str] = {"selfcheck": "lampyris-selfcheck"}
 """Verbs of packages that this project makes: distribution by verb."""
 
 
-class VerbGroup(TyperGroup):
-    """The verbs of this package, and those of other packages after them."""
+def names() -> tuple[str, ...]:
+    """Names of the verbs of other packages that are installed."""
+    return tuple(_entries())
 
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Names in the order of ``--help``; of a verb that cannot be used a note says why."""
-        own = super().list_commands(ctx)
-        usable = []
-        for name in _entries():
-            try:
-                if name not in own and _command(name):
-                    usable.append(name)
-            except InputError as problem:
-                print(f"note: {problem}", file=sys.stderr)
-        return [*own, *usable]
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The verb of that name; None if there is none.
+def command(name: str) -> Any:
+    """The verb of that name; None if there is none.
 
-        Raises
-        ------
-        UsageError : ``VERB_MISSING``: it is in a package that is not installed.
-        InputError : ``VERB_BROKEN``: its package cannot be imported.
-        """
-        own = super().get_command(ctx, cmd_name)
-        if own is not None or cmd_name in _entries():
-            return own or _command(cmd_name)
-        if cmd_name in KNOWN:
-            raise UsageError(
-                "VERB_MISSING",
-                f"the verb {cmd_name} is in a package that is not installed",
-                todo=f"pip install {KNOWN[cmd_name]}",
-            )
-        return None
+    Raises
+    ------
+    UsageError : ``VERB_MISSING``: it is in a package that is not installed.
+    InputError : ``VERB_BROKEN``: its package cannot be imported.
+    """
+    if name in _entries():
+        return _command(name)
+    if name in KNOWN:
+        raise UsageError(
+            "VERB_MISSING",
+            f"the verb {name} is in a package that is not installed",
+            todo=f"pip install {KNOWN[name]}",
+        )
+    return None
 
 
 @cache
 def _entries() -> Mapping[str, EntryPoint]:
+    from importlib.metadata import entry_points  # imports the email package
+
     return {e.name: e for e in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
 
 

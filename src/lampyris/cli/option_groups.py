@@ -121,7 +121,7 @@ def group_of(name: str, kind: type, first: tuple[Any, ...] = (), base: type = ob
         (key, option_of(key, setting, meanings.get(key, key)), dataclass_field(default=usual[key]))
         for key, setting in settings_of(kind).items()
     ]
-    return make_dataclass(name, [*first, *made], bases=(base,), frozen=True)
+    return make_dataclass(name, [*first, *made], bases=(base,), frozen=True, repr=False, eq=False)
 
 
 if TYPE_CHECKING:
