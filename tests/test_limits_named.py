@@ -303,6 +303,7 @@ ASKED: dict[str, str] = {
     "model.lattice.motion_primitives.MAX_TURN": "lattice/test_primitive_files.py",
     "io.primitives.mprim._MOST_WORDS": "lattice/test_primitive_files.py",
     "model.scene.MAX_RADIUS": LIMITS_PY,
+    "model.scene.MAX_VIA": "planning/test_via_points.py",
     "model.traffic.MAX_OBSTACLES": LIMITS_PY,
     "planning.spacetime.session.MAX_HORIZON": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",

@@ -57,6 +57,7 @@ from lampyris.planning.field.layers import free_space
 from lampyris.planning.least_steps import demand_at_least, least_steps
 from lampyris.planning.selection import chosen_planner
 from lampyris.planning.session_limits import within
+from lampyris.planning.through import plan_through
 from lampyris.referee.caps import check_caps
 from lampyris.referee.geometry.curve import check_curve
 from lampyris.sim.world.endings import why
@@ -115,7 +116,7 @@ def plan(
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Plan:
-    """A path from the scene's start to its goal, re-checked and measured against the optimum.
+    """A path from the scene's start, through its via points, to its goal; re-checked and measured against the optimum.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def plan(
     Raises
     ------
     UsageError : no such planner; ``SETTING_CLASH``: an argument that is called as one of the planner's
-        settings is, without ``planner_settings``.
+        settings is, without ``planner_settings``; ``VIA``: via points, and a planner that plans times or poses.
     SettingError : a setting it does not have, or out of its range; settings beside a planner object.
     InternalFault : the referee refused the result; a bug of ours.
     """
@@ -150,16 +151,25 @@ def plan(
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
 
-    def answer() -> Plan:
+    def search(scene: Scene, budget: Budget | None) -> Plan:
         # Nobody keeps the session: its memory is free for what comes after it.
         made = chosen.open(scene, rng, record=record).plan(None, budget)
         if made.path is not None:
             PATH.demand(len(made.path.cells), "the path")
-        answers.append((made, loading.wall()))
-        if poses:
-            return made
+        return made
+
+    def judged(made: Plan, scene: Scene) -> Plan:
         made = assess(made, scene)
         return replace(made, detail=why(made, scene))
+
+    def answer() -> Plan:
+        if scene.via:
+            made = plan_through(scene, chosen, budget, lambda leg, left: judged(search(leg, left), leg))
+            PATH.demand(0 if made.path is None else len(made.path.cells), "the path")
+            return replace(made, detail=made.detail or why(made, scene))
+        made = search(scene, budget)
+        answers.append((made, loading.wall()))
+        return made if poses else judged(made, scene)
 
     found = within(budget, chosen.name, answer)
     assessed = loading.wall()
@@ -464,6 +474,7 @@ def simulate(
     ------
     UsageError : ``SETTING_CLASH``: an argument that might be the planner's setting.
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
+    SettingError : ``VIA``: a scene with via points.
     InternalFault : the referee refused the trace; a bug of ours.
     """
     chosen = chosen_planner(
@@ -525,7 +536,7 @@ def drive(
         steers, and a planner that plans no headings.
     SceneError : obstacles that do not fit the map.
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
-        change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
+        change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions; ``VIA``: via points.
     InternalFault : the referee refused the drive; a bug of ours.
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
@@ -563,7 +574,14 @@ def among(
     Parameters
     ----------
     poses : whether the robot has a heading: then it may stand where the circle around it does not fit.
+
+    Raises
+    ------
+    SettingError : ``VIA``: a scene with via points.
     """
+    if scene.via:
+        what = f"{len(scene.via)} via points in a simulation or a drive"
+        raise SettingError("VIA", what, where="scene.via", allowed="none; lampyris.plan passes via points")
     if traffic is not None:
         given: Any = traffic if isinstance(traffic, tuple | list) else (traffic,)
         scene = replace(scene, traffic=tuple(given))

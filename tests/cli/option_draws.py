@@ -276,7 +276,7 @@ def _value(chance: Chance, parameter: Any) -> str:
         return _one(rng, (*WORDS, *CELLS, *PATHS[:20]))
     if name in ("map_", "source") or (verb == "maps show" and name == "name"):
         return _one(rng, MAPS)
-    if name in ("start", "goal", "start_m", "goal_m"):
+    if name in ("start", "goal", "start_m", "goal_m", "via", "via_m"):
         return _one(rng, CELLS[:4])
     if verb == "swarm" and name in SWARM:
         return _one(rng, SWARM[name])

@@ -24,7 +24,7 @@ from lampyris.planning.field.layers import free_cells
 from lampyris.planning.graph.astar import AStar
 from lampyris.planning.graph.theta_star import LazyThetaStar, ThetaStar
 from lampyris.referee import check_plan
-from lampyris.referee.any_angle import line_meets
+from lampyris.referee.plans.any_angle import line_meets
 from lampyris.testing import check_planner
 from lampyris_selfcheck.reference.paths.any_angle import all_lines, clearance, sees, shortest
 from lampyris_selfcheck.reference.paths.search import distances

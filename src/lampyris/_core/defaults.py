@@ -34,6 +34,10 @@ SAMPLE_SMOOTH: Final = "straight"
 POINTS_SMOOTH: Final = "arcs"
 """How points given by the user (an array, a file) are driven."""
 
+VIA_ORDERS: Final = ("given", "best")
+VIA_ORDER: Final = VIA_ORDERS[0]
+"""The order in which a path passes via points."""
+
 SIMULATION_PATIENCE = 50
 """Consecutive ticks that the robot of a simulation waits before it gives up."""
 

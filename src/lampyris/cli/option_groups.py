@@ -51,6 +51,15 @@ class EndOptions:
 
 
 @dataclass(frozen=True)
+class ViaOptions:
+    """What is passed between the ends, in cells or in metres, and in which order."""
+
+    via: options.Via = None
+    via_m: options.ViaM = None
+    via_order: options.ViaOrder = defaults.VIA_ORDER
+
+
+@dataclass(frozen=True)
 class PlannerOptions:
     """Which planner, and its settings as they were typed."""
 

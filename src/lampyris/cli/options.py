@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from lampyris._core.defaults import VIA_ORDERS
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import UsageError
 
@@ -43,6 +44,24 @@ StartM = Annotated[
 GoalM = Annotated[
     str | None,
     typer.Option("--goal-m", metavar="X,Y[,YAW]", help="Goal in metres of the map frame, and its yaw."),
+]
+Via = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--via", metavar="X,Y", help="A cell to pass on the way to the goal; may be given several times."
+    ),
+]
+ViaM = Annotated[
+    list[str] | None,
+    typer.Option("--via-m", metavar="X,Y", help="The same in metres of the map frame, after those of --via."),
+]
+ViaOrder = Annotated[
+    str,
+    typer.Option(
+        "--via-order",
+        metavar="|".join(VIA_ORDERS),
+        help="The order of these: as given, or the one with the shortest path (exact up to 12 points).",
+    ),
 ]
 Planner = Annotated[str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")]
 Preset = Annotated[

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
 from typing import Any
 
+from lampyris._core.defaults import VIA_ORDERS
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.cli.option_errors import check_choice
@@ -21,6 +22,7 @@ from lampyris.cli.option_groups import (
     RobotOptions,
     RuleOptions,
     TrafficOptions,
+    ViaOptions,
     settings_in,
 )
 from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError
@@ -144,6 +146,22 @@ class Request:
             notes=(*document.notes, *notes), zones=None if where is None else str(where),
             inflation=Inflation(**settings_in(self.map, Inflation)),
         )  # fmt: skip
+
+    def through(self, scenario: Scenario, options: ViaOptions) -> Scenario:
+        """The scenario with the via points of the options."""
+        check_choice("VIA_ORDER", "--via-order", options.via_order, VIA_ORDERS)
+        scene, grid = scenario.scene, scenario.scene.grid
+        cells: list[Any] = [_pair(word, "--via", int) for word in options.via or ()]
+        for cell in cells:
+            if not grid.contains(cell):
+                allowed = f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}"
+                raise SceneError("VIA_OUTSIDE", f"{cell} is outside the map", where="--via", allowed=allowed)
+        for word in options.via_m or ():
+            x, y = _pair(word, "--via-m", float)
+            cells.append(grid.to_cell(x, y))
+            if not grid.contains(cells[-1]):
+                raise _outside("via", (x, y), grid)
+        return replace(scenario, scene=scene.through(cells, options.via_order)) if cells else scenario
 
     def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> dict[str, Any]:
         """An end as the argument of a scene: a cell, or a pose."""

@@ -149,6 +149,9 @@ class Plan(Value, Tabular):
         walls), ``obstacle_density_weight``, ``window`` (cells), ``traffic_density_weight``; empty: nothing.
         What makes a curve of the path keeps to them.
     notes : sentences a person should read, such as which of the attributes were weakened, and why.
+    via : the scene's via points in the order in which they are visited; empty: there are none.
+    via_at : where each is on the path: rising indices of ``cells``.
+    via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
     """
 
     status: Status
@@ -174,6 +177,9 @@ class Plan(Value, Tabular):
     frame: MapFrame | None = None
     pose_path: PosePath | None = None
     rounds: tuple[PlanningRound, ...] = ()
+    via: tuple[Cell, ...] = ()
+    via_at: tuple[int, ...] = ()
+    via_lower_bound: float | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None

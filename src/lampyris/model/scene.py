@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lampyris._core.defaults import VIA_ORDER, VIA_ORDERS
 from lampyris._core.predicates import array_of, cell_of, numbers
+from lampyris._core.scalars import is_word
 from lampyris._core.values import Value
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
@@ -23,6 +25,8 @@ from lampyris.typing import Cell, CellLike, FloatGrid
 
 MAX_RADIUS = 250
 """Greatest radius of a robot or an obstacle, in cells."""
+MAX_VIA = 100
+"""Most via points of a scene."""
 _ROBOT = Robot()
 
 
@@ -46,15 +50,17 @@ class Scene(Value):
     start_pose, goal_pose : in place of these: (x, y, yaw), metres of the map frame and radians counterclockwise from
         its x axis. The cells that hold the points are the ends; planners that plan headings keep to the poses.
         None: any heading, at the centre of the cell.
+    via : cells (x, y) that a path passes through between the ends; see :meth:`through`.
+    via_order : ``given``: in the order given; ``best``: in the order that makes the shortest path short.
 
     Raises
     ------
-    SceneError : an end, a waypoint or an edited cell outside the map. (A blocked end is an answer, not a
+    SceneError : an end, a via point, a waypoint or an edited cell outside the map. (A blocked end is an answer, not a
         mistake: see :class:`lampyris.model.plan.Status`.)
     SettingError : an end that is not two numbers, or is given twice or not at all, unknown moves, something of the wrong type;
         ``ZONES``: not one number a cell, or a limit that is not positive; ``EDIT_TICK``: an edit before tick
         1, or not after the one before.
-    LimitError : a radius of more than 250 cells; more than 10,000 edits.
+    LimitError : a radius of more than 250 cells; more than 10,000 edits; more than 100 via points.
     """
 
     grid: Grid
@@ -67,6 +73,8 @@ class Scene(Value):
     edits: tuple[Edit, ...]
     start_pose: Pose | None
     goal_pose: Pose | None
+    via: tuple[Cell, ...]
+    via_order: str
 
     def __init__(
         self,
@@ -83,6 +91,8 @@ class Scene(Value):
         goal_m: Sequence[float] | FloatGrid | None = None,
         start_pose: Sequence[float] | FloatGrid | None = None,
         goal_pose: Sequence[float] | FloatGrid | None = None,
+        via: Sequence[CellLike] = (),
+        via_order: str = VIA_ORDER,
     ) -> None:
         for what, part, kind in (("grid", grid, Grid), ("robot", robot, Robot)):
             if not isinstance(part, kind):
@@ -100,6 +110,12 @@ class Scene(Value):
                 cell = None  # as in a copy of a scene
             object.__setattr__(self, f"{what}_pose", held)
             object.__setattr__(self, what, self._end(what, cell, metres, held))
+        object.__setattr__(self, "via", self._via(via))
+        if not is_word(via_order, VIA_ORDERS):
+            raise SettingError(
+                "VIA_ORDER", shown(via_order), where="via_order", allowed=", ".join(VIA_ORDERS)
+            )
+        object.__setattr__(self, "via_order", via_order)
         listed: Any = traffic
         if not isinstance(listed, tuple | list):
             listed = () if listed is None else (listed,)
@@ -128,10 +144,56 @@ class Scene(Value):
         x, y = self.grid.to_metres(self.goal).tolist()
         return x, y
 
+    def through(self, via: Sequence[CellLike], order: str = VIA_ORDER) -> Scene:
+        """The same scene with via points, which :func:`lampyris.plan` passes on the way to the goal.
+
+        Parameters
+        ----------
+        via : cells (x, y), at most 100.
+        order : ``given``, or ``best``: the planner's legs are put in the order in which the shortest paths between
+            the points are the least in sum; exact for up to 12 points, a heuristic with a lower bound
+            (``Plan.via_lower_bound``) beyond.
+
+        Raises
+        ------
+        SettingError, SceneError, LimitError : see the class.
+
+        Examples
+        --------
+        >>> import lampyris
+        >>> scene = lampyris.Scene(lampyris.load_grid("env-1"), start=(37, 8), goal=(5, 38))
+        >>> scene.through([(20, 30), (40, 40)], order="best").via
+        ((20, 30), (40, 40))
+        """
+        return replace(self, via=via, via_order=order)
+
+    def _via(self, given: Any) -> tuple[Cell, ...]:
+        """The via points, each a cell of the map."""
+        try:
+            listed = list(given)
+        except TypeError:
+            raise SettingError("TYPE", shown(given), where="via", allowed="a list of cells") from None
+        if len(listed) > MAX_VIA:
+            raise LimitError("VIA", f"{len(listed)} via points", allowed=f"at most {MAX_VIA}", setting="via")
+        cells = [cell_of(one) for one in listed]
+        for k, cell in enumerate(cells):
+            if cell is None:
+                what = f"{shown(listed[k])} is not a cell"
+                raise SettingError("TYPE", what, where=f"via[{k}]", allowed="two whole numbers x, y")
+            if not self.grid.contains(cell):
+                allowed = f"x 0 to {self.grid.width - 1}, y 0 to {self.grid.height - 1}"
+                what = f"{cell} is outside the map"
+                raise SceneError("VIA_OUTSIDE", what, where=f"via[{k}]", allowed=allowed)
+        return tuple(cell for cell in cells if cell is not None)
+
     def _brief(self) -> str:
         more = [
             f"{len(given)} {name}{'s' if len(given) > 1 else ''}"
-            for given, name in ((self.traffic, "obstacle spec"), (self.edits, "edit"))
+            for given, name in (
+                (self.via, "via point"),
+                (self.traffic, "obstacle spec"),
+                (self.edits, "edit"),
+            )
             if given
         ]
         name = self.grid.name[:40] or f"{self.grid.width} x {self.grid.height} cells"

@@ -15,10 +15,11 @@ from lampyris.model.path import Path
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.referee.any_angle import lines_violation
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
+from lampyris.referee.plans.any_angle import lines_violation
+from lampyris.referee.plans.schedule import schedule_violation
+from lampyris.referee.plans.via_points import via_violation
 from lampyris.referee.pose_path import check_pose_path
-from lampyris.referee.schedule import schedule_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 
@@ -268,8 +269,8 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     Rules of its own, before those of :func:`check_path`: ``status`` (a path exactly when found; found, or no
     path, only between cells where the robot can stand; occupied only where it cannot), ``numbers`` (counts
     that are negative), and after them ``gap`` (better than the best), ``gates`` (a gate on the way that is
-    not on it), and those of :func:`lampyris.referee.schedule.schedule_violation` and
-    :func:`lampyris.referee.any_angle.lines_violation`.
+    not on it), and those of :func:`lampyris.referee.plans.via_points.via_violation`,
+    :func:`lampyris.referee.plans.schedule.schedule_violation` and :func:`lampyris.referee.plans.any_angle.lines_violation`.
 
     Parameters
     ----------
@@ -287,6 +288,10 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
         return broken
     if plan.iterations < 0 or plan.expansions < 0:
         return Violation("numbers", "plan", f"{plan.iterations} iterations, {plan.expansions} expansions")
+    if start is None:
+        broken = via_violation(plan, scene)
+        if broken is not None:
+            return broken
     if plan.path is None:
         return lines_violation(plan, scene)
     begin = scene.start if start is None else start

@@ -20,6 +20,7 @@ from lampyris.cli.option_groups import (
     PlannerOptions,
     RobotOptions,
     RuleOptions,
+    ViaOptions,
 )
 from lampyris.cli.options import Csv, Explain, Force, Json, Layer, NoTiming, Picture, Save
 from lampyris.cli.outputs import LAYERS, Outputs, print_written
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 def plan(
     map_options: MapOptions,
     ends: EndOptions,
+    via: ViaOptions,
     robot: RobotOptions,
     rules: RuleOptions,
     planning: PlannerOptions,
@@ -68,7 +70,7 @@ def plan(
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
     out.check()
     budget = budget_of("--time-limit", time_limit)
-    raise typer.Exit(plan_scenario(request.scenario(), out, budget))
+    raise typer.Exit(plan_scenario(request.through(request.scenario(), via), out, budget))
 
 
 def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
@@ -156,8 +158,11 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         rows += [
             ("cost", f"{found.cost:.6g} cells ({counts}); best {found.optimal_cost:.6g}, gap {gap:.2%}"),
             ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
-            ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
         ]
+        if found.sum_cost_to_go is not None:
+            rows.append(("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"))
+        if found.via:
+            rows.append(("via", _via(found)))
     rows += [("note", note) for note in found.notes]
     waiting = ""
     if found.schedule is not None:
@@ -197,6 +202,16 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     text.facts("", rows)
     if explain:
         _explain(found, profile)
+
+
+def _via(found: Plan) -> str:
+    """Via points in order, and how good the order is."""
+    words = text.some(found.via)
+    if found.via_lower_bound is None:
+        return f"{words}, as given"
+    if found.optimal_cost is not None and found.optimal_cost <= found.via_lower_bound:
+        return f"{words}, in the best order"
+    return f"{words}; no order has a path below {found.via_lower_bound:.6g} cells"
 
 
 def _motion(found: Plan, scene: Scene) -> str:

@@ -87,12 +87,21 @@ class _Build:
         robot = self.tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
         traffic = self._traffic(map_[0] if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
+        via = map_ and self._via(map_[0].grid)
         zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
         edits = self._edits(map_[0].grid if map_ else None)
         scene = None
         if map_ and start and goal and not self.faults:
             make = partial(
-                Scene, moves=file.moves or moves, robot=robot, traffic=traffic, zones=zones, **start, **goal
+                Scene,
+                moves=file.moves or moves,
+                robot=robot,
+                traffic=traffic,
+                zones=zones,
+                via=via or (),
+                via_order=file.via_order,
+                **start,
+                **goal,
             )
             scene = self.tried(("robot", "radius"), make, map_[0].grid)
         drive = self._drive()
@@ -261,6 +270,23 @@ class _Build:
         if isinstance(given, form.CellPose):
             return {f"{what}_pose": (*found.grid.to_metres(cell).tolist(), given.yaw)}
         return {f"{what}_pose": given.pose} if isinstance(given, form.Pose) else {what: cell}
+
+    def _via(self, grid: Grid) -> list[Cell]:
+        """The via points, each a cell of the map."""
+        if self.file.via and (self.file.simulate is not None or self.file.drive is not None):
+            what = "via points in a simulation or a drive"
+            self.faults.keep(("via",), FileError("VIA", what, allowed="none; a plan passes via points"))
+        cells: list[Cell] = []
+        for k, given in enumerate(self.file.via):
+            cell = grid.to_cell(*given.m) if isinstance(given, form.Point) else (given[0], given[1])
+            if grid.contains(cell):
+                cells.append(cell)
+                continue
+            allowed = f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}"
+            self.faults.keep(
+                ("via", k), SceneError("VIA_OUTSIDE", f"{cell} is outside the map", allowed=allowed)
+            )
+        return cells
 
     def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
         """What the file lists; if it has no list, what is drawn in the map."""

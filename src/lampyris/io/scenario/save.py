@@ -141,6 +141,7 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "map_hash": map_hash(scenario.drawn),
         "start": _end(scene.start, scene.start_pose),
         "goal": _end(scene.goal, scene.goal_pose),
+        **({"via": [list(cell) for cell in scene.via], "via_order": scene.via_order} if scene.via else {}),
         "robot": _robot(scene.robot),
         "moves": scene.moves.name,
         "planner": {"name": scenario.planner, "settings": _settings(scenario.planner, scenario.settings)},

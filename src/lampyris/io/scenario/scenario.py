@@ -128,8 +128,8 @@ class Scenario:
             return NotImplemented
         a, b = self.scene, other.scene
         return (
-            (a.start, a.goal, a.start_pose, a.goal_pose, a.moves, a.robot, a.traffic)
-            == (b.start, b.goal, b.start_pose, b.goal_pose, b.moves, b.robot, b.traffic)
+            (a.start, a.goal, a.start_pose, a.goal_pose, a.via, a.via_order, a.moves, a.robot, a.traffic)
+            == (b.start, b.goal, b.start_pose, b.goal_pose, b.via, b.via_order, b.moves, b.robot, b.traffic)
             and _decided(self) == _decided(other)
             and _same_map(self.drawn, other.drawn)
             and _same(a.zones, b.zones)

@@ -29,6 +29,7 @@ from lampyris.io.scenario.schema_types import (
 )
 from lampyris.model.edit import MAX_EDITS
 from lampyris.model.robot import Robot
+from lampyris.model.scene import MAX_VIA
 from lampyris.model.traffic import COUNT_RANGE, MAX_OBSTACLES
 
 VERSION = 1
@@ -160,6 +161,14 @@ End: TypeAlias = Annotated[
         "TYPE",
         "[x, y]: two whole numbers, column and row from the top left; {m: [x, y]} in metres; {pose: [x, y, yaw]}; "
         "or {cell: [x, y], yaw: radians}",
+    ),
+]
+Place: TypeAlias = Annotated[
+    Annotated[Pair, Tag("end-pair")] | Annotated[Point, Tag("end-point")],
+    Discriminator(_end_kind),
+    Rule(
+        "TYPE",
+        "[x, y]: two whole numbers, column and row from the top left; or {m: [x, y]} in metres",
     ),
 ]
 if TYPE_CHECKING:
@@ -362,6 +371,12 @@ class ScenarioFile(Table):
     ] = Field(None, description="SHA-256 of the map's cells; another map is refused.")
     start: End | None = Field(None, description="Where the robot starts; null: the map's own start.")
     goal: End | None = Field(None, description="Where it drives; null: the map's own goal.")
+    via: list[Place] = Field(
+        [], max_length=MAX_VIA, description="What a plan passes on the way; simulations and drives have none."
+    )
+    via_order: Annotated[Literal["given", "best"], Rule("VIA_ORDER", ", ".join(defaults.VIA_ORDERS))] = Field(
+        defaults.VIA_ORDER, description="The order of `via`: as given, or that with the shortest path."
+    )
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Shape, drive and limits, SI units.")
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
         defaults.PRESET,

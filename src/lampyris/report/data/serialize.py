@@ -65,8 +65,19 @@ def plan_record(
         "notes": list(plan.notes),
         "corners": corners_record(plan, scene, profile),
         **({} if plan.pose_path is None else pose_record(plan.pose_path)),
+        **(via_record(plan, scene) if scene.via else {}),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
+    }
+
+
+def via_record(plan: Plan, scene: Scene) -> dict[str, Any]:
+    """Via points in the order of visits, and where they are among the cells of the path."""
+    places = plan.via_at or (None,) * len(plan.via)
+    return {
+        "via": [{"cell": list(cell), "node": k} for cell, k in zip(plan.via, places, strict=True)],
+        "via_order": scene.via_order,
+        "via_lower_bound": plan.via_lower_bound,
     }
 
 

@@ -148,6 +148,23 @@ def draw_ends(axes: Axes, start: Sequence[float], goal: Sequence[float], frame: 
     return items
 
 
+def draw_via(axes: Axes, via: Sequence[Sequence[float]], frame: FigureLayout) -> Any:
+    """Via points with their numbers in the order of visits; their legend entry."""
+    from matplotlib.lines import Line2D
+
+    size = float(np.clip(frame.cell * 0.42, 9, 18))
+    look: dict[str, Any] = {
+        "marker": "s",
+        "markerfacecolor": "white",
+        "markeredgecolor": style.INK,
+        "linestyle": "",
+    }
+    for k, (x, y) in enumerate(via, 1):
+        axes.plot([x], [y], markersize=size, clip_on=False, zorder=7, **look)
+        axes.text(x, y, f"{k}", ha="center", va="center", fontsize=size * 0.6, color=style.INK, zorder=8)
+    return Line2D([], [], markersize=8, label="via point", **look)
+
+
 def patches(grid: Grid, values: FloatGrid | None) -> list[Any]:
     """Legend entries for the kinds of ground."""
     from matplotlib.patches import Patch

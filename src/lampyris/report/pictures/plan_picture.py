@@ -83,6 +83,8 @@ def draw_plan(
         items = canvas.draw_ends(axes, first, last, frame) + items
     elif scene is not None:
         items = canvas.draw_ends(axes, scene.start, scene.goal, frame) + items
+    if plan.via:
+        items.append(canvas.draw_via(axes, plan.via, frame))
     items += canvas.patches(grid, values)
     title = f"{plan.planner} on {grid.name or 'a map'}"
     canvas.draw_words(figure, frame, title, _subtitle(plan), _foot(grid, plan, values), items)

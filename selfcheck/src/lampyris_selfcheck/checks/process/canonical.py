@@ -19,6 +19,13 @@ ADDED = frozenset({"pose_path", "goal_tolerance", "rounds"})
 
 ADDED_TO = frozenset(
     {(kind, "footprint") for kind in ("RandomWalk", "Patrol", "Crossing", "Recorded")}
+    | {
+        ("Scene", "via"),
+        ("Scene", "via_order"),
+        ("Plan", "via"),
+        ("Plan", "via_at"),
+        ("Plan", "via_lower_bound"),
+    }
     | {("Recorded", "yaw"), ("Obstacle", "outline"), ("Track", "outline"), ("Track", "yaw")}
 )
 """The same of some classes alone: others had a field of that name before."""
@@ -60,7 +67,7 @@ def canonical(value: Any) -> Any:
         kept = [
             (name, part)
             for name, part in parts
-            if not (name in ADDED or (kind, name) in ADDED_TO) or not (part is None or part == ())
+            if not (name in ADDED or (kind, name) in ADDED_TO) or part not in (None, (), "given")
         ]
         return {"": kind} | {RENAMED.get((kind, name), name): canonical(part) for name, part in kept}
     if isinstance(value, Mapping):

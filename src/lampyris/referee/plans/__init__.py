@@ -1,0 +1,1 @@
+"""Rules for plans of certain kinds: any-angle lines, schedules, via points."""
