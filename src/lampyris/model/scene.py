@@ -165,7 +165,7 @@ class Scene(Value):
         >>> scene.through([(20, 30), (40, 40)], order="best").via
         ((20, 30), (40, 40))
         """
-        return replace(self, via=via, via_order=order)
+        return replace(self, via=self._via(via), via_order=order)
 
     def _via(self, given: Any) -> tuple[Cell, ...]:
         """The via points, each a cell of the map."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -66,7 +66,7 @@ def plan_through(scene: Scene, planner: Planner, budget: Budget | None, plan_leg
     visits = _visits(scene)
     legs: list[Plan] = []
     for leg in _legs(scene, visits.via):
-        made = plan_leg(leg, _left(budget, sum(one.expansions for one in legs)))
+        made = plan_leg(leg, _left(budget, _total(one.expansions for one in legs)))
         legs.append(made)
         if made.path is None:
             return _failed(legs, leg, visits)
@@ -105,8 +105,8 @@ def _failed(legs: Sequence[Plan], leg: Scene, visits: _Visits) -> Plan:
     return Plan(
         last.status,
         last.planner,
-        iterations=sum(one.iterations for one in legs),
-        expansions=sum(one.expansions for one in legs),
+        iterations=_total(one.iterations for one in legs),
+        expansions=_total(one.expansions for one in legs),
         detail=f"{place}: {last.sentence}",
         gates_in_map=last.gates_in_map,
         notes=_notes(legs),
@@ -118,19 +118,21 @@ def _joined(legs: Sequence[Plan], visits: _Visits) -> Plan:
     paths = [one.path for one in legs if one.path is not None]
     lengths = [len(path.cells) - 1 for path in paths]
     cells = np.concatenate([paths[0].cells[:1], *(path.cells[1:] for path in paths)])
-    paid = None if paths[0].paid is None else sum(path.exact for path in paths)
+    paid = None if paths[0].paid is None else _total(path.exact for path in paths)
     optimal = [one.optimal_exact for one in legs if one.optimal_exact is not None]
     turns = [one.waypoints for one in legs if one.waypoints is not None]
     gates = {gate.cell: gate for one in legs for gate in one.gates_on_path}
     return Plan(
         Status.FOUND,
         legs[0].planner,
-        Path(cells, paths[0].moves, tuple(map(sum, zip(*(path.steps for path in paths), strict=True))), paid),
-        iterations=sum(one.iterations for one in legs),
-        expansions=sum(one.expansions for one in legs),
+        Path(
+            cells, paths[0].moves, tuple(map(_total, zip(*(path.steps for path in paths), strict=True))), paid
+        ),
+        iterations=_total(one.iterations for one in legs),
+        expansions=_total(one.expansions for one in legs),
         jumps=tuple(jump for one in legs for jump in one.jumps),
         gates_met=tuple(cell for one in legs for cell in one.gates_met),
-        optimal_exact=sum(optimal) if len(optimal) == len(legs) else None,
+        optimal_exact=_total(optimal) if len(optimal) == len(legs) else None,
         repaired=any(one.repaired for one in legs),
         gates_on_path=tuple(gates.values()),
         gates_in_map=legs[0].gates_in_map,
@@ -145,6 +147,10 @@ def _joined(legs: Sequence[Plan], visits: _Visits) -> Plan:
         via_at=tuple(np.cumsum(lengths)[:-1].tolist()),
         via_lower_bound=visits.least,
     )
+
+
+def _total(numbers: Iterable[int]) -> int:
+    return sum(numbers)  # bits: whole numbers
 
 
 def _notes(legs: Sequence[Plan]) -> tuple[str, ...]:

@@ -39,7 +39,7 @@ def best_order(costs: NDArray[np.int64]) -> tuple[list[int], int]:
     if n <= EXACT_VIA:
         order = _held_karp(costs)
         return order, _cost(costs, order)
-    from scipy.optimize import linear_sum_assignment
+    from scipy.optimize import linear_sum_assignment  # bits: only the least sum, of whole numbers
 
     barred = costs.astype(np.float64)
     barred[np.arange(1, n + 1), np.arange(n)] = float(costs.sum()) + 1.0  # no point follows itself

@@ -87,7 +87,7 @@ class _Build:
         robot = self.tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
         traffic = self._traffic(map_[0] if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
-        via = map_ and self._via(map_[0].grid)
+        via = self._via(map_[0].grid) if map_ else []
         zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
         edits = self._edits(map_[0].grid if map_ else None)
         scene = None
@@ -98,7 +98,7 @@ class _Build:
                 robot=robot,
                 traffic=traffic,
                 zones=zones,
-                via=via or (),
+                via=via,
                 via_order=file.via_order,
                 **start,
                 **goal,
