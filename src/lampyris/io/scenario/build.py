@@ -273,7 +273,8 @@ class _Build:
 
     def _via(self, grid: Grid) -> list[Cell]:
         """The via points, each a cell of the map."""
-        if self.file.via and (self.file.simulate is not None or self.file.drive is not None):
+        runs: tuple[Any, ...] = (self.file.simulate, self.file.drive)
+        if self.file.via and any(one is not None for one in runs):
             what = "via points in a simulation or a drive"
             self.faults.keep(("via",), FileError("VIA", what, allowed="none; a plan passes via points"))
         cells: list[Cell] = []
