@@ -33,6 +33,7 @@ _HOME = {
     "solve_field": "lampyris.planning.field.solve",
     "solve_fields": "lampyris.planning.field.many",
     "dissertation_speeds": "lampyris.motion.laws.dissertation",
+    "node_table": "lampyris.motion.laws.node_table",
     "load_fleet": "lampyris.fleets",
     "plan_fleet": "lampyris.fleets",
     "random_fleet": "lampyris.fleets",
@@ -141,6 +142,7 @@ if TYPE_CHECKING:
     from lampyris.model.traffic import Recorded as Recorded
     from lampyris.motion.geometry.sampled_path import SampledPath as SampledPath
     from lampyris.motion.laws.dissertation import dissertation_speeds as dissertation_speeds
+    from lampyris.motion.laws.node_table import node_table as node_table
     from lampyris.planning.base import Budget as Budget
     from lampyris.planning.field.many import solve_fields as solve_fields
     from lampyris.planning.field.solve import solve_field as solve_field

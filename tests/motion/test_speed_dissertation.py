@@ -10,9 +10,11 @@ import pytest
 
 import lampyris
 from lampyris.errors import SettingError
+from lampyris.model.path import path_of
 from lampyris.motion import caps
 from lampyris.motion.laws.dissertation import DissertationLaw, dissertation_profile, dissertation_speeds
-from lampyris.reproduce.tables import printed_data
+from lampyris.reproduce.tables import printed_data, velocity
+from lampyris.reproduce.tables.verdict import short
 from lampyris_selfcheck.reference.motion import speed_laws
 
 TABLES = {table: printed_data.velocity_rows(table) for table in printed_data.VELOCITY_TABLES}
@@ -297,3 +299,38 @@ def test_every_setting_is_used() -> None:
     for name, value in changed.items():
         law = DissertationLaw(**({"v_180": 78.0} | {name: value}))
         assert not np.array_equal(dissertation_profile(way, one, two, law=law)[0], usual), name
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_the_table_of_every_node_has_what_the_reproduction_finds(table: str) -> None:
+    """On the corrected cells; the counts are put there as obstacles, since the maps of these tables are lost."""
+    rows, way = velocity.corrected(table), np.array(velocity.cells(table))
+    way = way - way.min(axis=0) + 4
+    scene = lampyris.Scene(lampyris.Grid(np.zeros((60, 60), dtype=bool)), (0, 0), (0, 0), "dissertation")
+    path = path_of(way.astype(np.int32), scene.moves)
+    made = {}
+    for k in range(1, len(way) - 1):
+        counted = [int(rows[k]["ring1"]), int(rows[k]["ring2"])]
+        made[k] = lampyris.node_table(scene, path, obstacles=around(way, k, *counted))
+        assert [made[k].ring1[k], made[k].ring2[k]] == counted
+        assert np.isnan(made[k].angle_deg[[0, -1]]).all()
+        assert made[k].columns()["angle_velocity"][0] is None
+    compared = 0
+    for figure, verdict in zip(printed_data.figures(table), velocity.velocity(table), strict=True):
+        name = {"angle": "angle_deg"}.get(figure.column, figure.column)
+        if name in ("obstacle_velocity", "angle_deg", "angle_velocity") and figure.index in made:
+            compared += 1
+            assert short(getattr(made[figure.index], name)[figure.index]) == verdict.ours
+    assert compared == 3 * (len(way) - 2)
+
+
+def around(way: np.ndarray, k: int, one: int, two: int) -> list[tuple[int, int]]:
+    """So many cells of ring 1, and of ring 2 ahead of the step into node k."""
+    square = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3)]
+    step = (way[k] - way[k - 1]).tolist()
+    near = [o for o in square if max(map(abs, o)) == 1][:one]
+    far = [
+        o for o in square
+        if max(map(abs, o)) == 2 and o[0] * step[0] + o[1] * step[1] >= math.hypot(*o) * math.hypot(*step) * 0.7071
+    ][:two]  # fmt: skip
+    return [(int(way[k][0] + dx), int(way[k][1] + dy)) for dx, dy in (*near, *far)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,3 +128,33 @@ def _cap(pair: object, n: int) -> tuple[str, Floats]:
         allowed = f"pairs of a cause and {n} numbers"
         raise SettingError("ARRAY", shown(pair), where="profile.caps", allowed=allowed)
     return cause, frozen(speeds)
+
+
+NODE_COLUMNS = ("ring1", "ring2", "obstacle_velocity", "angle_deg", "angle_velocity")
+
+
+class NodeTable(NamedTuple):
+    """Columns of Tables 4.12 to 4.17 of the dissertation for a path; velocities in its units.
+
+    Parameters
+    ----------
+    ring1, ring2 : int64 (n,): obstacles counted in ring 1 and, ahead, in ring 2; walls, cells off the map (ring 1) and
+        moving obstacles.
+    obstacle_velocity : float64 (n,): greatest velocity beside them.
+    angle_deg : float64 (n,): interior angle of the path, degrees: 180 straight on, 135, 90, 45, 0 back; NaN at both
+        ends.
+    angle_velocity : float64 (n,): greatest velocity at that angle; NaN at both ends.
+    """
+
+    ring1: NDArray[np.int64]
+    ring2: NDArray[np.int64]
+    obstacle_velocity: Floats
+    angle_deg: Floats
+    angle_velocity: Floats
+
+    def columns(self) -> dict[str, list[float | None]]:
+        """Lists by name, None where there is no value."""
+        return {
+            name: [None if value != value else value for value in getattr(self, name).tolist()]
+            for name in NODE_COLUMNS
+        }

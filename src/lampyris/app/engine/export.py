@@ -24,6 +24,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
+from lampyris.motion.laws.node_table import nodes_of
 from lampyris.planning import registry
 from lampyris.planning.field.solve import solve_field
 from lampyris.report.data.csv import write_drive_csv, write_plan_csv, write_trace_csv
@@ -229,7 +230,10 @@ def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
     found, profile = planned(scenario)
     if profile is None:
         raise UsageError("CSV", "there is no path", where="scenario", allowed="a plan that found one")
-    return _written("csv", lambda path: write_plan_csv(path, found, profile, scenario.scene.grid))
+    scene = scenario.scene
+    return _written(
+        "csv", lambda path: write_plan_csv(path, found, profile, scene.grid, nodes_of(scene, found))
+    )
 
 
 def _scenario(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:

@@ -78,6 +78,7 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
     from lampyris import scenarios
     from lampyris.cli.request import scene_notes
     from lampyris.model.plan import Status
+    from lampyris.motion.laws.node_table import nodes_of
     from lampyris.planning.registry import pose_names
     from lampyris.report.data.serialize import plan_record
 
@@ -89,6 +90,7 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
         done: Any = scenarios.run(scenario, record=record, budget=budget)
     found: Plan = done.plan
     profile: Profile | None = done.profile
+    nodes = nodes_of(scene, found)
     if out.picture is not None:
         _draw(scenario, found, profile, out, out.picture)
     if out.csv is not None:
@@ -98,14 +100,14 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
             from lampyris.report.data.csv import write_plan_csv
 
             with outputs.place(out.csv) as place:
-                write_plan_csv(place, found, profile, scene.grid)
+                write_plan_csv(place, found, profile, scene.grid, nodes)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if out.json:
         if not out.explain:
             # Whether a picture was drawn must not change the answer.
             found = replace(found, jumps=())
-        print_json(out.without_timing(plan_record(found, scene, profile, seed=scenario.seed)))
+        print_json(out.without_timing(plan_record(found, scene, profile, seed=scenario.seed, nodes=nodes)))
     else:
         with outputs.text_beside(out.csv):
             print_plan(found, scene, profile, explain=out.explain, name=scenario.name)
@@ -201,7 +203,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         rows.append(("time", f"{1000 * seconds:.1f} ms, of which {planning}{once}"))
     text.facts("", rows)
     if explain:
-        _explain(found, profile)
+        _explain(found, scene, profile)
 
 
 def _via(found: Plan) -> str:
@@ -221,7 +223,8 @@ def _motion(found: Plan, scene: Scene) -> str:
     return f"{scene.robot.drive} drive" if found.planner in pose_names() else f"{scene.moves.name} moves"
 
 
-def _explain(found: Plan, profile: Profile | None) -> None:
+def _explain(found: Plan, scene: Scene, profile: Profile | None) -> None:
+    from lampyris.motion.laws.node_table import node_table
     from lampyris.report.data.adgso_tables import COLUMNS, jump_tables
 
     if found.rounds:
@@ -232,14 +235,22 @@ def _explain(found: Plan, profile: Profile | None) -> None:
         text.table("", COLUMNS, jump.rows, right=right, bold=jump.chosen, boxed=True)
         text.line(jump.note)
     if profile is not None and found.path is not None and found.pose_path is None:
-        columns = ("node", "cell", "s", f"v ({profile.units})", "t", "limited by")
-        numbers = (profile.s, profile.v, profile.t)
+        columns = (
+            "node", "cell", "s", "ring 1", "ring 2", "obstacle velocity", "angle", "angle velocity",
+            f"v ({profile.units})", "t", "limited by",
+        )  # fmt: skip
+        table = node_table(scene, found)
+        numbers = (profile.s, *table, profile.v, profile.t)
         rows = [
-            (str(k), f"({x}, {y})", *(f"{of[k]:.4g}" for of in numbers), profile.cause[k])
+            (str(k), f"({x}, {y})", *(_number(of[k]) for of in numbers), profile.cause[k])
             for k, (x, y) in enumerate(found.path.cells)
         ]
         right = [name for name in columns if name not in ("cell", "limited by")]
         text.table("speed at each node", columns, rows, right=right, boxed=True)
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if value == value else "-"
 
 
 def _explain_rounds(found: Plan) -> None:

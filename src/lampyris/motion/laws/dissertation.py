@@ -237,21 +237,34 @@ def _caps(
     heading: NDArray[np.int64], n1: NDArray[np.int64], n2: NDArray[np.int64], law: DissertationLaw, came: bool
 ) -> list[tuple[str, Floats]]:
     """The law's rules, in the order in which ties are decided."""
-    n = len(heading)
-    by_rings = caps.rings(
-        n1, n2, v_max=law.v_max, v_min=law.v_min, drop1=law.ring1_drop, drop2=law.ring2_drop
-    )
+    by_rings, by_angle = node_caps(heading, n1, n2, law, came)
     ring1_leads = law.ring1_drop * n1 >= law.ring2_drop * n2
-    by_angle = np.full(n, np.inf)
-    bend = slice(0 if came else 1, n - 1)
-    turn = _TURN[heading[:-1], heading[1:]][bend]
-    by_angle[bend] = caps.angle(turn, v_180=law.v_180, v_135=law.v_135, v_90=law.v_90)
     return [
-        ("limit", caps.limit(n, law.v_max)),
+        ("limit", caps.limit(len(heading), law.v_max)),
         ("ring 1", np.where(ring1_leads, by_rings, np.inf)),
         ("ring 2", np.where(ring1_leads, np.inf, by_rings)),
         ("angle", by_angle),
     ]
+
+
+def node_caps(
+    heading: NDArray[np.int64], n1: NDArray[np.int64], n2: NDArray[np.int64], law: DissertationLaw, came: bool
+) -> tuple[Floats, Floats]:
+    """Greatest velocities by the obstacles around each node and by its angle, float64 (n,); infinity without an angle.
+
+    Parameters
+    ----------
+    heading, n1, n2 : of :func:`lampyris.motion.laws.rings.headings` and :func:`lampyris.motion.laws.rings.count`.
+    came : whether there is an angle at the first node.
+    """
+    by_rings = caps.rings(
+        n1, n2, v_max=law.v_max, v_min=law.v_min, drop1=law.ring1_drop, drop2=law.ring2_drop
+    )
+    by_angle = np.full(len(heading), np.inf)
+    bend = slice(0 if came else 1, len(heading) - 1)
+    turn = _TURN[heading[:-1], heading[1:]][bend]
+    by_angle[bend] = caps.angle(turn, v_180=law.v_180, v_135=law.v_135, v_90=law.v_90)
+    return by_rings, by_angle
 
 
 def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> Floats:

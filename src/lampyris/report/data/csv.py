@@ -9,7 +9,7 @@ from lampyris.errors import UsageError
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
-from lampyris.model.profile import Profile
+from lampyris.model.profile import NodeTable, Profile
 from lampyris.model.trace import Trace
 from lampyris.report.data.columns import (
     Columns,
@@ -32,7 +32,9 @@ TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "tick", "cause", "x", "y", "event")
 _TRANSFERS = {"t_s": "t_transfers"}
 
 
-def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> None:
+def write_plan_csv(
+    out: OutFile, plan: Plan, profile: Profile, grid: Grid, nodes: NodeTable | None = None
+) -> None:
     """Write a path with its speeds, one row a node; an existing file is replaced.
 
     Columns: ``x_m``, ``y_m`` metres of the map frame (cell centres); ``yaw`` radians in the map frame, -pi
@@ -40,7 +42,8 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     m/s, s, m and m/s2 (of a law in velocity units these are velocity units and cells, and ``t_transfers``
     stands in place of ``t_s``); ``cause`` what binds v; ``x``, ``y`` the cell; ``why`` the cause in words,
     with what it speaks of. A plan with a schedule has ``tick`` before that: when the robot is to enter the
-    cell. Its times are of the drive alone and know nothing of the waiting. A plan of poses has the columns of
+    cell. Its times are of the drive alone and know nothing of the waiting. Then come the columns of ``nodes``, empty where
+    there is no value. A plan of poses has the columns of
     :func:`write_profile_csv` and ``gear`` (1 ahead, -1 in reverse, 0 in place); its yaw is that of the robot, also in reverse.
 
     Raises
@@ -61,16 +64,20 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
         _write(out, POSE_COLUMNS, columns)
         return
     if path is None or len(path.cells) != len(profile.v):
-        nodes = 0 if path is None else len(path.cells)
+        length = 0 if path is None else len(path.cells)
         raise UsageError(
-            "CSV", f"a path of {nodes} nodes and {len(profile.v)} speeds", allowed="a path and its profile"
+            "CSV", f"a path of {length} nodes and {len(profile.v)} speeds", allowed="a path and its profile"
         )
     columns = path_columns(path, grid.frame) | cells_columns(path) | profile_columns(profile, None)
     names = PLAN_COLUMNS if profile.metric else tuple(_TRANSFERS.get(c, c) for c in PLAN_COLUMNS)
     if plan.schedule is not None:
         columns["tick"] = plan.schedule.tolist()
         names = (*names[:-1], "tick", names[-1])
-    _write(out, names, columns)
+    around = {
+        name: ["" if value is None else value for value in column]
+        for name, column in ({} if nodes is None else nodes.columns()).items()
+    }
+    _write(out, (*names, *around), columns | around)
 
 
 def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Grid) -> None:

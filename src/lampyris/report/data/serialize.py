@@ -16,7 +16,7 @@ from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
 from lampyris.model.plan import Jump, Plan, PlanningRound
-from lampyris.model.profile import Profile
+from lampyris.model.profile import NodeTable, Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
@@ -28,11 +28,17 @@ STEP_WORDS = ("straight", "diagonal", "knight")
 
 
 def plan_record(
-    plan: Plan, scene: Scene, profile: Profile | None, *, seed: int = 0, gates: bool = True
+    plan: Plan,
+    scene: Scene,
+    profile: Profile | None,
+    *,
+    seed: int = 0,
+    gates: bool = True,
+    nodes: NodeTable | None = None,
 ) -> dict[str, Any]:
     """A plan and its speeds; ``cells``, ``cost``, ``gap`` and ``speed`` are null when no path was found.
 
-    ``gates``: those of the whole map as well; scattered maps have thousands.
+    ``gates``: those of the whole map as well; scattered maps have thousands. ``nodes``: what stands around each node.
     """
     return {
         "status": plan.status.value,
@@ -66,6 +72,7 @@ def plan_record(
         "corners": corners_record(plan, scene, profile),
         **({} if plan.pose_path is None else pose_record(plan.pose_path)),
         **(via_record(plan, scene) if scene.via else {}),
+        **({} if nodes is None else {"nodes": nodes.columns()}),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
     }

@@ -1,0 +1,71 @@
+"""A table of every node of a path: what stands around it, how the path bends there, and what either allows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core import elementary
+from lampyris.errors import SettingError, of_kind, shown
+from lampyris.model.path import Path
+from lampyris.model.plan import Plan
+from lampyris.model.profile import NodeTable
+from lampyris.model.scene import Scene
+from lampyris.motion.laws import dissertation
+from lampyris.motion.laws.rings import count, headings
+from lampyris.typing import Cell
+
+
+def node_table(
+    scene: Scene,
+    path: Plan | Path,
+    *,
+    obstacles: Iterable[Cell] | NDArray[Any] = (),
+    law: dissertation.DissertationLaw = dissertation.DEFAULT,
+) -> NodeTable:
+    """What the dissertation's speed law looks at, at each node of any path.
+
+    Parameters
+    ----------
+    scene : the map.
+    path : a path of cells, or a plan that found one, by whatever planner.
+    obstacles : cells that moving obstacles cover.
+    law : its settings: which cells count, and the velocities.
+
+    Raises
+    ------
+    SettingError : ``PROFILE``: a plan without a path.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0), "dissertation")
+    >>> lampyris.node_table(scene, lampyris.plan(scene)).ring1[:4]
+    array([5, 4, 2, 3])
+
+    Source: dissertation, Algorithms 3.11 and 3.12, Tables 4.12 to 4.17.
+    """
+    of_kind("scene", scene, Scene)
+    given = path.path if isinstance(path, Plan) else path
+    if not isinstance(given, Path):
+        raise SettingError("PROFILE", shown(path), where="path", allowed="a path, or a plan that found one")
+    cells = given.cells.astype(np.int64)
+    steps = headings(cells, None)
+    one, two = count(
+        cells, steps, scene.grid.blocked, obstacles, law.ring1, law.ring2, law.outside1, law.outside2
+    )
+    by_rings, by_angle = dissertation.node_caps(steps, one, two, law, came=False)
+    by_angle[np.isinf(by_angle)] = np.nan
+    angle, d = np.full(len(cells), np.nan), np.diff(cells, axis=0)
+    cross = d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0]
+    dot = d[:-1, 0] * d[1:, 0] + d[:-1, 1] * d[1:, 1]
+    angle[1:-1] = np.round(180.0 - np.degrees(np.abs(elementary.atan2(cross, dot))), 9)
+    return NodeTable(one, two, by_rings, angle, by_angle)
+
+
+def nodes_of(scene: Scene, found: Plan) -> NodeTable | None:
+    """The table of a plan's path of cells; None where there is none."""
+    return None if found.path is None or found.pose_path is not None else node_table(scene, found)
