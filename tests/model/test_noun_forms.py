@@ -15,13 +15,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from test_copies import KINDS, arrays_in, classes, nouns
 
 import lampyris
 from lampyris._core.noun import MAX_REPR, Noun
 from lampyris.errors import SettingError, UnknownSettingError, UsageError
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.report.data.columns import drive_columns, plan_columns, profile_columns, trace_columns
-from test_copies import KINDS, arrays_in, classes, nouns
 
 PICTURED = ("Grid", "Scene", "Plan", "Path", "Field", "Profile", "Trace", "Drive", "Curve", "PoseCurve")
 
