@@ -240,6 +240,7 @@ def test_neighbourhoods_beside_the_optimum(seed: int) -> None:
         assert conflicts(plan, fleet) == []
 
 
+@pytest.mark.nightly
 def test_seconds_keep_the_best_plan_so_far() -> None:
     fleet = random_fleet(random_map(1, 12, 12, 0.1), 30, seed=1)
     for planner in ("lacam", "lns"):

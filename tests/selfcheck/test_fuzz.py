@@ -186,6 +186,7 @@ def test_each_wrong_is_found(
     assert base64.b64decode(failure.data["base64"]) == mutant(ASK, "map", 7)
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("slow", [1, 2, 3, 4])
 def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -212,6 +213,7 @@ def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pyte
     assert [f.what for f in outcome.failures] == (["1.50 s of CPU time, not below 1"] if slow == 4 else [])
 
 
+@pytest.mark.nightly
 def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A reader that says of unknown cells that they are free."""
 
@@ -297,6 +299,7 @@ def _use_of_maps(monkeypatch: pytest.MonkeyPatch, verb: Callable[..., None]) -> 
     return fuzz.run(ASK, Part("use-map", 0, 20))
 
 
+@pytest.mark.nightly
 def test_a_use_that_raises_what_it_should_not_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def raises(*_: object) -> None:
         raise OverflowError("too large")
@@ -337,6 +340,7 @@ def test_a_use_that_takes_too_much_time_or_memory_is_seen(monkeypatch: pytest.Mo
     assert "MiB of memory, not below" in outcome.failures[0].what
 
 
+@pytest.mark.nightly
 def test_what_takes_all_address_space_ends_in_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     before = resource.getrlimit(resource.RLIMIT_AS)
     outcome = _use_of_maps(monkeypatch, lambda *_: np.empty(2**33))

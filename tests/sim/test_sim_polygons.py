@@ -194,6 +194,7 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     assert arrived["polygon"] >= arrived["disc"] > 0
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @sized("cases", 2, 200)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])

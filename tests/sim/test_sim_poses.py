@@ -343,6 +343,7 @@ def test_the_dissertations_law_and_ticks_refuse_poses() -> None:
         lampyris.simulate(scene_of(), "lattice")
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("law", ["rpp", "optimum", "constant"])
 def test_other_laws_drive_poses_as_the_referee_sees_it(law: str) -> None:

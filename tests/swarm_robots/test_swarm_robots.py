@@ -36,6 +36,7 @@ def test_the_three_peaks_are_held_on_a_walled_map(seed: int) -> None:
     assert sum(made.held[-1]) > 60
 
 
+@pytest.mark.nightly
 def test_gso_holds_more_robots_than_the_gradient_when_sensors_are_noisy() -> None:
     grid = lampyris.load_grid("env-6")
     by = {
@@ -233,6 +234,7 @@ def test_twenty_thousand_robots_are_the_most() -> None:
         lampyris.swarm_robots(lampyris.Grid(np.zeros((9, 9), dtype=bool)), robots=swarms.MAX_ROBOTS)
 
 
+@pytest.mark.nightly
 def test_ten_thousand_small_steps_are_the_most() -> None:
     """Driving 0.9999 m takes them; turning at 1,000 rad/s takes less than one."""
     grid = lampyris.Grid(np.zeros((9, 9), dtype=bool))
