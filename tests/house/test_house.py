@@ -46,6 +46,7 @@ def test_scripts_hold_one_idea() -> None:
     assert not {name for name, length in lengths.items() if length > MAX_FILE}
 
 
+@pytest.mark.commit(3)
 @pytest.mark.parametrize(
     "words",
     [

@@ -60,7 +60,14 @@ def test_good_files_are_read(tmp_path: Path, name: str) -> None:
         assert not code or code in refused, (code, data)
 
 
-@pytest.mark.parametrize("path", sorted(KEPT.glob("*--*")), ids=lambda p: p.name)
+LONG = ("study-json--ten-thousand-seeds-twice",)
+"""Cases that take seconds, for the night."""
+
+
+ONCE = sorted(KEPT.glob("*--*"), key=lambda p: (p.name in LONG, p.name))
+
+
+@pytest.mark.parametrize("path", some(ONCE, len(ONCE) - len(LONG)), ids=lambda p: p.name)
 def test_what_went_wrong_once(tmp_path: Path, path: Path) -> None:
     case = FuzzedReader(path.name.split("--")[0], tmp_path)
     for number in range(35):  # with each choice of options
