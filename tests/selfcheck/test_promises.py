@@ -80,13 +80,17 @@ def _cases() -> list[ParameterSet]:
     ]
 
 
+FEW = 40
+"""Cases of a kind without a seeded defect, all of which run with every commit."""
+
+
 def needed(name: str, kind: str) -> list[runner.Range]:
-    """Cases of a kind for every commit: where a seeded defect is detected, and the first tenth; else all."""
+    """Cases of a kind for every commit: where a seeded defect is detected, and the first tenth; without one, half."""
     every = registry.check(name).kinds_for(ASK)[kind].commit
     asked = {(one.first, one.cases) for group in mutants.GROUPS for one in mutants.defects(group)
              if (one.check, one.kind) == (name, kind)}  # fmt: skip
     if not asked:
-        return [runner.Range(only=kind)]
+        return [runner.Range(kind, 0, every if every < FEW else every // 2)]
     numbers = set(range(-(-every // 10)))
     for first, cases in asked:
         numbers |= set(range(first, first + cases))
