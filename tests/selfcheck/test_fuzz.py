@@ -60,7 +60,7 @@ def test_good_files_are_read(tmp_path: Path, name: str) -> None:
         assert not code or code in refused, (code, data)
 
 
-LONG = ("study-json--ten-thousand-seeds-twice",)
+LONG = ("study-json--ten-thousand-seeds-twice", "ros--a-thousand-open-brackets")
 """Cases that take seconds, for the night."""
 
 

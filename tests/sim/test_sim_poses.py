@@ -351,6 +351,7 @@ def test_other_laws_drive_poses_as_the_referee_sees_it(law: str) -> None:
     assert made.law == law
 
 
+@pytest.mark.nightly
 def test_who_minds_nobody_drives_into_somebody() -> None:
     """The time optimum and obstacles that do not yield: contacts are found, and the referee agrees."""
     y = 60 - 1 - 30

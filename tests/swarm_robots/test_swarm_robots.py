@@ -58,6 +58,7 @@ def test_without_noise_the_gradient_climbs() -> None:
     assert made.held[-1].tolist() == [3]
 
 
+@pytest.mark.nightly
 def test_a_moving_source_is_followed() -> None:
     grid = lampyris.Grid(np.zeros((30, 30), dtype=bool))
     source = lampyris.InverseSquare((8.0, 8.0), core=6.0, route=[(22.0, 22.0)], speed=0.02)
@@ -90,6 +91,7 @@ def test_who_holds_whom(trace: SwarmTrace) -> None:
     assert [int((holder == k).sum()) for k in range(3)] == trace.held[-1].tolist()
 
 
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_bytes(trace: SwarmTrace) -> None:
     again = lampyris.swarm_robots(walled(), robots=25, seed=3, iterations=25, noise=0.02)
     assert again == trace
