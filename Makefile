@@ -14,7 +14,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
-.PHONY: demo test lint collected unit check-nightly check-floors coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint unit check-nightly check-floors coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
@@ -65,16 +65,15 @@ test: $(VENV)/.dev
 	@ls -d $(ROOMS) >/dev/null || { echo "ROOM: one or some of" $$(cd tests && ls */test_*.py | cut -d/ -f1 | uniq) "or test files"; exit 1; }
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
 else
-# Before the suite's workers start, the bytecode and machine code that each would make are made once: kernels are
-# compiled while the tools and a browser are installed, and the tests are collected. Lint and types are judged beside
-# that and beside the suite: one of them alone would leave a processor idle for a minute. Theirs is the last word.
+# Before the suite's workers start, the machine code that each of them would make is made once, by two processes, while
+# the tools and a browser are installed. Lint and types are judged beside that and beside the suite: one of them alone
+# would leave a processor idle for a minute. Theirs is the last word.
 test: $(VENV)/.run
-	@mkdir -p build; { tools/browser.sh; exec $(BIN)/lampyris warm; } >build/warm.txt 2>&1 & warmed=$$!; \
+	@mkdir -p build; { tools/browser.sh; exec $(BIN)/lampyris warm --workers 2; } >build/warm.txt 2>&1 & warmed=$$!; \
 	trap "kill $$warmed" INT TERM; \
 	$(MAKE) --no-print-directory $(VENV)/.dev || { kill $$warmed; exit 1; }; \
 	$(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & linted=$$!; \
 	trap "kill $$warmed $$linted" INT TERM; \
-	$(MAKE) --no-print-directory collected || { kill $$warmed $$linted; exit 1; }; \
 	wait $$warmed || { cat build/warm.txt; kill $$linted; exit 1; }; \
 	$(MAKE) --no-print-directory unit; tested=$$?; \
 	wait $$linted || tested=1; cat build/lint.txt; exit $$tested
@@ -88,13 +87,13 @@ lint: $(VENV)/.dev
 	$(BIN)/python tools/lint_determinism.py
 	$(BIN)/python tools/house.py
 
-collected: $(VENV)/.dev
-	@mkdir -p build; $(BIN)/python -m pytest -q --collect-only $(TESTS) >build/collected.txt 2>&1 || { tail -50 build/collected.txt; exit 1; }
-
-# A test that hangs is named and ended: the slowest takes a tenth of that.
+# A test that hangs is named and ended: the slowest takes a tenth of that. pytest rewrites assertions to show the values
+# in them, which takes half a minute for the whole suite: only what failed is run again so. It stays a failure.
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal --timeout 600 --timeout-method thread $(TESTS)
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal --timeout 600 --timeout-method thread --assert=plain $(TESTS) || { \
+	echo "what failed, once more, with the values in its assertions:"; \
+	$(BIN)/python -m pytest -q --timeout 600 --timeout-method thread --lf --lfnf none $(TESTS); exit 1; }
 
 # Each check resumes where it was stopped: delete build/nightly.ledger to start over. Results are appended to
 # build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.

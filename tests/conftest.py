@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
+import re
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,6 +17,39 @@ import pytest
 from lampyris_selfcheck.reference.files.watching import Readings
 
 ROOT = Path(__file__).resolve().parent.parent
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """Do not look for garbage while tests are collected: hardly anything of what is made then is garbage."""
+    gc.disable()
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Modules and tests stay to the end: leave them out of every later search for garbage."""
+    gc.freeze()
+    gc.enable()
+
+
+NIGHTLY_FILE = re.compile(r"^pytestmark = (\[[^\]]*)?pytest\.mark\.nightly", re.MULTILINE)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Without the nightly tests, do not import a file of which all tests are nightly."""
+    if config.option.markexpr != "not nightly" or not collection_path.name.startswith("test_"):
+        return None
+    nightly = collection_path.suffix == ".py" and NIGHTLY_FILE.search(collection_path.read_text("utf-8"))
+    return True if nightly else None
+
+
+def pytest_pycollect_makeitem(
+    collector: pytest.Collector, name: str, obj: object
+) -> list[pytest.Item] | None:
+    """Without the nightly tests, do not make the cases of a test of which all are nightly."""
+    if collector.config.option.markexpr != "not nightly":
+        return None
+    marks = getattr(obj, "pytestmark", ())
+    nightly = name.startswith("test") and any(getattr(mark, "name", "") == "nightly" for mark in marks)
+    return [] if nightly else None
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -107,6 +107,7 @@ def test_of_a_large_field_the_whole_process_counts() -> None:
     assert not any("4096" in one.text for one in rest)
 
 
+@pytest.mark.nightly
 def test_the_public_call_is_among_the_contestants_of_the_simulations() -> None:
     """The kernel alone was called "whole simulations"; and since its signature changed nothing ran at all."""
     from benchmarks import bench_study

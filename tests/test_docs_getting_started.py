@@ -28,6 +28,7 @@ def text() -> str:
     return PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.nightly
 def test_every_command_does_its_work(folder: Path) -> None:
     found = commands(text())
     assert len(found) > 10

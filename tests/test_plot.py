@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import math
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import matplotlib as mpl
@@ -44,6 +45,7 @@ def pyplot() -> Iterator[Any]:
     pyplot.close("all")
 
 
+@cache
 def calls() -> dict[str, tuple[Any, ...]]:
     """Right arguments for every function, but its axes."""
     walkers = lampyris.RandomWalk(2)
@@ -59,37 +61,38 @@ def calls() -> dict[str, tuple[Any, ...]]:
     }
 
 
-CALLS = calls()
-
-
 def test_every_function_is_tried() -> None:
-    assert set(CALLS) == set(plot.__all__)
+    assert set(calls()) == set(plot.__all__)
     for name in plot.__all__:
         assert inspect.signature(getattr(plot, name)).parameters["ax"].default is None
 
 
 @pytest.mark.commit(3)
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", plot.__all__)
 def test_it_draws_on_the_axes_given_and_returns_them(name: str, ax: Axes) -> None:
-    assert getattr(plot, name)(*CALLS[name], ax=ax) is ax
+    assert getattr(plot, name)(*calls()[name], ax=ax) is ax
     assert ax.has_data()
     assert ax.get_xlabel()
     assert ax.get_ylabel()
     ax.figure.canvas.draw()
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", plot.__all__)
 def test_without_axes_it_draws_on_the_current_ones(name: str, pyplot: Any) -> None:
-    made = getattr(plot, name)(*CALLS[name])
+    made = getattr(plot, name)(*calls()[name])
     assert made is pyplot.gca()
-    assert getattr(plot, name)(*CALLS[name]) is made
+    assert getattr(plot, name)(*calls()[name]) is made
 
 
-def colour_at(ax: Axes, x_m: float, y_m: float) -> tuple[int, int, int]:
-    """The pixel that shows a point of the map frame."""
+def pixels_of(ax: Axes) -> np.ndarray:
+    """The figure, drawn."""
     canvas: Any = ax.figure.canvas
     canvas.draw()
-    pixels = np.asarray(canvas.buffer_rgba())
+    return np.asarray(canvas.buffer_rgba())
+
+
+def colour_at(pixels: np.ndarray, ax: Axes, x_m: float, y_m: float) -> tuple[int, int, int]:
+    """The pixel that shows a point of the map frame."""
     column, row = ax.transData.transform((x_m, y_m))
     r, g, b, _ = pixels[pixels.shape[0] - 1 - int(row), int(column)].tolist()
     return r, g, b
@@ -99,8 +102,9 @@ def colour_at(ax: Axes, x_m: float, y_m: float) -> tuple[int, int, int]:
 def test_a_map_is_where_its_cells_are_in_metres(ax: Axes, yaw: float) -> None:
     grid = dataclasses.replace(GRID, origin=(-1.0, 2.0, yaw))
     plot.grid(grid, ax=ax)
+    pixels = pixels_of(ax)
     for y, x in np.ndindex(WALLS.shape):
-        dark = sum(colour_at(ax, *grid.to_metres((x, y)).tolist())) < 300
+        dark = sum(colour_at(pixels, ax, *grid.to_metres((x, y)).tolist())) < 300
         assert dark == WALLS[y, x], (x, y)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     assert left < right
@@ -125,7 +129,7 @@ def test_a_path_is_in_metres(ax: Axes) -> None:
 
 
 def test_a_run_shows_the_robot_and_every_obstacle(ax: Axes) -> None:
-    (run,) = CALLS["trace"]
+    (run,) = calls()["trace"]
     plot.trace(run, ax=ax)
     assert len(ax.lines) == len(run.tracks) + 1 + 2
     robot = np.asarray(ax.lines[len(run.tracks)].get_xydata())
@@ -149,10 +153,10 @@ def test_results_are_compared_by_name(ax: Axes) -> None:
         (lambda: plot.path("abc", GRID), "PATH_POINTS"),
         (lambda: plot.grid(SCENE), "TYPE.*a Scene; allowed: a Grid"),
         (lambda: plot.grid(GRID, ax=3), "AXES"),
-        (lambda: plot.field(CALLS["field"][0], GRID, layer="heat"), "LAYER"),
-        (lambda: plot.field(CALLS["field"][0], lampyris.Grid([[0, 0]])), "FIELD"),
+        (lambda: plot.field(calls()["field"][0], GRID, layer="heat"), "LAYER"),
+        (lambda: plot.field(calls()["field"][0], lampyris.Grid([[0, 0]])), "FIELD"),
         (lambda: plot.compare([]), "COMPARE.*no results"),
-        (lambda: plot.compare([PLAN, CALLS["profile"][0]], GRID), "COMPARE.*different kinds"),
+        (lambda: plot.compare([PLAN, calls()["profile"][0]], GRID), "COMPARE.*different kinds"),
         (lambda: plot.compare(PLAN), "COMPARE"),
     ],
 )

@@ -324,6 +324,7 @@ def test_an_error_that_is_not_the_disks_is_raised(tmp_path: Path) -> None:
     assert "NothingKept" not in done.stderr
 
 
+@pytest.mark.nightly
 def test_the_command_line_says_it_as_a_note(tmp_path: Path) -> None:
     warn = """
     import warnings

@@ -164,22 +164,26 @@ def test_one_version_each_but_for_wide_costs(ready: set[Any]) -> None:
 
 
 @pytest.mark.nightly
-def test_asked_again_there_is_nothing_to_do(tmp_path: Path) -> None:
-    """Progress is told, and the folder and its bytes are right."""
+@pytest.mark.parametrize("workers", [1, 2])
+def test_asked_again_there_is_nothing_to_do(tmp_path: Path, workers: int) -> None:
+    """Progress is told, and the folder and its bytes are right, whoever compiles."""
     code = """
+import sys
 import json, numba, numpy as np, lampyris.warming as w
 from lampyris.kernels.graph.bits import ahead, bit
 types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
 w.wanted = lambda: ((ahead, types), (bit, types))
 told = []
-first = w.warm(lambda *now: told.append(now))
+first = w.warm(lambda *now: told.append(now), int(sys.argv[1]))
 second = w.warm()
 print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.folders], told[-1][:2]]))
 """
     env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | {
         "NUMBA_CACHE_DIR": str(tmp_path)
     }
-    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(workers)], env=env, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     made, again, size, folders, told = json.loads(done.stdout)
     assert (made, again, told) == (2, 0, [2, 2])

@@ -381,9 +381,10 @@ def _own(scope: ast.AST) -> Iterator[ast.AST]:
         arguments = scope.args
         yield from (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
     left = list(ast.iter_child_nodes(scope))[::-1]
+    apart = ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.arguments
     while left:
         node = left.pop()
-        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.arguments):
+        if not isinstance(node, apart):
             yield node
             left += list(ast.iter_child_nodes(node))[::-1]
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import gc
 import io
 import json
 import re
@@ -19,6 +20,7 @@ import sys
 import tokenize
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -90,12 +92,27 @@ def modules() -> dict[str, Path]:
     return found
 
 
-def imports(tree: ast.Module, names: Mapping[str, Path]) -> Iterator[str]:
-    """Modules of ours that a module imports, wherever it does."""
+@cache
+def nodes(text: str) -> tuple[list[ast.stmt], list[ast.Import | ast.ImportFrom], set[str]]:
+    """Of a module: its statements, its imports, wherever they are, and its strings of one word."""
+    tree = ast.parse(text)
+    imported: list[ast.Import | ast.ImportFrom] = []
+    words = set()
     for node in ast.walk(tree):
+        if isinstance(node, ast.Constant):
+            if isinstance(node.value, str) and _WORD.fullmatch(node.value):
+                words.add(node.value)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            imported.append(node)
+    return tree.body, imported, words
+
+
+def imports(text: str, names: Mapping[str, Path]) -> Iterator[str]:
+    """Modules of ours that a module imports, wherever it does."""
+    for node in nodes(text)[1]:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        elif node.module and not node.level:
             for alias in node.names:
                 full = f"{node.module}.{alias.name}"
                 if full in names or node.module in names:
@@ -122,11 +139,10 @@ def measure() -> dict[str, object]:
     """All figures."""
     names = modules()
     texts = {name: path.read_text(encoding="utf-8") for name, path in names.items()}
-    trees = {name: ast.parse(text) for name, text in texts.items()}
-    edges = {name: set(imports(trees[name], names)) - {name, "lampyris"} for name in names}
+    edges = {name: set(imports(text, names)) - {name, "lampyris"} for name, text in texts.items()}
     classes: dict[str, list[str]] = defaultdict(list)
-    for name, tree in trees.items():
-        for node in tree.body:
+    for name, text in texts.items():
+        for node in nodes(text)[0]:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 classes[node.name].append(name)
     lines: Counter[str] = Counter()
@@ -200,6 +216,7 @@ def old_words(path: Path) -> list[str]:
     return sorted(old)
 
 
+@cache
 def _is_old(name: str) -> bool:
     return bool(PARTS.keys() & {part.lower() for part in _PART.findall(name)})
 
@@ -210,11 +227,7 @@ def keys(path: Path, text: str) -> set[str]:
     Of a module or a script every string of one word (a key and its use are spelt alike); of JSON and YAML the keys.
     """
     if path.suffix == ".py":
-        return {
-            node.value
-            for node in ast.walk(ast.parse(text))
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and _WORD.fullmatch(node.value)
-        }
+        return nodes(text)[2]
     return (
         {found[1] or found[2] for found in _KEYS[path.suffix].finditer(text)}
         if path.suffix in _KEYS
@@ -260,6 +273,7 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
     parser.add_argument("--renew", action="store_true", help="rewrite the list of files with old words")
     given = parser.parse_args()
+    gc.disable()  # millions of nodes that all stay: looking for garbage among them takes as long as the rest
     found = measure()
     if given.renew:
         assert isinstance(found["old_words"], list)

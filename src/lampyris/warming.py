@@ -8,6 +8,7 @@ against every kernel there is and against what planning, simulating and driving 
 from __future__ import annotations
 
 import importlib
+import multiprocessing
 import os
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
@@ -69,12 +70,18 @@ class Warmed:
     size: int
 
 
-def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
+Progress = Callable[[int, int, str], None]
+"""Called with how many are done, of how many, and which kernel is next."""
+
+
+def warm(progress: Progress | None = None, workers: int = 1) -> Warmed:
     """Compile what there is not yet, or is damaged, and delete what other versions of the kernels left.
 
     Parameters
     ----------
     progress : called with how many are done, of how many, and which kernel is next.
+    workers : processes that compile. More than one start afresh, as :mod:`multiprocessing` has it: call this under
+        ``if __name__ == "__main__":`` in a script.
 
     Raises
     ------
@@ -88,8 +95,9 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
             todo="unset it, and ask again",
         )
     asked = wanted()
+    ahead = _ahead(asked, min(workers, len(asked)), progress) if workers > 1 else 0
     try:
-        made, folders = _prepare(asked, progress)
+        made, folders = _prepare(asked, None if ahead else progress)
     except _jit.DAMAGE:
         damaged = {file for k, _ in asked for file in k.damaged()}
         if not damaged:
@@ -104,12 +112,10 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
         if _machine.edition() not in file.name:
             file.unlink(missing_ok=True)
     size = sum(file.stat().st_size for folder in folders for file in _kept(folder))
-    return Warmed(len({k for k, _ in asked}), len(asked), made, tuple(folders), size)
+    return Warmed(len({k for k, _ in asked}), len(asked), ahead + made, tuple(folders), size)
 
 
-def _prepare(
-    asked: Sequence[Wanted], progress: Callable[[int, int, str], None] | None
-) -> tuple[int, dict[Path, None]]:
+def _prepare(asked: Sequence[Wanted], progress: Progress | None) -> tuple[int, dict[Path, None]]:
     """How many were compiled, and where all are kept."""
     made = 0
     folders: dict[Path, None] = {}
@@ -125,6 +131,52 @@ def _prepare(
             raise _nowhere("no folder for it can be written to")
         folders[Path(folder)] = None
     return made, folders
+
+
+Job = tuple[str, str, tuple[Any, ...]]
+"""A kernel by its module and name, and the types of its arguments."""
+GLANCE = 0.1
+"""Seconds between two looks at how far the processes are."""
+
+
+def _ahead(asked: Sequence[Wanted], workers: int, progress: Progress | None) -> int:
+    """Compile in several processes; how many were compiled. What fails there is left to this process.
+
+    The kernels of a folder call the same others, so one process takes them all.
+    """
+    folders: dict[str, list[Job]] = {}
+    for kernel, types in asked:
+        module = kernel.plain.__module__
+        folders.setdefault(module.rpartition(".")[0], []).append((module, kernel.__name__, types))
+    # Those with most to compile first: the processes then end at about the same time.
+    jobs = sorted(folders.values(), key=lambda one: -sum(len(types) for *_, types in one))
+    method = multiprocessing.get_context("spawn")
+    taken, done, made = (method.Value("i", 0) for _ in range(3))
+    others = [method.Process(target=_share, args=(jobs, taken, done, made)) for _ in range(workers)]
+    for other in others:
+        other.start()
+    for other in others:
+        while other.is_alive():
+            other.join(GLANCE)
+            if progress:
+                progress(done.value, len(asked), "")
+    return int(made.value)
+
+
+def _share(jobs: Sequence[Sequence[Job]], taken: Any, done: Any, made: Any) -> None:
+    """Compile one folder after another that no other process has taken."""
+    while True:
+        with taken.get_lock():
+            k, taken.value = taken.value, taken.value + 1
+        if k >= len(jobs):
+            return
+        for module, name, types in jobs[k]:
+            new = False
+            with suppress(Exception):  # the process that started this one will meet it, and say so
+                new = getattr(importlib.import_module(module), name).prepare(types)
+            for counter in (done, made) if new else (done,):
+                with counter.get_lock():
+                    counter.value += 1
 
 
 def _nowhere(why: str) -> FileError:
@@ -211,7 +263,7 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     edits = (Edit(2, blocked=((8, 3), (4, 8))), Edit(5, freed=((8, 3), (5, 5))))
     scene = _scene(moves, terrain=terrain, edits=edits, traffic=(RandomWalk(3), Crossing(1)))
     known = registry.settings_of(registry.planner_class(planner))
-    if "swarm" in known and moves != "octile":
+    if {"swarm", "particles"} & set(known) and moves != "octile":
         return  # these call the same kernels by any step set
     few: dict[str, Any] = {
         name: 2 for name in ("swarm", "iterations", "particles", "rounds") if name in known

@@ -288,6 +288,7 @@ def test_an_end_without_an_answer_is_told(monkeypatch: pytest.MonkeyPatch, code:
     assert refusal(b"").code == wanted
 
 
+@pytest.mark.nightly
 def test_its_files_are_gone_when_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)

@@ -191,6 +191,7 @@ def test_it_says_how_far_it_is_and_stops_when_nobody_waits() -> None:
         list(work.answer({"verb": "drive", "job": 1, "scenario": car(drive={"controller": "rpp"})}, look))
 
 
+@pytest.mark.nightly
 def test_many_samples_are_farther_apart() -> None:
     made: Any = scenarios.run(scenario_of_request({"scenario": car()}))
     assert driving.step_of(made) == driving.STEP

@@ -142,6 +142,7 @@ def test_plans_and_layers_never_wait_for_what_takes_long() -> None:
     assert not both
 
 
+@pytest.mark.nightly
 def test_plans_use_the_others_while_these_are_idle() -> None:
     async def ask() -> int:
         engines = Engines(2, command=ODD)
@@ -377,6 +378,7 @@ def test_an_engine_that_ends_or_talks_nonsense_is_told_of_and_replaced(verb: str
     assert [k for k, _ in after] == ["Z"]
 
 
+@pytest.mark.nightly
 def test_who_reads_slowly_holds_the_engine_back(tmp_path: Path) -> None:
     async def ask() -> tuple[int, int]:
         engines = Engines(1, command=ODD)

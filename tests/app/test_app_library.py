@@ -207,6 +207,7 @@ def test_a_ros_map_of_the_folder_has_its_picture(library: Library, folder: Path)
     assert cells == b"\1\0"
 
 
+@pytest.mark.nightly
 def test_an_upload_outlives_the_server_and_is_an_engines_map(
     library: Library, folder: Path, tmp_path: Path
 ) -> None:

@@ -673,6 +673,7 @@ MAGIC = {
 }  # fmt: skip
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("what", MAGIC)
 def test_files_are_of_their_kind_and_the_same_twice(what: str) -> None:

@@ -14,7 +14,7 @@ from test_page_gaps import opened
 from sizes import some
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.nightly]
 
 
 def compare(page: Any, seeds: int = 1) -> Any:
@@ -38,7 +38,6 @@ def marks(table: Any) -> dict[str, list[str]]:
 # ---- who is best --------------------
 
 
-@pytest.mark.nightly
 def test_a_star_is_what_the_server_says_and_one_run_has_none(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")
@@ -62,7 +61,6 @@ def test_a_star_is_what_the_server_says_and_one_run_has_none(page: Any) -> None:
 # ---- the link --------------------
 
 
-@pytest.mark.nightly
 def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, browser: Any) -> None:
     page.click("#tab-compare")
     page.get_by_role("button", name="Take dstar-lite out").click()
@@ -102,7 +100,6 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
     context.close()
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("text", some(['[["a"],[["b"]],-1,1,1e9]', "x", "[]", "[[[1]],0,0,9,9]", "null"]))
 def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) -> None:
     page.evaluate("(c) => { location.hash += '&c=' + encodeURIComponent(c); }", text)
@@ -115,7 +112,6 @@ def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) ->
 # ---- old comparisons, stopped ones, whose charts --------------------
 
 
-@pytest.mark.nightly
 def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_old(page: Any) -> None:
     compare(page)
     page.wait_for_selector("#charts figcaption >> text=/over ticks \\(/")
@@ -136,7 +132,6 @@ def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_ol
 # ---- the walls of each run --------------------
 
 
-@pytest.mark.nightly
 def test_the_obstacles_of_the_overlay_are_those_of_the_longest_run(page: Any) -> None:
     opened(page, {**in_address(page), "obstacles": [{"kind": "random-walk", "count": 25}]})
     frames = ask("compare", in_address(page), planners=["ad-gso", "astar", "dstar-lite"])
@@ -164,7 +159,6 @@ def test_the_obstacles_of_the_overlay_are_those_of_the_longest_run(page: Any) ->
     page.wait_for_selector("#hover dt >> text=Obstacle")
 
 
-@pytest.mark.nightly
 def test_where_a_run_s_robot_stands_its_small_map_has_no_wall(page: Any) -> None:
     """A wall that comes where the first robot stands: in that run it does not come, in the others it does."""
     first, other, third = (

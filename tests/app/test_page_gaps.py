@@ -15,7 +15,7 @@ from page_person import drawn, in_address, unpacked, until
 from lampyris import scenarios
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.nightly]
 
 
 def opened(page: Any, made: dict[str, Any]) -> None:
@@ -45,7 +45,6 @@ def unlisted(value: Any) -> Any:
 # ---- maps by recipes --------------------
 
 
-@pytest.mark.nightly
 def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Path) -> None:
     page.get_by_role("button", name="Make a map").click()
     box = page.get_by_role("group", name="Make a map")
@@ -74,7 +73,6 @@ def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Pa
     assert getattr(made.map, "settings", None) == {"density": 0.1}
 
 
-@pytest.mark.nightly
 def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) -> None:
     page.get_by_role("button", name="Make a map").click()
     box = page.get_by_role("group", name="Make a map")
@@ -90,7 +88,6 @@ def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) 
 # ---- files that take a while --------------------
 
 
-@pytest.mark.nightly
 def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path: Path) -> None:
     page.click("#tab-keep")
     keep = page.locator("#keep")
@@ -136,7 +133,6 @@ def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path
 # ---- why it is as fast as it is --------------------
 
 
-@pytest.mark.nightly
 def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")
@@ -185,7 +181,6 @@ def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: A
 # ---- layers of large maps --------------------
 
 
-@pytest.mark.nightly
 def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> None:
     """Answers are held back for longer than anybody used to wait, and the seed changes again and again."""
     page.get_by_label("Cost", exact=True).check()
@@ -216,7 +211,6 @@ def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> Non
 # ---- studies of worlds that change --------------------
 
 
-@pytest.mark.nightly
 def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page: Any) -> None:
     made = {**in_address(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
     opened(page, made)
@@ -236,7 +230,6 @@ def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page
 # ---- runs side by side --------------------
 
 
-@pytest.mark.nightly
 def test_side_by_side_each_map_has_its_own_run_and_the_walls_of_the_moment(
     page: Any,
 ) -> None:

@@ -12,7 +12,7 @@ from page_browser import needs_chromium
 from page_person import in_address, later, until
 from PIL import Image
 
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.nightly]
 CROWD = [{"kind": "random-walk", "count": 12}]
 
 
@@ -51,7 +51,6 @@ def settled(page: Any) -> bytes:
     raise AssertionError("the map is drawn for ever")
 
 
-@pytest.mark.nightly
 def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page: Any, tmp_path: Path) -> None:
     own = in_address(page)
     # There and back once before: what is drawn late after the page was opened is then there for good.
@@ -64,7 +63,6 @@ def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page:
     until(page, lambda: picture(page) == empty)
 
 
-@pytest.mark.nightly
 def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_show(page: Any) -> None:
     page.click("#tab-keep")
     says = page.locator("#keep-shows")
@@ -82,7 +80,6 @@ def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_sh
     assert [one["settings"]["layer"] for one in asked] == ["none", "luciferin", "cost", "none"]
 
 
-@pytest.mark.nightly
 def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:
     Image.new("L", (9, 7), 255).save(tmp_path / "attic.png")
     page.locator("input[type=file]").first.set_input_files(str(tmp_path / "attic.png"))

@@ -13,7 +13,7 @@ from page_browser import app, needs_chromium
 from page_person import click, draw, fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.nightly]
 
 
 @pytest.fixture
@@ -66,7 +66,6 @@ def furnish(page: Any) -> dict[str, Any]:
     return drawn
 
 
-@pytest.mark.nightly
 def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, port=port) as address:
@@ -99,7 +98,6 @@ def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_pat
         assert int(fact(page, "Tick").split()[0]) > stood
 
 
-@pytest.mark.nightly
 def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, "office-400", port=port) as address:
@@ -121,7 +119,6 @@ def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, 
         page.get_by_role("button", name="Pause").wait_for()
 
 
-@pytest.mark.nightly
 def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, "env-3", port=port) as address:
@@ -155,7 +152,6 @@ def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path
         assert in_address(page) == drawn, "on another map it is one undo away"
 
 
-@pytest.mark.nightly
 def test_the_next_start_s_map_does_not_take_the_place_of_what_was_drawn(
     context: Any, port: int, tmp_path: Path
 ) -> None:
@@ -175,7 +171,6 @@ def test_the_next_start_s_map_does_not_take_the_place_of_what_was_drawn(
         assert in_address(page) == drawn
 
 
-@pytest.mark.nightly
 def test_an_old_tab_that_is_loaded_again(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, port=port) as address:

@@ -110,6 +110,7 @@ def turn(page: Any, cell: tuple[int, int], by: tuple[float, float]) -> None:
     page.mouse.up()
 
 
+@pytest.mark.nightly
 def test_a_car_is_driven_and_a_second_controller_is_compared_with_it(page: Any, address: str) -> None:
     """A footprint and a heading are set by hand, Drive is pressed, and there are animation, chart and table."""
     group = opened(page, address, robot={"drive": "ackermann", "turn_radius": 0.8})

@@ -17,7 +17,7 @@ from lampyris.app.engine.layers import layer_of
 from lampyris.app.engine.parse import scenario_of_request
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.nightly]
 
 
 def fact(page: Any, name: str) -> str:
@@ -38,7 +38,6 @@ def run_to_its_end(page: Any) -> int:
     return int(shown[2])
 
 
-@pytest.mark.nightly
 def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
     last = run_to_its_end(page)
     assert fact(page, "Outcome") == "arrived"
@@ -70,7 +69,6 @@ def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
     assert now() == last
 
 
-@pytest.mark.nightly
 def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     charts = page.locator("#charts")
     assert page.inner_text("#charts .ch-legend").split() == ["limit", "curvature", "start", "goal"]
@@ -88,7 +86,6 @@ def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     assert page.locator("#charts .ch-head-line:visible").count() == 0, "a plan has no moment"
 
 
-@pytest.mark.nightly
 def test_layers_have_their_ends_told(page: Any) -> None:
     for name, low in [("Cost", "0 cells, at the goal"), ("Clearance", "m, tight"), ("Expanded", "1, first")]:
         page.get_by_role("radio", name=name).check()
@@ -105,7 +102,6 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     assert fact(page, "Obstacles") == "9"
 
 
-@pytest.mark.nightly
 def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
     legend = page.locator("#layers .ly-legend")
     page.get_by_label("Reach", exact=True).check()
@@ -120,7 +116,6 @@ def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
     legend.wait_for(state="hidden")
 
 
-@pytest.mark.nightly
 def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
     legend, layers = page.locator("#layers .ly-legend"), page.locator("#layers")
     page.get_by_label("Cost", exact=True).check()
@@ -139,7 +134,6 @@ def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
     assert legend.is_hidden()
 
 
-@pytest.mark.nightly
 def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")
@@ -164,7 +158,6 @@ def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: A
     assert line["y"] + line["height"] <= plot["y"] + plot["height"] - 13
 
 
-@pytest.mark.nightly
 def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
     """To a 255th of the layer's range, as they are sent, and three figures, as they are told."""
     made = in_address(page)
@@ -187,7 +180,6 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
             assert abs(told - values[y, x]) <= near, (name, x, y)
 
 
-@pytest.mark.nightly
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:
     box = page.locator("#map").bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

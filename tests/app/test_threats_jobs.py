@@ -147,6 +147,7 @@ def ended(name: str) -> float:
     return float(run(ask()))
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @LINUX
 @pytest.mark.parametrize("name", ENDLESS)

@@ -119,6 +119,7 @@ def test_means_of_counts_have_four_digits_that_count(tmp_path: Path, monkeypatch
 ENV_3 = ("env-3", "--start", "28,7", "--goal", "26,26", "--planners", "astar,theta-star")
 
 
+@pytest.mark.nightly
 def test_an_any_angle_planner_is_told_of_by_its_lines(tmp_path: Path) -> None:
     """Shorter than the best way by steps; the cost beside it is the walk's, and the table says so."""
     astar, theta = record(tmp_path, *ENV_3)["rows"]

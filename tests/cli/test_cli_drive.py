@@ -52,6 +52,7 @@ def test_a_drive_is_told_whole() -> None:
     assert r["moments"][-1]["word"] == "arrive"
 
 
+@pytest.mark.nightly
 def test_a_limit_on_jerk_is_told_not_to_bind_a_drive() -> None:
     note = "note: jerk_max limits profiles, not drives\n"
     plain = run(*CALL, "--json", "--no-timing")

@@ -37,6 +37,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "app": ("--no-browser",),
     "swarm": ("guide", "--robots", "3", "--iterations", "2"),
     "primitives": ("--out", "p.json", "--resolution", "0.1"),
+    "warm": (),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {

@@ -234,6 +234,7 @@ def test_what_is_neither_a_file_nor_a_ready_study(folder: Path) -> None:
     assert "no-such" in done.err
 
 
+@pytest.mark.nightly
 def test_ctrl_c_keeps_what_was_done_and_says_how_to_go_on(tmp_path: Path) -> None:
     (tmp_path / "slow.yaml").write_text(SLOW)
     # A suite that runs in the background hands down that SIGINT is ignored.

@@ -104,6 +104,7 @@ def test_agents_file(tmp_path: Path) -> None:
     assert "agents.yaml:2:5" in said.stderr
 
 
+@pytest.mark.nightly
 def test_picture_and_film(tmp_path: Path) -> None:
     picture, film = tmp_path / "a.png", tmp_path / "a.webp"
     words = ("fleet", "guide", "--robots", "6", "--picture", str(picture), "--film", str(film))

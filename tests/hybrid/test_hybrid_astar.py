@@ -143,6 +143,7 @@ def parking() -> Scene:
     )
 
 
+@pytest.mark.nightly
 def test_a_car_parks_in_a_gap_and_changes_gear_less_often_where_that_costs() -> None:
     few = planned(parking(), switch_cost=3.0).pose_path
     many = planned(parking(), switch_cost=0.0).pose_path

@@ -51,8 +51,9 @@ def test_costs_are_those_of_nav2s_layer(maps: int) -> None:
     assert differ <= 0.002 * cells
 
 
-def test_distances_are_those_to_the_nearest_obstacle_exactly() -> None:
-    for seed in range(60):
+@sized("maps", 20, 60)
+def test_distances_are_those_to_the_nearest_obstacle_exactly(maps: int) -> None:
+    for seed in range(maps):
         grid, radius, reach, factor = drawn(seed)
         ours = lampyris.inflation_costs(grid, radius, reach, factor)
         costs = as_costmap(grid)

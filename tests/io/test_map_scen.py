@@ -167,6 +167,7 @@ def test_too_many_lines(tmp_path: Path) -> None:
         write_scen(tmp_path / "a", [query()] * 100_000, map_name="a", grid=Grid(np.zeros((3, 7), dtype=bool)))
 
 
+@pytest.mark.nightly
 def test_the_benchmark_is_about_its_maps(movingai: Path) -> None:
     for path in sorted(movingai.glob("*.scen")):
         queries = read_scen(path)

@@ -130,7 +130,7 @@ def sampled_arrival(scene: Scene, session: LatticeSippSession, wider: float, dt:
     return math.inf
 
 
-@sized("cases", 2, 150)
+@sized("cases", 1, 150)
 def test_arrivals_lie_between_those_of_a_thinner_and_a_wider_robot_at_sampled_times(cases: int) -> None:
     """The discs that cover the footprint reach over it by at most ``spare``; sampled departures are late by their step."""
     rng = np.random.default_rng(26)

@@ -350,6 +350,7 @@ def test_settings_and_memory_are_refused_by_name(monkeypatch: pytest.MonkeyPatch
         planned(scene)
 
 
+@pytest.mark.nightly
 def test_tables_of_open_space_are_the_lattices_costs() -> None:
     for drive in DRIVES:
         robot = Robot(drive=drive, footprint=FOOTPRINTS["square"], turn_radius=2.0)

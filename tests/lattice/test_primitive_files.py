@@ -124,6 +124,7 @@ def hermite(x: float, y: float, a: float, b: float, t: float) -> tuple[float, fl
     )
 
 
+@pytest.mark.nightly
 def test_uniform_headings_prices_and_few_digits_as_sbpl_has_them(tmp_path: Path) -> None:
     (tmp_path / "u.mprim").write_text(uniform_mprim())
     given = lampyris.load_primitives(tmp_path / "u.mprim")

@@ -8,6 +8,7 @@ import importlib
 import pickle
 import pkgutil
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ import lampyris
 from lampyris import model
 from lampyris._core.values import Value
 from lampyris.model.change import Change, ObstacleTrack
+from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.model.plan import Jump, Plan
 
 WAYS: dict[str, Callable[[Any], Any]] = {
@@ -27,6 +29,7 @@ WAYS: dict[str, Callable[[Any], Any]] = {
 }
 
 
+@cache
 def nouns() -> dict[type, Any]:
     """One of each class of the room, with every array that it may have."""
     rng = np.random.default_rng(2)
@@ -65,15 +68,17 @@ def nouns() -> dict[type, Any]:
     return {type(one): one for one in [*found, *jump.candidates[:1]]}
 
 
-NOUNS = nouns()
-
-
 def classes() -> Iterator[type]:
     for found in pkgutil.iter_modules(model.__path__, f"{model.__name__}."):
         module = importlib.import_module(found.name)
         for kind in vars(module).values():
             if isinstance(kind, type) and kind.__module__ == found.name and dataclasses.is_dataclass(kind):
                 yield kind
+
+
+KINDS = [
+    *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, MotionPrimitives, Motion,
+]  # fmt: skip
 
 
 def arrays_in(value: Any) -> Iterator[np.ndarray]:
@@ -88,15 +93,16 @@ def arrays_in(value: Any) -> Iterator[np.ndarray]:
 
 
 def test_there_is_one_of_each_class() -> None:
-    missing = [kind.__name__ for kind in classes() if kind not in NOUNS]
+    missing = [kind.__name__ for kind in KINDS if kind not in nouns()]
     assert not missing, f"no copy of {missing} is looked at"
-    assert len(NOUNS) > 20
+    assert set(nouns()) == set(KINDS)
+    assert len(KINDS) > 20
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("kind", NOUNS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_a_copy_is_equal_and_read_only(kind: type, way: str) -> None:
-    original = NOUNS[kind]
+    original = nouns()[kind]
     made = WAYS[way](original)
     assert type(made) is kind
     assert made == original
@@ -110,9 +116,9 @@ def test_a_copy_is_equal_and_read_only(kind: type, way: str) -> None:
             a[...] = 0
 
 
-@pytest.mark.parametrize("kind", [k for k in NOUNS if issubclass(k, Value)], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [k for k in KINDS if issubclass(k, Value)], ids=lambda kind: kind.__name__)
 def test_any_other_content_is_unequal(kind: type) -> None:
-    original = NOUNS[kind]
+    original = nouns()[kind]
     for f in dataclasses.fields(kind):
         other = copy.copy(original)
         value = getattr(original, f.name)
@@ -126,15 +132,15 @@ def test_any_other_content_is_unequal(kind: type) -> None:
 
 
 def test_two_plans_of_one_scene_are_equal_whatever_time_they_took() -> None:
-    scene = NOUNS[lampyris.Scene]
+    scene = nouns()[lampyris.Scene]
     one, two = (lampyris.plan(scene, "ad-gso", record=False) for _ in range(2))
     assert one == two
     assert len({one, two}) == 1
-    assert one != NOUNS[Plan]
+    assert one != nouns()[Plan]
 
 
 def test_copies_plan_as_their_original() -> None:
-    scene = NOUNS[lampyris.Scene]
+    scene = nouns()[lampyris.Scene]
     want = lampyris.plan(scene, "astar").cells
     assert want is not None
     for way in WAYS.values():

@@ -15,26 +15,29 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from test_copies import KINDS, arrays_in, classes, nouns
 
 import lampyris
 from lampyris._core.noun import MAX_REPR, Noun
 from lampyris.errors import SettingError, UnknownSettingError, UsageError
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.report.data.columns import drive_columns, plan_columns, profile_columns, trace_columns
-from model.test_copies import NOUNS, arrays_in, classes
 
 PICTURED = ("Grid", "Scene", "Plan", "Path", "Field", "Profile", "Trace", "Drive", "Curve", "PoseCurve")
-ALL = [*NOUNS.values(), lampyris.smooth(NOUNS[lampyris.Scene], NOUNS[lampyris.Plan])]
 
 
-def named(noun: object) -> str:
-    return type(noun).__name__
+@pytest.fixture(params=[*KINDS, SampledPath], ids=lambda kind: kind.__name__)
+def noun(request: pytest.FixtureRequest) -> Any:
+    """One of each class."""
+    if request.param is SampledPath:
+        return lampyris.smooth(nouns()[lampyris.Scene], nouns()[lampyris.Plan])
+    return nouns()[request.param]
 
 
 def test_every_class_of_the_model_is_a_noun() -> None:
     assert [kind.__name__ for kind in classes() if not issubclass(kind, Noun)] == []
 
 
-@pytest.mark.parametrize("noun", ALL, ids=named)
 def test_a_repr_is_one_short_line_that_names_the_class(noun: Noun) -> None:
     text = repr(noun)
     assert len(text) <= MAX_REPR == 120
@@ -75,7 +78,6 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
-@pytest.mark.parametrize("noun", ALL, ids=named)
 def test_html_is_whole_and_small(noun: Any) -> None:
     text = noun._repr_html_()
     tags = Tags()
@@ -97,7 +99,7 @@ def test_html_escapes_names() -> None:
 
 
 def test_the_picture_of_a_path_is_its_cells() -> None:
-    path = NOUNS[lampyris.Path]
+    path = nouns()[lampyris.Path]
     (points,) = re.findall(r'points="([^"]*)"', path._repr_html_())
     assert [[int(v) for v in one.split(",")] for one in points.split()] == path.cells.tolist()
 
@@ -112,7 +114,6 @@ def test_nouns_load_no_report_until_they_are_shown() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("noun", ALL, ids=named)
 def test_a_dictionary_makes_an_equal_noun(noun: Any) -> None:
     given = noun.to_dict()
     assert list(given)[:2] == ["type", "version"]
@@ -125,16 +126,16 @@ def test_a_dictionary_makes_an_equal_noun(noun: Any) -> None:
 
 
 def test_a_dictionary_holds_what_is_not_compared_too() -> None:
-    trace = NOUNS[lampyris.Trace]
+    trace = nouns()[lampyris.Trace]
     assert lampyris.Trace.from_dict(trace.to_dict()).timing == trace.timing
 
 
 def test_numbers_that_json_does_not_have_are_words() -> None:
-    field = NOUNS[lampyris.Field]
+    field = nouns()[lampyris.Field]
     assert np.isinf(field.luciferin).any()
     words = {v for row in field.to_dict()["luciferin"] for v in row if isinstance(v, str)}
     assert words == {"inf"}
-    plan = dataclasses.replace(NOUNS[lampyris.Plan], best_by_iteration=(math.inf, 3.0))
+    plan = dataclasses.replace(nouns()[lampyris.Plan], best_by_iteration=(math.inf, 3.0))
     assert lampyris.Plan.from_dict(plan.to_dict()).best_by_iteration == (math.inf, 3.0)
 
 
@@ -155,7 +156,7 @@ def test_numbers_that_json_does_not_have_are_words() -> None:
     ],
 )
 def test_a_wrong_dictionary_is_refused_by_name(change: dict[str, Any], where: str) -> None:
-    given = NOUNS[lampyris.Plan].to_dict() | change
+    given = nouns()[lampyris.Plan].to_dict() | change
     with pytest.raises(SettingError, match=rf"DICT\]: {where}"):
         lampyris.Plan.from_dict(given)
 
@@ -169,7 +170,7 @@ def test_a_dictionary_with_too_much_or_too_little_is_refused() -> None:
         lampyris.RandomWalk.from_dict({"type": "RandomWalk"})
     with pytest.raises(SettingError, match="ROBOT_LIMIT"):
         lampyris.Robot.from_dict(given | {"v_max": -1.0})
-    scene = NOUNS[lampyris.Scene].to_dict()
+    scene = nouns()[lampyris.Scene].to_dict()
     for cells in ([[0, 1], [0]], [[0.5, 1]], [[2**40, 1]], ["012"], [None]):
         with pytest.raises(SettingError):
             lampyris.Scene.from_dict(scene | {"grid": scene["grid"] | {"blocked": cells}})
@@ -213,11 +214,11 @@ class Recorder(ModuleType):
 
 def test_tables_are_made_by_pandas_of_these_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", Recorder("pandas"))
-    scene = NOUNS[lampyris.Scene]
+    scene = nouns()[lampyris.Scene]
     plan = lampyris.plan(scene, "astar")
     table: Any = plan.to_pandas()
     assert list(table) == ["x_m", "y_m", "yaw", "s", "x", "y"]
-    for noun in (NOUNS[lampyris.Profile], NOUNS[lampyris.Trace], NOUNS[lampyris.Drive]):
+    for noun in (nouns()[lampyris.Profile], nouns()[lampyris.Trace], nouns()[lampyris.Drive]):
         assert len(noun.to_pandas()) >= 6
     bare = dataclasses.replace(plan, frame=None)
     assert bare.to_pandas(scene.grid) == table
@@ -230,12 +231,12 @@ def test_tables_are_made_by_pandas_of_these_columns(monkeypatch: pytest.MonkeyPa
 def test_without_pandas_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(UsageError, match=r"pip install 'lampyris\[pandas\]'"):
-        NOUNS[lampyris.Trace].to_pandas()
+        nouns()[lampyris.Trace].to_pandas()
 
 
 def test_tables_of_pandas_itself() -> None:
     pandas = pytest.importorskip("pandas")
-    table = NOUNS[lampyris.Trace].to_pandas()
+    table = nouns()[lampyris.Trace].to_pandas()
     assert isinstance(table, pandas.DataFrame)
-    assert len(table) == NOUNS[lampyris.Trace].ticks + 1
+    assert len(table) == nouns()[lampyris.Trace].ticks + 1
     assert table["x_m"].dtype == np.float64

@@ -24,6 +24,7 @@ import pytest
 from lampyris.motion.profile import Feasible, feasible_profile
 from sizes import sized
 
+pytestmark = pytest.mark.nightly
 toppra = pytest.importorskip("toppra")
 algorithm = pytest.importorskip("toppra.algorithm")
 constraint = pytest.importorskip("toppra.constraint")

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.nightly
+
 GUEST = Path(__file__).parents[1] / "guest"
 MAIN = "import sys; from lampyris.cli import main; sys.exit(main())"
 CONTRACT = (
@@ -44,7 +46,6 @@ def told(home: dict[str, str], code: str, *words: str) -> str:
     return done.stdout
 
 
-@pytest.mark.nightly
 def test_a_guest_is_listed_and_plans_by_its_name(home: dict[str, str]) -> None:
     rows = json.loads(told(home, MAIN, "planners", "--json"))["planners"]
     (row,) = [r for r in rows if r["name"] == "guest"]
@@ -53,12 +54,10 @@ def test_a_guest_is_listed_and_plans_by_its_name(home: dict[str, str]) -> None:
     assert (answer["status"], answer["planner"]) == ("found", "guest")
 
 
-@pytest.mark.nightly
 def test_a_guest_drives_among_obstacles(home: dict[str, str]) -> None:
     words = ("simulate", "env-6", "--planner", "guest", "--obstacles", "5", "--json")
     assert json.loads(told(home, MAIN, *words))["outcome"] == "arrived"
 
 
-@pytest.mark.nightly
 def test_a_guest_is_held_to_the_contract(home: dict[str, str]) -> None:
     told(home, CONTRACT)

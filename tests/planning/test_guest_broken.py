@@ -12,6 +12,8 @@ import pytest
 
 from sizes import some
 
+pytestmark = pytest.mark.nightly
+
 MAIN = "import sys; from lampyris.cli import main; sys.exit(main())"
 BROKEN = {
     "raises": "raise ImportError('libfancy is not there')",
@@ -38,7 +40,6 @@ def call(env: dict[str, str], code: str, *words: str) -> subprocess.CompletedPro
     )  # fmt: skip
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(BROKEN))
 def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind: str) -> None:
     env = home(tmp_path, BROKEN[kind])
@@ -57,7 +58,6 @@ def test_a_broken_guest_is_named_and_the_others_are_listed(tmp_path: Path, kind:
     assert (alone.returncode, alone.stdout) == (3, "")
 
 
-@pytest.mark.nightly
 def test_a_broken_guest_harms_nobody_else(tmp_path: Path) -> None:
     env = home(tmp_path, BROKEN["raises"])
     assert call(env, MAIN, "plan", "guide", "--planner", "astar").returncode == 0
@@ -78,7 +78,6 @@ def test_a_broken_guest_harms_nobody_else(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.nightly
 def test_a_study_of_all_planners_names_the_broken_one_and_can_leave_it_out(tmp_path: Path) -> None:
     env = home(tmp_path, BROKEN["raises"])
     text = "version: 1\nname: s\nkind: plan\nmaps: [guide]\nplanners: {}\n"

@@ -222,6 +222,7 @@ def test_obstacles_and_budgets() -> None:
         assert session.plan(None, Budget(spent - 1)).status is Status.LIMIT
 
 
+@pytest.mark.nightly
 def test_few_particles_lose_their_way_a_little_and_many_do_not() -> None:
     gaps = {2: 0.0, 8: 0.0}
     for case in range(40):

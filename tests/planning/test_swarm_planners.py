@@ -181,6 +181,7 @@ def test_ants_never_return_to_a_cell_and_pheromone_keeps_its_limits() -> None:
     assert ants._best is not None
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("part", [30, 500])
 def test_however_often_ants_look_they_find_the_same(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """What they log, gather, sort and renew is done in parts: with half a million steps it took 0.3 s."""

@@ -113,6 +113,7 @@ def test_both_forms_of_the_search_write_the_same(
     assert answers["plain"] == answers["compiled"]
 
 
+@pytest.mark.nightly
 def test_what_is_expanded_depends_on_the_map_alone() -> None:
     """By f, then h, then cell: so Dijkstra expands exactly the cells before the goal in that order."""
     rng = np.random.default_rng(53)

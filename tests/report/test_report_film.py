@@ -147,6 +147,7 @@ def test_a_long_run_stays_bounded_and_says_so(tmp_path: Path) -> None:
         assert len(simulation_film.moments(ticks, 16).moments) == frames
 
 
+@pytest.mark.nightly
 def test_films_of_odd_maps(tmp_path: Path) -> None:
     one = sample_trace(Outcome.TIMEOUT, ticks=0)
     for scale in (None, 1, 7, 64):

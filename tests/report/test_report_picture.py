@@ -57,6 +57,7 @@ def rgb(text: str) -> tuple[int, ...]:
     return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5))
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("name", some(["plan.png", "plan.svg", "PLAN.PNG"], 2))
 def test_the_same_plan_is_the_same_bytes(tmp_path: Path, name: str) -> None:

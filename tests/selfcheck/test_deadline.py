@@ -186,6 +186,7 @@ def test_a_session_that_a_stop_has_harmed_is_seen(monkeypatch: pytest.MonkeyPatc
     assert any("asked again after it was stopped" in failure.what for failure in found.failures)
 
 
+@pytest.mark.nightly
 def test_a_call_is_the_same_each_time() -> None:
     one, other = drawn(5), drawn(5)
     assert one.said == other.said

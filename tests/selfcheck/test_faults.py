@@ -105,6 +105,7 @@ def _deaf(watch: SensorMonitor, messages: list[Any]) -> str:
     return ""
 
 
+@pytest.mark.nightly
 def test_it_sees_a_robot_that_brakes_half_as_hard(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = DriveSimulation._decide
 

@@ -60,7 +60,14 @@ def test_good_files_are_read(tmp_path: Path, name: str) -> None:
         assert not code or code in refused, (code, data)
 
 
-@pytest.mark.parametrize("path", sorted(KEPT.glob("*--*")), ids=lambda p: p.name)
+LONG = ("study-json--ten-thousand-seeds-twice", "ros--a-thousand-open-brackets")
+"""Cases that take seconds, for the night."""
+
+
+ONCE = sorted(KEPT.glob("*--*"), key=lambda p: (p.name in LONG, p.name))
+
+
+@pytest.mark.parametrize("path", some(ONCE, len(ONCE) - len(LONG)), ids=lambda p: p.name)
 def test_what_went_wrong_once(tmp_path: Path, path: Path) -> None:
     case = FuzzedReader(path.name.split("--")[0], tmp_path)
     for number in range(35):  # with each choice of options
@@ -186,6 +193,7 @@ def test_each_wrong_is_found(
     assert base64.b64decode(failure.data["base64"]) == mutant(ASK, "map", 7)
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("slow", [1, 2, 3, 4])
 def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -212,6 +220,7 @@ def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pyte
     assert [f.what for f in outcome.failures] == (["1.50 s of CPU time, not below 1"] if slow == 4 else [])
 
 
+@pytest.mark.nightly
 def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A reader that says of unknown cells that they are free."""
 
@@ -297,6 +306,7 @@ def _use_of_maps(monkeypatch: pytest.MonkeyPatch, verb: Callable[..., None]) -> 
     return fuzz.run(ASK, Part("use-map", 0, 20))
 
 
+@pytest.mark.nightly
 def test_a_use_that_raises_what_it_should_not_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def raises(*_: object) -> None:
         raise OverflowError("too large")
@@ -337,6 +347,7 @@ def test_a_use_that_takes_too_much_time_or_memory_is_seen(monkeypatch: pytest.Mo
     assert "MiB of memory, not below" in outcome.failures[0].what
 
 
+@pytest.mark.nightly
 def test_what_takes_all_address_space_ends_in_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     before = resource.getrlimit(resource.RLIMIT_AS)
     outcome = _use_of_maps(monkeypatch, lambda *_: np.empty(2**33))

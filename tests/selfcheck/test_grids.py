@@ -53,6 +53,7 @@ def test_the_sizes_are_those_that_were_promised() -> None:
     assert kinds["5x5-classes"].release == 4_211_744
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["3x3", "2x4", "4x2", "1xn"])
 def test_a_round_has_every_query_once_and_all_rounds_ask_everybody(kind: str) -> None:
@@ -100,6 +101,7 @@ def test_every_class_of_5x5_is_met_once_a_round() -> None:
     assert {(q.goal, q.moves) for q in met} == {(cell, moves) for cell in free for moves in lists.MOVES}
 
 
+@pytest.mark.nightly
 def test_a_sample_of_the_large_kinds_holds() -> None:
     for kind, first in (("4x4", 3_000_000), ("4x4-classes", 400_000), ("4x4", 2 * grids.ALL_PAIRS + 77)):
         made = outcome(kind, 150, first)
@@ -135,6 +137,7 @@ def spoil(monkeypatch: pytest.MonkeyPatch, change: Any) -> None:
     monkeypatch.setattr(GraphSession, "_answer", answer)
 
 
+@pytest.mark.nightly
 def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     spoil(monkeypatch, lambda s, p: Plan(Status.NO_PATH, p.planner) if p and len(p.path.cells) > 3 else p)
     made = outcome("4x4-drawn", 300)

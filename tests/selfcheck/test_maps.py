@@ -50,6 +50,7 @@ def changed(change: Callable[[MapDocument], MapDocument], monkeypatch: pytest.Mo
     monkeypatch.setattr(maps, "load_map", lambda *words, **how: change(load_map(*words, **how)))
 
 
+@pytest.mark.nightly
 def test_a_reader_that_opens_unknown_cells_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     def opened(found: MapDocument) -> MapDocument:
         grid = found.grid
@@ -67,6 +68,7 @@ def test_a_reader_that_shuts_everything_is_found(monkeypatch: pytest.MonkeyPatch
     assert len(failed(ran("closed", len(SORTS)))) >= 8
 
 
+@pytest.mark.nightly
 def test_a_lighter_threshold_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """205 of 255, which map savers write for unknown, taken for free."""
     looked = colours.look_up
@@ -81,6 +83,7 @@ def test_a_lighter_threshold_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ran("closed", 20 * len(SORTS)).failed
 
 
+@pytest.mark.nightly
 def test_a_clipped_sample_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sample above the file's maxval taken for white, as common readers do."""
     pixels = pgm._raw
@@ -97,6 +100,7 @@ def test_an_unknown_number_taken_for_free_is_found(monkeypatch: pytest.MonkeyPat
     assert failed(ran("closed", 10 * len(SORTS))) == {"CSV"}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("ending", "writers", "unknown", "wall"),
     [(".png", WRITERS, UNKNOWN, BLOCKED), (".npy", COST_WRITERS, 255, 254)],

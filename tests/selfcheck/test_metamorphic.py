@@ -50,6 +50,7 @@ def test_there_are_eleven() -> None:
     assert all(kind.what and kind.commit == 200 for kind in metamorphic.KINDS.values())
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize(("kind", "defect"), some(SEEN_BY, 4))
 def test_a_wrong_planner_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,6 +120,7 @@ def test_a_crowd_that_is_overlooked(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ask("mover more", 600).failed
 
 
+@pytest.mark.nightly
 def test_a_robot_that_takes_fright_at_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     right = motion.api.speed_profile
 
@@ -131,6 +133,7 @@ def test_a_robot_that_takes_fright_at_its_limits(monkeypatch: pytest.MonkeyPatch
     assert ask("quicker").failed
 
 
+@pytest.mark.nightly
 def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.MonkeyPatch) -> None:
     right = motion.api.speed_profile
 
@@ -144,6 +147,7 @@ def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.Mon
     assert "ROBOT_LIMIT with a greater" in seen.failures[0].what
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["off the way", "quicker"])
 def test_most_cases_compare_something(kind: str) -> None:
@@ -154,6 +158,7 @@ def test_most_cases_compare_something(kind: str) -> None:
     assert says >= 45, seen.counts
 
 
+@pytest.mark.nightly
 def test_a_file_that_is_read_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     right = motion.load_map
 
@@ -167,6 +172,7 @@ def test_a_file_that_is_read_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(".npy" in f.what for f in seen.failures)
 
 
+@pytest.mark.nightly
 def test_an_order_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
     right = _timed_session.Forecaster.forbidden
 

@@ -26,6 +26,7 @@ def ask(kind: str, first: int, cases: int) -> Outcome:
     return moving.run(Ask(), Part(kind, first, cases))
 
 
+@pytest.mark.nightly
 def test_there_are_as_many_cases_as_it_says() -> None:
     assert len(moving_cases.questions(3, 2, 2)) == moving.TWO_PATROLS
     assert len(moving_cases.questions(3, 3, 1)) == moving.ONE_PATROL

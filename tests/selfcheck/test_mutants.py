@@ -89,6 +89,7 @@ def test_a_check_that_fails_without_the_defect_proves_nothing(toy: Path) -> None
     assert MutationEngine(toy).judge(_defect("n < 50", "n < 60"))[0] == "unsound"
 
 
+@pytest.mark.nightly
 def test_a_check_that_does_not_end_has_not_seen_the_defect(
     toy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,7 +1,11 @@
-"""Every promise at its commit size: what ``lampyris selfcheck`` proves, as tests."""
+"""Every promise, as tests: with every commit those cases of its smallest size that seeded defects need, and a tenth.
+
+Every night all of them run: ``lampyris selfcheck --size nightly``.
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -36,6 +40,10 @@ NIGHT = {
         "study-yaml",
         "study-json",
         "scenario-yaml",
+        "ros-picture",
+        "way-json",
+        "zones-npy",
+        "primitives-json",
         "use-beside",
         "use-robot",
     ),
@@ -72,13 +80,42 @@ def _cases() -> list[ParameterSet]:
     ]
 
 
+FEW = 40
+"""Cases of a kind without a seeded defect, all of which run with every commit."""
+
+
+def needed(name: str, kind: str) -> list[runner.Range]:
+    """Cases of a kind for every commit: where a seeded defect is detected, and the first tenth; without one, half."""
+    every = registry.check(name).kinds_for(ASK)[kind].commit
+    asked = {(one.first, one.cases) for group in mutants.GROUPS for one in mutants.defects(group)
+             if (one.check, one.kind) == (name, kind)}  # fmt: skip
+    if not asked:
+        return [runner.Range(kind, 0, every if every < FEW else every // 2)]
+    numbers = set(range(-(-every // 10)))
+    for first, cases in asked:
+        numbers |= set(range(first, first + cases))
+    firsts = [k for k in sorted(numbers) if k - 1 not in numbers]
+    lasts = [k for k in sorted(numbers) if k + 1 not in numbers]
+    return [runner.Range(kind, a, b - a + 1) for a, b in zip(firsts, lasts, strict=True)]
+
+
 @pytest.mark.parametrize(("name", "kind"), _cases())
 def test_the_promise_holds(name: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    check = registry.check(name)
-    result = runner.run(check, ASK, runner.Range(only=kind))
-    told = [f"{f.kind} {f.number}: {f.what}" for f in result.outcome.failures[:5]]
-    assert result.holds, "\n".join([*told, *result.lacks])
+    for which in needed(name, kind):
+        result = runner.run(registry.check(name), ASK, which)
+        told = [f"{f.kind} {f.number}: {f.what}" for f in result.outcome.failures[:5]]
+        assert result.holds, "\n".join([*told, *result.lacks])
+
+
+def test_the_cases_of_every_commit_are_those_that_defects_need() -> None:
+    for group in EVERY_COMMIT:
+        for one in mutants.defects(group):
+            assert any(
+                r.first <= one.first and one.first + one.cases <= r.first + (r.cases or sys.maxsize)
+                for r in needed(one.check, one.kind)
+            ), one.id
+    assert [(r.first, r.cases) for r in needed("reuse", "sessions")] == [(0, 5), (34, 1)]
 
 
 def test_every_seeded_defect_of_the_main_job_is_detected_by_what_runs_with_every_commit() -> None:

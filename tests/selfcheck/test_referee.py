@@ -46,6 +46,7 @@ def test_a_lost_rule_is_found(rule: str, monkeypatch: pytest.MonkeyPatch) -> Non
     assert found == LOST[rule]
 
 
+@pytest.mark.nightly
 def test_a_referee_that_refuses_too_much_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """It refuses to visit a cell twice, which no rule forbids."""
 
@@ -66,6 +67,7 @@ def test_a_referee_that_raises_is_found(monkeypatch: pytest.MonkeyPatch) -> None
     assert outcome.failures[0].what.startswith("ZeroDivisionError")
 
 
+@pytest.mark.nightly
 def test_half_is_refused_in_each_of_twelve_ways() -> None:
     outcome = ran("paths", 480)
     assert (outcome.cases, outcome.failed) == (480, 0)

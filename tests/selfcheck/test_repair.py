@@ -22,6 +22,7 @@ def ask(kind: str, first: int, cases: int) -> Outcome:
     return repair.run(Ask(), Part(kind, first, cases))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("side", "count"), [(3, repair.EVERY_3), (4, repair.EVERY_4)])
 def test_every_edit_is_there_once(side: int, count: int) -> None:
     rows = repair_every.edits(side)
@@ -51,6 +52,7 @@ def test_small_maps_are_repaired_and_the_rule_is_put_back() -> None:
 # ---- what is wrong is seen --------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["3x3", "stories"])
 @pytest.mark.parametrize("deaf", ["freed", "blocked"])
@@ -75,6 +77,7 @@ def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytes
     assert any(word in f.what for word in words for f in seen.failures)
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", some(["3x3", "4x4"]))
 @pytest.mark.parametrize("wrong", ["through a wall", "turned round", "another way of that length"])

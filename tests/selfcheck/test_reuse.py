@@ -56,12 +56,14 @@ def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch)
     assert lives("ad-gso", each=1).failed
 
 
+@pytest.mark.nightly
 def test_a_packed_map_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(PackedMap, "__getstate__")
     monkeypatch.delattr(PackedMap, "__setstate__")
     assert lives("jps", each=6).failed
 
 
+@pytest.mark.nightly
 def test_copies_that_share(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exclusive, "_copied_state", lambda one, memo: one._own_state())
     assert lives("dstar", "gso").failed
@@ -114,6 +116,7 @@ def test_walls_that_ad_gso_never_takes_down(monkeypatch: pytest.MonkeyPatch) -> 
     assert lives("ad-gso", each=6).failed
 
 
+@pytest.mark.nightly
 def test_a_swarm_that_plans_on_the_ground_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
     right = Memory._see
 

@@ -86,6 +86,7 @@ def test_files_of_our_own_hold_and_differ() -> None:
     assert len(maps) > 5
 
 
+@pytest.mark.nightly
 def test_a_planner_that_goes_astray_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = GraphSession._answer
 

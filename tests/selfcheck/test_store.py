@@ -89,6 +89,7 @@ def test_rows_that_repair_does_not_save_are_seen(lost: int, monkeypatch: pytest.
     fails("page", 30, "kept, ")
 
 
+@pytest.mark.nightly
 def test_another_study_must_be_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "demand_same", lambda *_: None)
     outcome = ran("resume", 22)

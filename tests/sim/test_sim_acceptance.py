@@ -22,6 +22,8 @@ from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning import registry
 from lampyris.sim.grid.loop import run
 
+pytestmark = pytest.mark.nightly
+
 MAPS = [f"env-{k}" for k in range(1, 7)]
 DENSITIES = (5, 10, 20, 40, 60)
 ROUNDS = ("random-walk", "crossing", "random-walk", "patrol", "random-walk", "recorded", "mixed")
@@ -139,7 +141,6 @@ def accept(cases, say):
     return arrived
 
 
-@pytest.mark.nightly
 def test_a_sample_on_the_bundled_maps():
     arrived = accept(range(0, 2000, 91), say=False)
     every = [a for some in arrived.values() for a in some]
@@ -147,7 +148,6 @@ def test_a_sample_on_the_bundled_maps():
     assert np.mean(every) >= 0.8
 
 
-@pytest.mark.nightly
 def test_two_thousand_simulations():
     arrived = accept(range(2000), say=True)
     assert np.mean(arrived["random-walk", 20]) >= 0.95

@@ -17,6 +17,8 @@ from lampyris.model.trace import Outcome
 from lampyris.sim.continuous import lookahead
 from sizes import some
 
+pytestmark = pytest.mark.nightly
+
 
 def driven(seed: int) -> Drive:
     """A robot that turns on the spot again and again among fast obstacles whose velocities it knows."""
@@ -32,7 +34,6 @@ def driven(seed: int) -> Drive:
     )
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("seed", some([4, 0, 2]))
 def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     true, refused, beside = lookahead.through_tracks, [], 0

@@ -25,7 +25,7 @@ from lampyris.report.data.serialize import drive_record
 from lampyris.report.film.drive_film import DriveRenderer
 from lampyris.sim.continuous.drive import drive
 from lampyris.sim.traffic.adversary import Adversary
-from sizes import sized
+from sizes import sized, some
 
 LONG = ((0.55, 0.15), (-0.35, 0.15), (-0.35, -0.15), (0.55, -0.15))
 KINDS: dict[str, ObstacleSpec] = {
@@ -194,6 +194,7 @@ def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     assert arrived["polygon"] >= arrived["disc"] > 0
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @sized("cases", 2, 200)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
@@ -228,7 +229,7 @@ def test_a_law_that_looks_at_nothing_hits_fewer_polygons_than_discs(cases: int) 
 
 
 @sized("cases", 1, 20)
-@pytest.mark.parametrize("controller", ["dwa", "rpp"])
+@pytest.mark.parametrize("controller", some(["dwa", "rpp"]))
 def test_controllers_that_steer_keep_off_polygons(controller: str, cases: int) -> None:
     small = {"yaw_rates": 11, "directions": 5} if controller == "dwa" else {}
     for seed in range(cases):

@@ -343,6 +343,7 @@ def test_the_dissertations_law_and_ticks_refuse_poses() -> None:
         lampyris.simulate(scene_of(), "lattice")
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("law", ["rpp", "optimum", "constant"])
 def test_other_laws_drive_poses_as_the_referee_sees_it(law: str) -> None:
@@ -350,6 +351,7 @@ def test_other_laws_drive_poses_as_the_referee_sees_it(law: str) -> None:
     assert made.law == law
 
 
+@pytest.mark.nightly
 def test_who_minds_nobody_drives_into_somebody() -> None:
     """The time optimum and obstacles that do not yield: contacts are found, and the referee agrees."""
     y = 60 - 1 - 30

@@ -161,6 +161,7 @@ def test_the_referee_refuses_steering_that_the_drive_cannot_do() -> None:
         assert check_drive(replace(made, scene=other)) is not None
 
 
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_drive() -> None:
     scene = _scene("differential", obstacles=4)
     first, again, other = (_drive(scene, "mppi", seed=s, time_limit=6.0) for s in (3, 3, 4))

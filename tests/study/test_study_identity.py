@@ -22,6 +22,8 @@ from lampyris.study.execution.run import run
 from lampyris.study.store.store import Store
 from lampyris_selfcheck.checks.studies import small_studies as study_small
 
+pytestmark = pytest.mark.nightly
+
 KINDS = tuple(study_small.TEXTS)
 
 
@@ -39,7 +41,6 @@ def known(kind: str, seeds: int = 1) -> bytes:
     return study_small.exported(study(kind, seeds), {row.key: row for row in rows})
 
 
-@pytest.mark.nightly
 def test_the_studies_have_every_ending_and_outcome_that_does_not_hang_on_a_clock() -> None:
     words = b"".join(known(kind) for kind in KINDS)
     for word in (b"arrived", b"found", b"no-path", b"limit", b"hit", b"refused,OBSTACLE_ROOM"):
@@ -85,7 +86,6 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
             process.wait()
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_cluster_does_not_show(
     kind: str, cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path

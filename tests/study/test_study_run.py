@@ -361,6 +361,7 @@ def test_a_sink_that_raises_ends_the_study_and_is_not_called_again(workers: int)
     assert calls == 1
 
 
+@pytest.mark.nightly
 def test_a_sink_that_ctrl_c_hit_gets_its_rows_again() -> None:
     given: list[list[Row]] = []
 

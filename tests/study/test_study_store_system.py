@@ -122,6 +122,7 @@ db.close()
 """
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("other", [READER, SQLITE], ids=["reader", "sqlite"])
 def test_a_reader_that_closes_does_not_delete_the_log_of_a_writer(tmp_path: Path, other: str) -> None:
@@ -300,6 +301,7 @@ def test_a_connection_that_may_only_read_is_a_clear_line(tmp_path: Path) -> None
         assert list(store.rows().values()) == rows(of)
 
 
+@pytest.mark.nightly
 def test_runs_in_a_log_that_cannot_be_read_are_not_left_out_in_silence(tmp_path: Path) -> None:
     """SQLite needs to write beside the store to read its log; without it the runs there would be missing."""
     folder = tmp_path / "f"

@@ -14,6 +14,7 @@ from in_process import call
 QUICK = ("swarm", "env-6", "--robots", "30", "--iterations", "60", "--seed", "2", "--set", "sensor_range=20")
 
 
+@pytest.mark.nightly
 def test_text_says_what_each_source_holds(tmp_path: Path) -> None:
     done = call(*QUICK, cwd=tmp_path, columns=200)
     assert done.returncode in (0, 4)

@@ -129,6 +129,7 @@ DEFECTS: dict[str, tuple[str, Change]] = {
 }  # fmt: skip
 
 
+@pytest.mark.commit(12)
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_defect_is_named(trace: lampyris.SwarmTrace, defect: str) -> None:
     rule, change = DEFECTS[defect]

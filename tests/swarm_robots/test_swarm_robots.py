@@ -36,6 +36,7 @@ def test_the_three_peaks_are_held_on_a_walled_map(seed: int) -> None:
     assert sum(made.held[-1]) > 60
 
 
+@pytest.mark.nightly
 def test_gso_holds_more_robots_than_the_gradient_when_sensors_are_noisy() -> None:
     grid = lampyris.load_grid("env-6")
     by = {
@@ -57,6 +58,7 @@ def test_without_noise_the_gradient_climbs() -> None:
     assert made.held[-1].tolist() == [3]
 
 
+@pytest.mark.nightly
 def test_a_moving_source_is_followed() -> None:
     grid = lampyris.Grid(np.zeros((30, 30), dtype=bool))
     source = lampyris.InverseSquare((8.0, 8.0), core=6.0, route=[(22.0, 22.0)], speed=0.02)
@@ -89,6 +91,7 @@ def test_who_holds_whom(trace: SwarmTrace) -> None:
     assert [int((holder == k).sum()) for k in range(3)] == trace.held[-1].tolist()
 
 
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_bytes(trace: SwarmTrace) -> None:
     again = lampyris.swarm_robots(walled(), robots=25, seed=3, iterations=25, noise=0.02)
     assert again == trace
@@ -233,6 +236,7 @@ def test_twenty_thousand_robots_are_the_most() -> None:
         lampyris.swarm_robots(lampyris.Grid(np.zeros((9, 9), dtype=bool)), robots=swarms.MAX_ROBOTS)
 
 
+@pytest.mark.nightly
 def test_ten_thousand_small_steps_are_the_most() -> None:
     """Driving 0.9999 m takes them; turning at 1,000 rad/s takes less than one."""
     grid = lampyris.Grid(np.zeros((9, 9), dtype=bool))

@@ -9,27 +9,37 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Annotated
 
 import typer
 
+from lampyris._core.processors import processors
 from lampyris.cli.options import Json
 from lampyris.cli.text import plural, print_json
 
 TENTHS = 10
 
 
-def warm(json_: Json = False) -> None:
+def warm(
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=1, help="Number of worker processes (default: one per core)."
+        ),
+    ] = None,
+    json_: Json = False,
+) -> None:
     """Compile the kernels that large maps need, once per machine, and print where they are cached."""
-    raise typer.Exit(warm_kernels(json_))
+    raise typer.Exit(warm_kernels(processors() if workers is None else workers, json_))
 
 
-def warm_kernels(as_json: bool) -> int:
+def warm_kernels(workers: int, as_json: bool) -> int:
     """Compile what is not compiled yet, and print where it is kept. Returns the exit code."""
     from lampyris.warming import warm as compile_all
 
     began = time.monotonic()
     with _bar(quiet=as_json) as report:
-        done = compile_all(report)
+        done = compile_all(report, workers)
     seconds = time.monotonic() - began
     if as_json:
         print_json(

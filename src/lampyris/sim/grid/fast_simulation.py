@@ -17,6 +17,7 @@ from lampyris._core.exclusive import Exclusive, one_call
 from lampyris.kernels.adgso import simulate as k
 from lampyris.kernels.adgso import walk as w
 from lampyris.kernels.adgso.lookahead_walk import KNOWN
+from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Status
@@ -175,7 +176,8 @@ class FastRuns(Exclusive):
         trip.tally[w.ALLOWED] = NO_LIMIT
         setup, tally, _, path, _, *rest = walker.kernel_setup(trip)
         shut = walls(ground).astype(np.int64)
-        field = (ground.cost, ground.luciferin, ground.step, shut, ground.terrain)
+        cost = frozen(ground.cost.astype(np.int64))  # one width: compiling this kernel takes several seconds
+        field = (cost, ground.luciferin, ground.step, shut, ground.terrain)
         lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
         return (*field, setup, tally, path, *rest), int(lower)
 
