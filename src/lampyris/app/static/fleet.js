@@ -361,6 +361,7 @@ export class Fleet {
       this.clock.start();
     }
     this.seen.draw();
+    page.tell("fleet");
     page.map.refresh();
   }
 

@@ -16,6 +16,8 @@ const TAIL = 9;
 const FADING = [0.16, 0.3, 0.5];
 /** Milliseconds between two drawings of the trails, at the least. */
 const OFTEN = 30;
+/** Pixels from which on a robot that drives is a disc; below it is a square, which is drawn in half the time. */
+const SHAPED = 6;
 /** What a robot does, its colours for light and dark and its shape. @type {Array<{name: string, light: string, dark: string, shape: "disc" | "ring" | "square" | "cross"}>} */
 export const STATES = [
   { name: "drives", light: "#0072b2", dark: "#5cb8ef", shape: "disc" },
@@ -55,6 +57,12 @@ export function robotLook(pen, state, side, dark) {
   pen.fill();
 }
 
+/** Counts as the landscape's colours show them: many stand out from the ground, and few are seen beside very many. @param {Layer} layer @param {boolean} dark @returns {Layer} */
+function shaded(layer, dark) {
+  const shades = Uint8Array.from({ length: 256 }, (_, v) => (v ? 1 + Math.round(254 * (dark ? 1 - Math.sqrt((v - 1) / 254) : Math.sqrt((v - 1) / 254))) : 0));
+  return { ...layer, values: layer.values.map((v) => shades[v]) };
+}
+
 export class FleetPicture {
   /** @param {Page} page @param {import("./fleetrun.js").FleetRun} run @param {{tick: number}} clock */
   constructor(page, run, clock) {
@@ -82,7 +90,7 @@ export class FleetPicture {
   /** @param {Layer | null} layer */
   setLayer(layer) {
     this.layer = layer;
-    if (layer) this._heat.put(layer, this.page.dark);
+    if (layer) this._heat.put(shaded(layer, this.page.dark), this.page.dark);
     this.page.map.refresh();
   }
 
@@ -96,6 +104,7 @@ export class FleetPicture {
   /** @param {Pen} pen @param {View} view */
   draw(pen, view) {
     const { run, clock, page } = this;
+    const { dark } = page;
     const k = Math.min(Math.floor(clock.tick + 1e-6), run.last);
     const f = k < run.last ? clock.tick - k : 0;
     const { n, xy } = run;
@@ -109,19 +118,28 @@ export class FleetPicture {
     }
     if (this.trails) this._trails(pen, view, k);
     if (this.waits) this._hindered(pen, k);
-    const side = Math.max(5, Math.min(s * 0.92, 44));
-    const sprites = this._looks(side);
+    // Whole pixels at whole places: a copy, where fractions would be mixed for each pixel.
+    const pixels = Math.round(Math.max(5, Math.min(s * 0.92, 44)) * page.map.ratio);
+    const sprites = this._looks(pixels);
+    const side = pixels / page.map.ratio;
     const half = side / 2;
+    const ratio = page.map.ratio;
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.imageSmoothingEnabled = false;
     const [right, below] = [view.width + half, view.height + half];
     for (const state of [2, 0, 1, 3]) {
       const look = sprites[state];
+      pen.fillStyle = dark ? STATES[state].dark : STATES[state].light;
       for (let r = 0; r < n; r++) {
         if (this._state[r] !== state) continue;
         const [x, y] = [this._x[r], this._y[r]];
         if (x < -half || y < -half || x > right || y > below) continue;
-        pen.drawImage(look, x - half, y - half, side, side);
+        if (state === 0 && pixels < SHAPED) pen.fillRect(Math.round((x - half) * ratio), Math.round((y - half) * ratio), pixels, pixels);
+        else pen.drawImage(look, Math.round((x - half) * ratio), Math.round((y - half) * ratio));
       }
     }
+    pen.restore();
     if (this.chosen === null) return;
     const r = this.chosen;
     pen.lineWidth = 2.5;
@@ -267,10 +285,9 @@ export class FleetPicture {
     goalMark(pen, ...view.pixel(run.goals[2 * robot], run.goals[2 * robot + 1]), r, GOAL);
   }
 
-  /** Pictures of the robots at a size. @param {number} side */
-  _looks(side) {
-    const { dark, map } = this.page;
-    const pixels = Math.max(1, Math.round(side * map.ratio));
+  /** Pictures of the robots at a size. @param {number} pixels */
+  _looks(pixels) {
+    const { dark } = this.page;
     const key = `${pixels} ${dark}`;
     if (this._sprites.key !== key) {
       this._sprites = { key, all: STATES.map((_, state) => {

@@ -166,11 +166,10 @@ export class FleetSeen {
     this._chart = new MAKE.uPlot({
       width: Math.max(80, this.plot.clientWidth), height: HIGH, legend: { show: false }, cursor: { show: false }, padding: [8, 10, 0, 0],
       scales: { x: { time: false }, y: { range: (/** @type {any} */ _, /** @type {number} */ __, /** @type {number} */ most) => [0, Math.max(1, most)] } },
-      axes: [{ ...axis, size: 26 }, { ...axis, size: 40 }],
+      axes: [{ ...axis, size: 26 }, { ...axis, size: 46 }],
       series: [{}, ...lines.map(({ label, colour, dash }) => ({ label, stroke: colour, width: 2, dash, points: { show: false } }))],
       hooks: { draw: [(/** @type {any} */ chart) => this._marks(chart)] },
     }, [x, ...lines.map(({ values }) => Array.from(values))], this.plot);
-    this._left = this._chart.over.offsetLeft;
     this.plot.setAttribute("aria-label", `${this.title.textContent}: ${lines.map(({ label, values }) => `${label}, ${told(values[values.length - 1])} at the end`).join("; ")}`);
     this._lines = lines;
   }
@@ -180,6 +179,7 @@ export class FleetSeen {
   /** Where walls were painted. @param {any} chart */
   _marks(chart) {
     const { run, swarm, page } = this.fleet;
+    this._left = chart.bbox.left / page.map.ratio;
     if (!run || swarm.on) return;
     const { ctx, bbox } = chart;
     ctx.save();
@@ -223,7 +223,7 @@ export class FleetSeen {
       fill(this.key, ...swarm.key().map(([name, draw]) => mark(name, draw)), ...charted);
       return;
     }
-    const all = STATES.map(({ name }, state) => mark(`robot: ${name}`, (pen) => robotLook(pen, state, SIDE, page.dark)));
+    const all = STATES.map(({ name }, state) => mark(`robot: ${name}${state ? "" : "; a square where it is small"}`, (pen) => robotLook(pen, state, SIDE, page.dark)));
     all.push(mark("waits for the robot at the other end", line(page.dark ? STATES[1].dark : STATES[1].light)));
     const layer = picture?.layer;
     if (layer) all.push(el("li", null, `ground: ${layer.name === "waits" ? "ticks waited" : "conflicts avoided"} in a cell, ${told(layer.low)} to ${told(layer.high)}`));

@@ -102,7 +102,10 @@ export class MapView {
 
   fit() {
     this.fitted = true;
-    if (this.ground) this.view.fit(this.ground.width, this.ground.height, this.edge);
+    const { view } = this;
+    // Where it is high and narrow there is room for the tools above and below the map.
+    const edge = view.height > 1.5 * view.width ? { top: 210, right: 14, bottom: 170, left: 14 } : this.edge;
+    if (this.ground) view.fit(this.ground.width, this.ground.height, edge);
     this.refresh();
   }
 

@@ -2,7 +2,7 @@
 // sources, and how many robots are at each.
 
 import { LayerPicture, drawCells } from "./cells.js";
-import { LINES, THEMES } from "./colours.js";
+import { LINES, THEMES, levels } from "./colours.js";
 import { json, layerOf } from "./frames.js";
 import { el, tell, told } from "./make.js";
 
@@ -99,7 +99,9 @@ export class SwarmPanel {
 
   /** The page's colours have changed. */
   theme() {
-    if (this.signal) this._heat.put(this.signal, this.fleet.page.dark);
+    const { dark } = this.fleet.page;
+    // Strong stands out from the ground: bright on dark, dark on light.
+    if (this.signal) this._heat.put(dark ? { ...this.signal, values: this.signal.values.map((v) => v && 256 - v) } : this.signal, dark);
   }
 
   /** @param {Cell} cell */
@@ -157,6 +159,12 @@ export class SwarmPanel {
     const { dark } = this.fleet.page;
     return [
       ["robot with little luciferin", (pen) => disc(pen, 9, 9, 7, 0, dark)], ["robot with much luciferin", (pen) => disc(pen, 9, 9, 7, 1, dark)],
+      ["ground: the signal at the beginning", (pen) => {
+        const fade = pen.createLinearGradient(1, 0, 17, 0);
+        levels("landscape", dark).forEach((tone, v) => v && fade.addColorStop(((dark ? 256 - v : v) - 1) / 254, `rgb(${tone & 255},${(tone >> 8) & 255},${(tone >> 16) & 255})`));
+        pen.fillStyle = fade;
+        pen.fillRect(1, 4, 16, 10);
+      }],
       ["source", (pen) => source(pen, 9, 9, "", dark)],
       ["within it a robot counts for the source", (pen) => {
         pen.strokeStyle = THEMES[dark ? "dark" : "light"].ink;
