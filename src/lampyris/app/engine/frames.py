@@ -159,8 +159,8 @@ def swarm_frame(
 ) -> bytes:
     """Iterations ``first``, ``first + 1``, ... of a swarm.
 
-    A head (first u32, iterations u16, robots u16, sources u16); then f32: places of the robots and of the sources, in cells (y down);
-    u16: robots at each source; u8: luciferin, 0 to 255.
+    A head (first u32, iterations u16, robots u16, sources u16); then f32: places of the robots and of the sources, in
+    cells (y down); u16: robots at each source; u8: luciferin, 0 to 255.
 
     Parameters
     ----------

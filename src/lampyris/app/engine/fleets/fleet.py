@@ -41,8 +41,8 @@ def fleet(question: Mapping[str, Any], look: Looks) -> Iterator[bytes]:
     Parameters
     ----------
     question : ``scenario``: its map and the walls painted on it (edits of tick 0). ``robots``: how many, drawn at random
-        with ``seed``; or ``agents``: a flat list of four numbers each, the cell where it is and its goal. ``planner``, ``settings``,
-        ``seconds``: as ``lampyris fleet`` takes them.
+        with ``seed``; or ``agents``: a flat list of four numbers each, the cell where it is and its goal. ``planner``,
+        ``settings``, ``seconds``: as ``lampyris fleet`` takes them.
 
     Raises
     ------

@@ -26,8 +26,8 @@ def swarm(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[byt
 
     Parameters
     ----------
-    question : ``scenario``: its map and the walls painted on it. ``robots``, ``seed``. ``sources``: a name that ``lampyris swarm --sources``
-        takes. ``settings``: of :class:`lampyris.model.settings.swarm.SwarmSettings`.
+    question : ``scenario``: its map and the walls painted on it. ``robots``, ``seed``. ``sources``: a name that
+        ``lampyris swarm --sources`` takes. ``settings``: of :class:`lampyris.model.settings.swarm.SwarmSettings`.
 
     Raises
     ------
