@@ -144,6 +144,7 @@ export class Fleet {
   /** @param {string} id the panel that was opened */
   _leave(id) {
     const { page, map } = this;
+    this._job?.abort();
     this.clock.pause();
     if (this._single) page.play = this._single;
     page.fleet = null;

@@ -8,6 +8,8 @@ import { el, tell, told } from "./make.js";
 
 /** Iterations of a trail. */
 const TAIL = 12;
+/** Milliseconds between two drawings of the trails, at the least. */
+const OFTEN = 30;
 /** Steps of brightness of the robots' pictures. */
 const SHADES = 16;
 
@@ -23,6 +25,9 @@ export class SwarmPanel {
     /** The signal at the beginning. @type {Layer | null} */
     this.signal = null;
     this._heat = new LayerPicture();
+    this._tail = document.createElement("canvas");
+    this._drawn = "";
+    this._when = 0;
     /** @type {{key: string, all: HTMLCanvasElement[]}} */
     this._looks = { key: "", all: [] };
     const field = (/** @type {string} */ name, /** @type {string} */ id, /** @type {HTMLElement} */ control) => {
@@ -180,6 +185,7 @@ export class SwarmPanel {
 
   /** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view */
   base(pen, view) {
+    this._drawn = "";
     if (this.signal && this.run) drawCells(pen, view, this._heat.canvas);
   }
 
@@ -195,25 +201,19 @@ export class SwarmPanel {
     const n = /** @type {number} */ (head.robots);
     const s = view.scale;
     const place = (/** @type {Float32Array[]} */ all, /** @type {number} */ at) => all[k][at] + (f ? f * (all[k + 1][at] - all[k][at]) : 0);
-    // Trails in one stroke; the newest part is the robot's own.
-    pen.strokeStyle = dark ? "#ffd166" : "#7a4b00";
-    pen.globalAlpha = 0.35;
-    pen.lineWidth = Math.max(1, head.radius * s * 0.5);
-    pen.beginPath();
-    const from = Math.max(0, k - TAIL);
+    this._trails(run, view, k);
+    const pixels = Math.max(6, Math.round(2 * head.radius * s * map.ratio));
+    const looks = this._sprites(pixels, dark);
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.imageSmoothingEnabled = false;
+    pen.drawImage(this._tail, 0, 0);
     for (let r = 0; r < n; r++) {
-      pen.moveTo(...view.pixel(run.xy[from][2 * r], run.xy[from][2 * r + 1]));
-      for (let t = from + 1; t <= k; t++) pen.lineTo(...view.pixel(run.xy[t][2 * r], run.xy[t][2 * r + 1]));
-      pen.lineTo(...view.pixel(place(run.xy, 2 * r), place(run.xy, 2 * r + 1)));
+      const x = (view.x + (place(run.xy, 2 * r) + 0.5) * s) * map.ratio - pixels / 2;
+      const y = (view.y + (place(run.xy, 2 * r + 1) + 0.5) * s) * map.ratio - pixels / 2;
+      pen.drawImage(looks[run.bright[k][r] >> 4], Math.round(x), Math.round(y));
     }
-    pen.stroke();
-    pen.globalAlpha = 1;
-    const side = Math.max(6, 2 * head.radius * s);
-    const looks = this._sprites(side, map.ratio, dark);
-    for (let r = 0; r < n; r++) {
-      const [x, y] = view.pixel(place(run.xy, 2 * r), place(run.xy, 2 * r + 1));
-      pen.drawImage(looks[run.bright[k][r] >> 4], x - side / 2, y - side / 2, side, side);
-    }
+    pen.restore();
     pen.strokeStyle = THEMES[dark ? "dark" : "light"].ink;
     for (let c = 0; 2 * c < run.sources[k].length; c++) {
       const [x, y] = view.pixel(place(run.sources, 2 * c), place(run.sources, 2 * c + 1));
@@ -227,9 +227,37 @@ export class SwarmPanel {
     }
   }
 
-  /** @param {number} side @param {number} ratio @param {boolean} dark */
-  _sprites(side, ratio, dark) {
-    const pixels = Math.max(2, Math.round(side * ratio));
+  /** Where the robots were until an iteration, on a canvas of its own: drawn once an iteration, not in each frame. @param {SwarmRun} run @param {import("./view.js").View} view @param {number} k */
+  _trails(run, view, k) {
+    const { dark, map } = this.fleet.page;
+    const { canvas, ratio } = map;
+    const key = `${k} ${view.x} ${view.y} ${view.scale} ${canvas.width} ${canvas.height} ${dark}`;
+    const now = performance.now();
+    if (key === this._drawn || (this._drawn && now - this._when < OFTEN)) return;
+    this._drawn = key;
+    this._when = now;
+    const tail = this._tail;
+    tail.width = canvas.width;
+    tail.height = canvas.height;
+    const pen = /** @type {CanvasRenderingContext2D} */ (tail.getContext("2d"));
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.fillStyle = dark ? "#ffd166" : "#7a4b00";
+    const wide = Math.max(1, Math.round(run.head.radius * view.scale * 0.6));
+    const [ox, oy] = view.pixel(0, 0);
+    for (let t = Math.max(0, k - TAIL); t <= k; t++) {
+      pen.globalAlpha = 0.12 + (0.45 * (TAIL + t - k)) / TAIL;
+      const xy = run.xy[t];
+      const after = run.xy[Math.min(t + 1, k)];
+      for (let at = 0; at < xy.length; at += 2) {
+        // Who stands leaves none.
+        if (xy[at] === after[at] && xy[at + 1] === after[at + 1]) continue;
+        pen.fillRect(Math.round(ox + xy[at] * view.scale - wide / 2), Math.round(oy + xy[at + 1] * view.scale - wide / 2), wide, wide);
+      }
+    }
+  }
+
+  /** @param {number} pixels @param {boolean} dark */
+  _sprites(pixels, dark) {
     const key = `${pixels} ${dark}`;
     if (this._looks.key !== key) {
       this._looks = { key, all: Array.from({ length: SHADES }, (_, shade) => {
