@@ -81,7 +81,7 @@ export class Fleet {
     this.trails = el("input", { type: "checkbox", checked: true, onchange: () => this._looks() });
     this.waits = el("input", { type: "checkbox", checked: true, onchange: () => this._looks() });
     this.colour = el("select", { onchange: () => this._looks() },
-      el("option", { value: "" }, "nothing"), el("option", { value: "waits" }, "where robots wait"), el("option", { value: "avoided" }, "conflicts avoided"));
+      el("option", { value: "" }, "nothing"), el("option", { value: "waits" }, "waits"), el("option", { value: "avoided" }, "conflicts avoided"));
     this.command = el("code", { class: "command" });
     const own = el("div", { class: "stack fleet-own" },
       el("div", null, field("Planner", "planner", this.planners), about),
@@ -89,7 +89,7 @@ export class Fleet {
       el("p", { class: "hint" }, "lacam and lns improve their plans until then; the others end earlier, or without a plan."));
     const looks = el("div", { class: "fleet-own" }, el("h2", null, "On the map"),
       el("label", { class: "row" }, this.trails, "trails"), el("label", { class: "row" }, this.waits, "lines from waiting robots to those in their way"),
-      field("Colour the ground by", "colour", this.colour),
+      field("Ground colour", "colour", this.colour),
       el("h2", null, "On the command line"), this.command);
     const choice = (/** @type {string} */ text, /** @type {boolean} */ on) => button(text, () => this._choose(on), { class: "", "aria-pressed": String(this.swarm.on === on) });
     this.kinds = [choice("Fleet", false), choice("Glowworms", true)];

@@ -3,7 +3,7 @@
 // Robots are small pictures that are copied; trails are rectangles along the rows and columns, put together on a canvas
 // of their own once a tick. Both are many times as fast in a browser without a graphics card as strokes.
 
-import { GOAL, START, THEMES } from "./colours.js";
+import { GOAL, START, THEMES, levels } from "./colours.js";
 import { LayerPicture, drawCells, penOf } from "./cells.js";
 import { goalMark, startMark } from "./marks.js";
 
@@ -55,6 +55,14 @@ export function robotLook(pen, state, side, dark) {
   pen.beginPath();
   pen.arc(mid, mid, r * 0.42, 0, 2 * Math.PI);
   pen.fill();
+}
+
+/** From little to much as layers of a fleet and a swarm show it, 16 pixels wide. @param {Pen} pen @param {boolean} dark */
+export function ramp(pen, dark) {
+  const fade = pen.createLinearGradient(1, 0, 17, 0);
+  levels("landscape", dark).forEach((tone, v) => v && fade.addColorStop(((dark ? 256 - v : v) - 1) / 254, `rgb(${tone & 255},${(tone >> 8) & 255},${(tone >> 16) & 255})`));
+  pen.fillStyle = fade;
+  pen.fillRect(1, 4, 16, 10);
 }
 
 /** Counts as the landscape's colours show them: many stand out from the ground, and few are seen beside very many. @param {Layer} layer @param {boolean} dark @returns {Layer} */

@@ -1,7 +1,7 @@
 // What is told of a fleet beside the map: its costs, how many have arrived, the chosen robot, and the key.
 
 import { THEMES } from "./colours.js";
-import { STATES, robotLook } from "./fleetdraw.js";
+import { STATES, ramp, robotLook } from "./fleetdraw.js";
 import { button, el, fill, told } from "./make.js";
 import { byId } from "./page.js";
 
@@ -226,7 +226,7 @@ export class FleetSeen {
     const all = STATES.map(({ name }, state) => mark(`robot: ${name}${state ? "" : "; a square where it is small"}`, (pen) => robotLook(pen, state, SIDE, page.dark)));
     all.push(mark("waits for the robot at the other end", line(page.dark ? STATES[1].dark : STATES[1].light)));
     const layer = picture?.layer;
-    if (layer) all.push(el("li", null, `ground: ${layer.name === "waits" ? "ticks waited" : "conflicts avoided"} in a cell, ${told(layer.low)} to ${told(layer.high)}`));
+    if (layer) all.push(mark(`ground: ${layer.name === "waits" ? "ticks waited" : "conflicts avoided"} in a cell, ${told(layer.low)} to ${told(layer.high)}`, (pen) => ramp(pen, page.dark)));
     fill(this.key, ...all, ...charted);
   }
 

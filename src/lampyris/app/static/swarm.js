@@ -2,12 +2,15 @@
 // sources, and how many robots are at each.
 
 import { LayerPicture, drawCells } from "./cells.js";
-import { LINES, THEMES, levels } from "./colours.js";
+import { LINES, THEMES } from "./colours.js";
+import { ramp } from "./fleetdraw.js";
 import { json, layerOf } from "./frames.js";
 import { el, tell, told } from "./make.js";
 
 /** Iterations of a trail. */
 const TAIL = 12;
+/** How much of the ground the signal colours: robots stand out from it. */
+const VEIL = 0.4;
 /** Milliseconds between two drawings of the trails, at the least. */
 const OFTEN = 30;
 /** Steps of brightness of the robots' pictures. */
@@ -34,8 +37,8 @@ export class SwarmPanel {
       control.id = `swarm-${id}`;
       return el("div", { class: "field" }, el("label", { for: control.id }, name), control);
     };
-    this.sources = el("select", null, el("option", { value: "three-peaks" }, "three peaks (J1)"), el("option", { value: "drawn" }, "three at random"));
-    this.method = el("select", null, el("option", { value: "gso" }, "glowworm swarm"), el("option", { value: "gradient" }, "gradient ascent"));
+    this.sources = el("select", null, el("option", { value: "three-peaks" }, "three peaks"), el("option", { value: "drawn" }, "three at random"));
+    this.method = el("select", null, el("option", { value: "gso" }, "glowworms"), el("option", { value: "gradient" }, "gradient"));
     this.iterations = el("input", { type: "number", min: 1, max: 2000, step: 1, value: 300 });
     this.noise = el("input", { type: "number", min: 0, max: 10, step: "any", value: 0 });
     this.sight = el("input", { type: "checkbox", checked: true });
@@ -165,10 +168,8 @@ export class SwarmPanel {
     return [
       ["robot with little luciferin", (pen) => disc(pen, 9, 9, 7, 0, dark)], ["robot with much luciferin", (pen) => disc(pen, 9, 9, 7, 1, dark)],
       ["ground: the signal at the beginning", (pen) => {
-        const fade = pen.createLinearGradient(1, 0, 17, 0);
-        levels("landscape", dark).forEach((tone, v) => v && fade.addColorStop(((dark ? 256 - v : v) - 1) / 254, `rgb(${tone & 255},${(tone >> 8) & 255},${(tone >> 16) & 255})`));
-        pen.fillStyle = fade;
-        pen.fillRect(1, 4, 16, 10);
+        pen.globalAlpha = VEIL;
+        ramp(pen, dark);
       }],
       ["source", (pen) => source(pen, 9, 9, "", dark)],
       ["within it a robot counts for the source", (pen) => {
@@ -186,7 +187,10 @@ export class SwarmPanel {
   /** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view */
   base(pen, view) {
     this._drawn = "";
-    if (this.signal && this.run) drawCells(pen, view, this._heat.canvas);
+    if (!this.signal || !this.run) return;
+    pen.globalAlpha = VEIL;
+    drawCells(pen, view, this._heat.canvas);
+    pen.globalAlpha = 1;
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view */
