@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import struct
 from collections.abc import Sequence
 from typing import Any
@@ -12,8 +13,17 @@ import pytest
 
 import lampyris
 from lampyris.app.engine import work
+from lampyris.app.engine.fleets import fleet as fleet_module
+from lampyris.app.engine.fleets import swarm as swarm_module
 from lampyris.app.engine.fleets.alone import conflicts_alone
-from lampyris.app.engine.fleets.fleet import MOST_ROBOTS, parking
+from lampyris.app.engine.fleets.fleet import (
+    MOST_ROBOTS,
+    MOST_SECONDS,
+    parking,
+    present_fleet,
+    robots_of,
+    seconds_of,
+)
 from lampyris.errors import LampyrisError, LimitError, SceneError, SettingError
 from lampyris.model.grid import Grid
 
@@ -27,8 +37,6 @@ def ask(verb: str, **more: Any) -> list[tuple[str, bytes]]:
 
 
 def told(frames: Sequence[tuple[str, bytes]], kind: str) -> Any:
-    import json
-
     (found,) = [value for one, value in frames if one == kind]
     return json.loads(found) if kind in "HZX" else found
 
@@ -176,6 +184,28 @@ def test_what_is_wrong_with_a_question_is_said(
     with pytest.raises(kind) as found:
         ask("fleet", scenario={"map": MAP}, **more)
     assert found.value.code == code
+
+
+def test_limits_are_reached_and_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert robots_of({"robots": MOST_ROBOTS}, MOST_ROBOTS) == MOST_ROBOTS
+    with pytest.raises(SettingError, match="1 to 1,000"):
+        robots_of({"robots": MOST_ROBOTS + 1}, MOST_ROBOTS)
+    assert seconds_of({"seconds": MOST_SECONDS}) == MOST_SECONDS
+    with pytest.raises(SettingError, match="at most 30"):
+        seconds_of({"seconds": MOST_SECONDS + 0.1})
+    with pytest.raises(SettingError, match="for each of 1 to 1,000 robots"):
+        present_fleet(Grid([[False]]), [0, 0, 0, 0] * (MOST_ROBOTS + 1))
+    agents = [0, 0, 7, 0]
+    monkeypatch.setattr(fleet_module, "MOST_PLACES", 8)
+    assert told(ask("fleet", scenario={"map": MAP}, agents=agents), "Z")["makespan"] == 7
+    monkeypatch.setattr(fleet_module, "MOST_PLACES", 7)
+    with pytest.raises(LimitError, match="7 robots times ticks") as found:
+        ask("fleet", scenario={"map": MAP}, agents=agents)
+    assert found.value.code == "FLEET_PLACES"
+    monkeypatch.setattr(swarm_module, "MOST_PLACES", 20)
+    ask("swarm", scenario={"map": "env-6"}, robots=10, settings={"iterations": 2})
+    with pytest.raises(LimitError, match="20 robots times iterations"):
+        ask("swarm", scenario={"map": "env-6"}, robots=7, settings={"iterations": 3})
 
 
 def test_a_swarm_is_that_of_the_library() -> None:

@@ -53,7 +53,7 @@ def fleet(question: Mapping[str, Any], look: Looks) -> Iterator[bytes]:
     grid = ground_of(question)
     seed = question.get("seed", 0)
     planner = question.get("planner", fleets.PLANNER)
-    seconds = _seconds(question.get("seconds"))
+    seconds = seconds_of(question)
     lost: list[int] = []
     if question.get("agents") is None:
         made = fleets.random_fleet(grid, robots_of(question, MOST_ROBOTS), seed=seed)
@@ -151,7 +151,7 @@ def present_fleet(grid: Grid, agents: Any) -> tuple[Fleet, list[int]]:
     return Fleet(grid, robots), lost
 
 
-def _cut_off(grid: Grid, regions: NDArray[np.int32], at: Cell, goal: Cell) -> bool:
+def _cut_off(grid: Grid, regions: NDArray[Any], at: Cell, goal: Cell) -> bool:
     """Whether a robot cannot reach its goal any more. Where it stands is checked by the fleet."""
     if not grid.contains(goal) or not grid.contains(at):
         return not grid.contains(goal)
@@ -192,7 +192,14 @@ def ending(found: FleetPlan) -> dict[str, Any]:
     }
 
 
-def _seconds(given: Any) -> float | None:
+def seconds_of(question: Mapping[str, Any]) -> float | None:
+    """Seconds that planning may take; None: until there is a plan.
+
+    Raises
+    ------
+    SettingError : ``SECONDS``.
+    """
+    given: Any = question.get("seconds")
     if given is None:
         return None
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0 < given <= MOST_SECONDS:
