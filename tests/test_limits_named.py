@@ -366,8 +366,7 @@ ASKED: dict[str, str] = {
     "app.server.library.MOST_FILES": "app/test_app_limits.py",
     "app.engine.driving.MOST_PLACES": NOT_INPUT
     + "places of a drive that are sent, which are farther apart beyond that",
-    "app.engine.driving.MOST_POSES": NOT_INPUT
-    + "poses of paths that are sent; the first paths alone beyond that",
+    "app.engine.driving.MOST_POSES": "app/test_app_drives.py",
     "app.engine.fleets.fleet.MOST_PLACES": "app/test_app_fleets.py",
     "app.engine.fleets.fleet.MOST_ROBOTS": "app/test_app_fleets.py",
     "app.engine.fleets.fleet.MOST_SECONDS": "app/test_app_fleets.py",
