@@ -11,6 +11,8 @@ What is measured
 * frames: how many a second the page draws, counted over half seconds: the middle of these and the worst
   twentieth. Browsers draw at most 60. Beside them the processor time a frame of the page's process and of the
   drawing one, which does not know that limit.
+* fleet: the same of 1,000 robots on warehouse-200 with their trails and the lines of those that wait, and of 1,000 robots
+  of a swarm on env-3.
 * painting: from when the browser got a pointer's event until the cell's pixel is read back from the screen's
   canvas. The screen itself shows it with the browser's next frame.
 * dragging: from a move of the goal until a way to there, or to where a later move put it, is on the canvas.
@@ -47,7 +49,7 @@ from benchmarks import app_stage as stage
 Row = dict[str, Any]
 SOON = 120_000
 BURST_MS = 500.0
-PARTS = ("first", "weight", "playing", "painting", "looking", "dragging", "memory")
+PARTS = ("first", "weight", "playing", "fleet", "painting", "looking", "dragging", "memory")
 
 
 def share(values: list[float], part: float) -> float:
@@ -200,6 +202,35 @@ class Bench:
             self.frames(name, 50, somewhere()),
             self.frames("the same, another heat map each frame", 45, somewhere("bench.heat()")),
         ]
+
+    def fleet(self) -> list[Row]:
+        """1,000 robots of a fleet, then of a swarm, played."""
+        page = self.page
+        page.goto("about:blank")
+        page.goto(self.address + "&m=warehouse-200")
+        page.wait_for_selector("body.ready")
+        page.wait_for_selector("#status >> text=found")
+        page.evaluate(f"({stage.PROBE})()")
+        page.click("#tab-fleet")
+        page.fill("#fleet-number", "1000")
+        page.get_by_role("button", name="Plan", exact=True).click()
+        until(page, "bench.page.fleet?.run?.n === 1000")
+        rows = [self.frames("1,000 robots of a fleet, played", 50, self._somewhere(40))]
+        page.select_option("#fleet-map", "env-3")
+        page.get_by_role("button", name="Glowworms").click()
+        page.fill("#fleet-number", "1000")
+        page.get_by_role("button", name="Simulate", exact=True).click()
+        until(page, "bench.page.fleet.swarm.last === 300")
+        return [*rows, self.frames("1,000 robots of a swarm, played", 50, self._somewhere(150))]
+
+    def _somewhere(self, most: int) -> Callable[[], None]:
+        """Play the fleet from one of its first ticks."""
+
+        def begin() -> None:
+            tick = int(self.rng.random() * most)
+            self.page.evaluate(f"bench.page.play.seek({tick}); bench.page.play.start()")
+
+        return begin
 
     def looking(self) -> list[Row]:
         """Zoom by the wheel and pan of large maps with a way on them."""

@@ -367,8 +367,11 @@ ASKED: dict[str, str] = {
     "app.server.library.MOST_FILES": "app/test_app_limits.py",
     "app.engine.driving.MOST_PLACES": NOT_INPUT
     + "places of a drive that are sent, which are farther apart beyond that",
-    "app.engine.driving.MOST_POSES": NOT_INPUT
-    + "poses of paths that are sent; the first paths alone beyond that",
+    "app.engine.driving.MOST_POSES": "app/test_app_drives.py",
+    "app.engine.fleets.fleet.MOST_PLACES": "app/test_app_fleets.py",
+    "app.engine.fleets.fleet.MOST_ROBOTS": "app/test_app_fleets.py",
+    "app.engine.fleets.fleet.MOST_SECONDS": "app/test_app_fleets.py",
+    "app.engine.fleets.swarm.MOST_PLACES": "app/test_app_fleets.py",
     "app.engine.names.MOST": "app/test_app_limits.py",
     "app.engine.parse.MOST_SIDE": "app/test_app_limits.py",
     "app.engine.study_process.MOST_QUERIES": "app/test_app_limits.py",

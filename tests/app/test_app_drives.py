@@ -112,6 +112,20 @@ def test_a_plan_says_which_steps_are_driven_in_reverse() -> None:
     assert len(plan["obstacle_specs"]) == 2, "they stand where the drive begins"
 
 
+def test_paths_that_are_too_many_to_be_drawn_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = car(planner="astar", robot={"radius": 0.2}, obstacles=[])
+    whole = ask("drive", scenario)
+    (path,) = only(whole, "H")["paths"]
+    notes = only(whole, "Z")["notes"]
+    monkeypatch.setattr(driving, "MOST_POSES", len(path["poses"]))
+    assert only(ask("drive", scenario), "H")["paths"] == [path]
+    monkeypatch.setattr(driving, "MOST_POSES", len(path["poses"]) - 1)
+    fewer = ask("drive", scenario)
+    assert only(fewer, "H")["paths"] == []
+    (said,) = [note for note in only(fewer, "Z")["notes"] if note not in notes]
+    assert said.startswith("1 of the 1 paths that the robot was to follow are not drawn")
+
+
 @pytest.mark.nightly
 def test_obstacles_that_come_later_are_nowhere_before() -> None:
     later = car(obstacles=[{"kind": "random-walk", "count": 2, "rate": 0.2}])

@@ -64,6 +64,22 @@ def states(page: Any) -> Iterator[str]:
     page.locator("input[value=cost]").check(force=True)
     page.wait_for_selector(".ly-legend:not([hidden])")
     yield "run"
+    turn(page, "fleet")
+    page.fill("#fleet-number", "30")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.locator("#fleet-now dt:text-is('Makespan')").wait_for(state="attached")
+    page.get_by_role("button", name="Pause").click()
+    page.locator("#fleet-robot").evaluate("one => { one.value = 3; one.dispatchEvent(new Event('change')); }")
+    yield "fleet"
+    page.click("#tab-now")
+    yield "fleet, its numbers"
+    page.click("#tab-fleet")
+    page.get_by_role("button", name="Glowworms").click()
+    page.get_by_role("button", name="Simulate", exact=True).click()
+    page.get_by_role("button", name="Pause").click()
+    yield "swarm"
+    page.click("#tab-now")
+    yield "swarm, its numbers"
     page.click("#tab-compare")
     page.get_by_label("seeds", exact=True).fill("2")
     page.get_by_role("button", name="Compare", exact=True).click()

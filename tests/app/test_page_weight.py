@@ -15,6 +15,8 @@ from app_server import World, own, run
 from page_browser import app, needs_chromium
 from page_person import loaded
 
+from lampyris.app.server.scripts import stripped_script
+
 STATIC = files("lampyris.app").joinpath("static")
 NOT_OURS = "uplot.js"
 TYPES_ONLY = "types.js"
@@ -111,15 +113,46 @@ def at_first(all_: dict[str, str]) -> set[str]:
     return seen
 
 
-def test_scripts_are_sent_without_lines_of_comments_and_every_line_keeps_its_number() -> None:
-    sent = run(World().ask("GET", "/static/map.js", own())).body.decode().split("\n")
-    there = sources()["map.js"].split("\n")
-    assert len(sent) == len(there)
-    assert [line for line in sent if line.strip()] != [line for line in there if line.strip()]
-    for ours, line in zip(sent, there, strict=True):
-        assert ours in (line, ""), line
-        assert ours or not line.strip() or line.strip().startswith(("//", "/**", "*")), line
-    assert not any(line.strip().startswith("//") for line in sent)
+def test_scripts_and_styles_are_sent_without_comments_and_every_line_keeps_its_number() -> None:
+    all_ = sources()
+    for name in ("map.js", "fleet.js", "theme.css"):
+        sent = run(World().ask("GET", f"/static/{name}", own())).body.decode().split("\n")
+        there = all_[name].split("\n")
+        assert len(sent) == len(there)
+        assert sum(map(len, sent)) < 0.95 * sum(map(len, there)), name
+        assert not any("/*" in line or line.startswith(("//", " ")) for line in sent), name
+        for ours, line in zip(sent, there, strict=True):
+            words = ours.split()
+            rest = line.split()
+            assert all(word in line for word in words), line
+            assert (
+                words
+                or not rest
+                or name.endswith(".css")
+                or rest[0].startswith(("//", "/*", "*"))
+                or "*/" in line
+            ), line
+    untouched = run(World().ask("GET", f"/static/{NOT_OURS}", own())).body.decode()
+    assert untouched == all_[NOT_OURS], "with its licence"
+
+
+@pytest.mark.parametrize(
+    ("script", "sent"),
+    [
+        ("const a = 1; // one\n  const b = a / 2;", "const a = 1; \nconst b = a / 2;"),
+        ("f(/** @type {any} */ (x));", "f( (x));"),
+        ("/* one\n two */ let c;", "\nlet c;"),
+        ('const u = "http://x/*no*/";', 'const u = "http://x/*no*/";'),
+        ("s.replace(/[/*]\\//g, '//');", "s.replace(/[/*]\\//g, '//');"),
+        ("x = (a) / b / c; // over", "x = (a) / b / c; "),
+        (
+            "t = `a // ${f({ b: `/* ${c /* out */} */` })}  // b`;",
+            "t = `a // ${f({ b: `/* ${c } */` })}  // b`;",
+        ),
+    ],
+)
+def test_what_looks_like_a_comment_and_is_none_stays(script: str, sent: str) -> None:
+    assert stripped_script(script) == sent
 
 
 @pytest.mark.parametrize("path", ["/static/map.js", "/api/hello", "/api/maps"])
@@ -195,7 +228,7 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
 
     tab.get_by_role("button", name="Make a map").click()
     tab.wait_for_selector("#make-map")
-    for panel in ("settings", "traffic", "compare", "keep", "learn"):
+    for panel in ("settings", "traffic", "fleet", "compare", "keep", "learn"):
         tab.click(f"#tab-{panel}")
         tab.wait_for_selector(f"#{panel} h2")
     tab.get_by_role("button", name="Begin the tour").click()

@@ -78,7 +78,8 @@ def frames_of(made: Drive, head: Mapping[str, Any], scenario: Scenario) -> Itera
     """A drive as frames: what it is, its samples, its events, its end."""
     step = step_of(made)
     causes = list(dict.fromkeys(made.cause))
-    yield json_frame("H", {**head, **_header(made, scenario, step, causes)})
+    paths, omitted = paths_of(made)
+    yield json_frame("H", {**head, **_header(made, scenario, step, causes), "paths": paths})
     many = max(1, math.ceil(made.duration / step - 1e-9) + 1)
     times = np.minimum(np.arange(many) * step, made.duration)
     times[-1] = made.duration
@@ -86,7 +87,13 @@ def frames_of(made: Drive, head: Mapping[str, Any], scenario: Scenario) -> Itera
     for first in range(0, many, PIECE):
         yield _samples(made, times[first : first + PIECE], yaw[first : first + PIECE], first, causes)
     yield json_frame("E", [_event(moment, step, many) for moment in made.moments])
-    yield json_frame("Z", {**head, **ending(made)})
+    end = ending(made)
+    if omitted:
+        end["notes"].append(
+            f"{omitted} of the {omitted + len(paths)} paths that the robot was to follow are not drawn: together they have "
+            f"more than {MOST_POSES:,} poses"
+        )
+    yield json_frame("Z", {**head, **end})
 
 
 def step_of(made: Drive) -> float:
@@ -133,7 +140,6 @@ def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> 
         "goal": list(made.scene.goal),
         "causes": causes,
         "step": step,
-        "paths": paths_of(made),
         "obstacle_specs": [
             {**obstacle_record(one), "radius": track.radius}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)
@@ -142,9 +148,10 @@ def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> 
     }
 
 
-def paths_of(made: Drive) -> list[dict[str, Any]]:
+def paths_of(made: Drive) -> tuple[list[dict[str, Any]], int]:
     """The paths that the robot was to follow: since when (``t``, seconds), and their ``poses`` half a cell apart as the
     page draws them: x, y, yaw and gear as :func:`lampyris.app.engine.work.plan` gives those of plans; along cells x and y alone.
+    And how many are left out, which together would have more than :data:`MOST_POSES` poses.
     """
     if made.paths:
         curves, since = made.paths, made.path_times
@@ -154,7 +161,8 @@ def paths_of(made: Drive) -> list[dict[str, Any]]:
             float(made.t[np.argmax(made.leg == k)]) if (made.leg == k).any() else math.inf
             for k in range(len(curves))
         )
-    found, left = [], MOST_POSES
+    found: list[dict[str, Any]] = []
+    left, omitted = MOST_POSES, 0
     for curve, t in zip(curves, since, strict=True):
         if not len(curve.lengths) or not math.isfinite(t):
             continue
@@ -162,7 +170,9 @@ def paths_of(made: Drive) -> list[dict[str, Any]]:
         left -= len(poses)
         if left >= 0:
             found.append({"t": t, "poses": poses})
-    return found
+        else:
+            omitted += 1
+    return found, omitted
 
 
 def _poses(curve: Curve) -> list[list[float]]:

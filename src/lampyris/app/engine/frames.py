@@ -7,6 +7,8 @@
 ``C``   what each rule alone allows at ticks of a simulation: see :func:`caps_frame`
 ``E``   JSON: a list of events
 ``L``   a value for every cell: see :func:`layer_frame`
+``R``   the paths of a fleet: see :func:`paths_frame`
+``G``   iterations of a swarm: see :func:`swarm_frame`
 ``P``   JSON: how far it has come
 ``B``   bytes of a file
 ``Z``   JSON: how it ended; the last frame of a run
@@ -25,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import LampyrisError
-from lampyris.typing import BoolGrid, Cells, Floats
+from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 NOWHERE = -32768
 """In place of a cell's coordinates: not there."""
@@ -125,6 +127,54 @@ def caps_frame(first: int, ticks: Sequence[Sequence[tuple[str, float]]]) -> byte
     words = [name.encode() for name in names]
     head = struct.pack("<IHH", first, len(ticks), len(names))
     return frame("C", head + b"".join(bytes([len(word)]) + word for word in words) + table.tobytes())
+
+
+def paths_frame(paths: Sequence[Cells], goals: Sequence[Cell], shortest: NDArray[np.int32] | None) -> bytes:
+    """The paths of a fleet, half a byte for each step.
+
+    A head (robots u32); then by robot i16: x and y of its first cell, x and y of its goal; u32: steps of its path; i32:
+    steps of its shortest path, -1 unknown; then the steps of all robots one after another, two a byte, the first in the lower
+    half: 0 wait, 1 x + 1, 2 y + 1, 3 x - 1, 4 y - 1.
+    """
+    n = len(paths)
+    starts = np.array([path[0] for path in paths], dtype="<i2").reshape(n, 2)
+    moves = [np.diff(path, axis=0) for path in paths]
+    table = np.concatenate(moves) if moves else np.zeros((0, 2), dtype=np.int64)
+    x, y = table[:, 0], table[:, 1]
+    code = np.where(x != 0, 2 - x, np.where(y != 0, 3 - y, 0)).astype(np.uint8)
+    code = np.append(code, np.zeros(len(code) % 2, dtype=np.uint8))
+    least = np.full(n, -1) if shortest is None else shortest
+    return frame(
+        "R",
+        struct.pack("<I", n)
+        + np.hstack((starts, np.array(goals, dtype="<i2").reshape(n, 2))).astype("<i2").tobytes()
+        + np.array([len(path) - 1 for path in paths], dtype="<u4").tobytes()
+        + least.astype("<i4").tobytes()
+        + (code[::2] | code[1::2] << 4).astype(np.uint8).tobytes(),
+    )
+
+
+def swarm_frame(
+    first: int, places: Floats, luciferin: NDArray[np.uint8], sources: Floats, held: NDArray[np.int32]
+) -> bytes:
+    """Iterations ``first``, ``first + 1``, ... of a swarm.
+
+    A head (first u32, iterations u16, robots u16, sources u16); then f32: places of the robots and of the sources, in
+    cells (y down); u16: robots at each source; u8: luciferin, 0 to 255.
+
+    Parameters
+    ----------
+    places : (n, robots, 2). luciferin : (n, robots). sources : (n, sources, 2). held : (n, sources).
+    """
+    n, robots = luciferin.shape
+    return frame(
+        "G",
+        struct.pack("<IHHH", first, n, robots, sources.shape[1])
+        + places.astype("<f4").tobytes()
+        + sources.astype("<f4").tobytes()
+        + np.minimum(held, 65535).astype("<u2").tobytes()
+        + luciferin.tobytes(),
+    )
 
 
 def layer_frame(name: str, values: Floats, shown: BoolGrid | None = None) -> bytes:

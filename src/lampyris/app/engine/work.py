@@ -108,6 +108,20 @@ def drive(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     yield from driven(question, look)
 
 
+def fleet(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Paths of a fleet: see :func:`lampyris.app.engine.fleets.fleet.fleet`. What plans is loaded when it is asked for."""
+    from lampyris.app.engine.fleets.fleet import fleet as planned
+
+    yield from planned(question, look)
+
+
+def swarm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A swarm of robots that look for sources: see :func:`lampyris.app.engine.fleets.swarm.swarm`."""
+    from lampyris.app.engine.fleets.swarm import swarm as simulated_swarm
+
+    yield from simulated_swarm(question, look)
+
+
 def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """One layer: a frame ``L``; before ``expanded``, ``H`` says whether the order is the planner's own."""
     tick = question.get("tick") or 0
@@ -190,6 +204,8 @@ _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "plan": plan,
     "simulate": simulate,
     "drive": drive,
+    "fleet": fleet,
+    "swarm": swarm,
     "layer": layer,
     "compare": compare,
     "export": export,

@@ -1,4 +1,4 @@
-"""The page's files as they are sent: scripts without the lines that are comments alone, which are a third of them.
+"""The page's files as they are sent: scripts and styles without comments and indentation, which are half of them.
 
 Every line keeps its number, so that what a browser reports is found in the file.
 """
@@ -14,24 +14,104 @@ from typing import Any, Final
 from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 
-COMMENTS: Final = re.compile(r"^[ \t]*(?://[^\n]*|/\*\*(?:(?!\*/)[\s\S])*\*/[ \t]*)$", re.MULTILINE)
-"""Lines of nothing but a comment. Types within a line of code stay."""
+KINDS: Final = {".js": "text/javascript", ".css": "text/css"}
+"""Files that are sent without comments, and their types."""
+
+WORD: Final = re.compile(
+    r"""(?P<comment>//[^\n]*|/\*(?:(?!\*/)[\s\S])*\*/)
+    |(?P<text>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*')
+    |(?P<space>[ \t\n]+)
+    |(?P<word>[\w$]+)
+    |(?P<sign>[\s\S])""",
+    re.VERBOSE,
+)
+"""What a script is made of, but for templates and regular expressions, which need to know what is before them."""
+PATTERN: Final = re.compile(r"/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/[a-z]*")
+"""A regular expression, where a slash is no division."""
+NOT_OURS: Final = "uplot"
+"""How the files of others begin: they are sent as they are, with their licence."""
+BEFORE_PATTERN: Final = frozenset("(,=:[!&|?{};+-*%<>~^") | {
+    "", "return", "typeof", "case", "in", "of", "do", "else", "void", "await", "yield", "delete",
+}  # fmt: skip
+"""Signs and words behind which a slash begins a regular expression."""
 
 
 class PageFiles(StaticFiles):
-    """The files of a folder; of ``.js`` files the code."""
+    """The files of a folder; of scripts and styles the code."""
 
     def file_response(
         self, full_path: str | os.PathLike[str], stat_result: os.stat_result, *given: Any, **named: Any
     ) -> Response:
         """The response to a request for a file."""
-        if str(full_path).endswith(".js"):
-            return Response(code_of(str(full_path), stat_result.st_mtime_ns), media_type="text/javascript")
+        path = Path(full_path)
+        kind = KINDS.get(path.suffix)
+        if kind is not None and not path.name.startswith(NOT_OURS):
+            return Response(code_of(str(full_path), stat_result.st_mtime_ns), media_type=kind)
         return super().file_response(full_path, stat_result, *given, **named)
 
 
 @lru_cache(256)
 def code_of(path: str, changed: int) -> bytes:
-    """A script without its comments, as of a time of change."""
+    """A file without its comments, as of a time of change."""
     text = Path(path).read_text("utf-8")
-    return COMMENTS.sub(lambda found: "\n" * found[0].count("\n"), text).encode()
+    made = stripped_script(text) if path.endswith(".js") else stripped_style(text)
+    return made.encode()
+
+
+def stripped_style(text: str) -> str:
+    """A style sheet without comments and indentation; its lines keep their numbers."""
+    bare = re.sub(r"/\*[\s\S]*?\*/", lambda found: "\n" * found[0].count("\n"), text)
+    return re.sub(r"[ \t]*\n[ \t]*", "\n", bare)
+
+
+def stripped_script(text: str) -> str:
+    """A script without comments and indentation; its lines keep their numbers, and texts and patterns stay."""
+    out: list[str] = []
+    at, before = 0, ""
+    depths: list[int] = []  # open braces within each ${...} of a template that is open
+    while at < len(text):
+        found = WORD.match(text, at)
+        assert found is not None
+        kind, piece = str(found.lastgroup), found[0]
+        if kind == "sign" and piece == "/" and before in BEFORE_PATTERN:
+            pattern = PATTERN.match(text, at)
+            if pattern is not None:
+                kind, piece = "text", pattern[0]
+        elif kind == "sign" and (piece == "`" or (piece == "}" and depths and depths[-1] == 0)):
+            if piece == "}":
+                depths.pop()
+            piece, inside = _template(text, at)
+            if inside:
+                depths.append(0)
+            kind, before = ("text", "{") if inside else ("text", "`")
+            out.append(piece)
+            at += len(piece)
+            continue
+        elif kind == "sign" and depths and piece in "{}":
+            depths[-1] += 1 if piece == "{" else -1
+        at += len(piece)
+        if kind == "comment":
+            out.append("\n" * piece.count("\n"))
+        elif kind == "space":
+            lines = piece.count("\n")
+            # A line's end ends a statement; more than one are kept for their numbers.
+            out.append("\n" * lines if lines or not out or out[-1].endswith("\n") else " ")
+        else:
+            out.append(piece)
+            before = piece
+    return "".join(out)
+
+
+def _template(text: str, at: int) -> tuple[str, bool]:
+    """A template from its beginning, or from the end of what is computed within it; whether more is computed within it."""
+    end = at + 1
+    while end < len(text):
+        if text[end] == "\\":
+            end += 2
+        elif text[end] == "`":
+            return text[at : end + 1], False
+        elif text.startswith("${", end):
+            return text[at : end + 2], True
+        else:
+            end += 1
+    return text[at:], False

@@ -69,11 +69,16 @@ ASKED: Final[Mapping[str, Form]] = {
     "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
     "simulate": {"scenario": TABLE},
     "drive": {"scenario": TABLE},
+    "fleet": {
+        "scenario": TABLE, "robots": WHOLE, "agents": LIST, "planner": TEXT, "settings": TABLE, "seed": WHOLE,
+        "seconds": CHECKED_LATER,
+    },
+    "swarm": {"scenario": TABLE, "robots": WHOLE, "seed": WHOLE, "sources": TEXT, "settings": TABLE},
     "layer": {"scenario": TABLE, "layer": TEXT, "obstacle_cells": LIST, "tick": WHOLE},
     "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
     "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},
     "make": {"map": TABLE},
-}
+}  # fmt: skip
 """The form of each question to an engine; what has another is refused."""
 
 STUDY: Final[Form] = {

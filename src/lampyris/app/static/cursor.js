@@ -72,6 +72,7 @@ export class Cursor {
   /** Turn the heading of the end at a cell. @param {Cell} cell @param {number} by 1: counterclockwise, -1: clockwise */
   _turn(cell, by) {
     const { editor } = this;
+    if (editor.page.fleet) return;
     const end = editor.page.map.shape?.ends.find(({ at }) => at[0] === cell[0] && at[1] === cell[1]);
     if (!end) return;
     editor.setHeading(end.end, (end.heading ?? 0) + (by * Math.PI) / 12);

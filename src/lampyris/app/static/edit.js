@@ -44,11 +44,12 @@ export function mount(page, bar) {
     slider.value = String(editor.size);
     number.textContent = `${editor.size}`;
     done.hidden = editor.patrols.draft.length === 0;
-    const trouble = lost || !page.plan ? lost : page.plan.cells.length === 0 && !editor.patrols.draft.length ? page.plan.sentence : "";
+    const trouble = lost || !page.plan || page.fleet ? lost : page.plan.cells.length === 0 && !editor.patrols.draft.length ? page.plan.sentence : "";
     tip.textContent = trouble || editor.tip();
     tip.classList.toggle("trouble", trouble !== "");
   };
   page.use = (name) => {
+    if (page.fleet && name === "patrol") return;
     if (name !== "patrol") editor.patrols.drop();
     page.tool = name;
     for (const [one, button] of buttons) button.setAttribute("aria-pressed", String(one === name));
@@ -71,6 +72,7 @@ export function mount(page, bar) {
     slider.max = String(editor.largest);
     editor.resize(editor.size);
   });
+  page.on("fleet", () => editor.onChange());
   page.on("plan", () => {
     editor.patrols.show();
     editor.onChange();
@@ -150,6 +152,10 @@ export class Editor {
   click(cell) {
     const { page } = this;
     if (!this.inside(cell)) return;
+    if (page.fleet && page.tool === "ends") {
+      page.fleet.choose(cell);
+      return;
+    }
     if (page.tool === "patrol") {
       if (this.free(cell)) this.patrols.add(cell);
       else page.say("A patrol needs free cells.");
@@ -168,6 +174,7 @@ export class Editor {
 
   /** Put an end on a cell and say so; false: it is a wall. @param {"start" | "goal"} end @param {Cell} cell */
   putEnd(end, cell) {
+    if (this.page.fleet) return false;
     const put = this.setEnd(end, cell);
     if (put) byId("live").textContent = `${end} at column ${cell[0]}, row ${cell[1]}`;
     else this.page.say(`That cell is a wall: the ${end} needs a free one.`);
@@ -176,7 +183,8 @@ export class Editor {
 
   /** A stroke of the brush as it is now. @param {number} value 1: wall, 0: free */
   stroke(value) {
-    return new Stroke(this.page, value, brush(this.size));
+    const { page } = this;
+    return page.fleet ? page.fleet.stroke(value, brush(this.size)) : new Stroke(page, value, brush(this.size));
   }
 
   /** A stroke of one cell, or from another to it. @param {number} value @param {Cell} cell @param {Cell} [from] */
@@ -204,6 +212,7 @@ export class Editor {
     const { page } = this;
     const { start, goal } = page.store.scenario;
     if (!page.ground) return "";
+    if (page.fleet) return page.fleet.tip();
     if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
     if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
     return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";

@@ -188,7 +188,8 @@ export class Hand {
 
   /** Which end is under the pointer. @param {PointerEvent} event @returns {"start" | "goal" | null} */
   _endAt(event) {
-    const { map } = this.page;
+    const { fleet, map } = this.page;
+    if (fleet) return null;
     const [px, py] = this._pixel(event);
     const reach = Math.max(event.pointerType === "touch" ? 22 : NEAR, map.view.scale * 0.6);
     /** @type {"start" | "goal" | null} */
@@ -210,7 +211,7 @@ export class Hand {
   /** Which end's handle is under the pointer. @param {PointerEvent} event */
   _handleAt(event) {
     const { shape, view } = this.page.map;
-    if (!shape) return null;
+    if (!shape || this.page.fleet) return null;
     const [px, py] = this._pixel(event);
     const reach = event.pointerType === "touch" ? 22 : HANDLE + 6;
     return shape.ends.find((end) => {

@@ -6,7 +6,7 @@ import { el } from "./make.js";
 import { byId } from "./page.js";
 import { fit, zoomBy } from "./zoom.js";
 
-const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn"];
+const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn", "fleet"];
 
 /** What the help lists. @type {Array<[string, Array<[string, string]>]>} */
 const LIST = [
@@ -18,7 +18,7 @@ const LIST = [
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
-  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 7", "map, planner, traffic, now, compare, keep, learn"], ["M", "to the map"], ["T", "colours"]]],
+  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["T", "colours"]]],
   ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
 
@@ -45,8 +45,8 @@ export function mount(page, dialog) {
     "?": () => help.showModal(), "+": () => zoomBy(page, 1.4), "=": () => zoomBy(page, 1.4), "-": () => zoomBy(page, 1 / 1.4),
     0: () => fit(page), ",": () => page.play.step(-1), ".": () => page.play.step(1),
     "<": () => page.play.rate(page.play.speed / 2), ">": () => page.play.rate(page.play.speed * 2),
-    Home: () => page.play.seek(0), End: () => page.play.seek(page.run ? page.run.ticks - 1 : 0),
-    r: () => void page.simulate({ tick: 0, play: true }), l: () => void copyLink(page), t: () => turnTheme(page),
+    Home: () => page.play.seek(0), End: () => page.play.seek(page.play.last),
+    r: () => (page.fleet ? page.fleet.again() : void page.simulate({ tick: 0, play: true })), l: () => void copyLink(page), t: () => turnTheme(page),
     m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
   };
   for (const tool of TOOLS) plain[tool.key] = () => page.use(tool.name);
@@ -65,7 +65,8 @@ export function mount(page, dialog) {
       const key = event.key.toLowerCase();
       if ((key !== "z" && key !== "y") || types(at)) return;
       event.preventDefault();
-      if (key === "y" || event.shiftKey) page.store.redo();
+      if (page.fleet) page.say("Walls of a fleet are taken back with the eraser (E).");
+      else if (key === "y" || event.shiftKey) page.store.redo();
       else page.store.undo();
       return;
     }

@@ -47,6 +47,8 @@ export class MapView {
     this.shape = null;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
+    /** What is shown in place of a single robot: a fleet or a swarm. @type {import("./fleet.js").Actors | null} */
+    this.actors = null;
     /** A hand is on the map: it must not move below it, whatever else on the page grows or shrinks. */
     this.held = false;
     /** Pixels at each side that the map leaves free when it is fitted. */
@@ -68,6 +70,11 @@ export class MapView {
     /** Told when the map is shown at another scale or place because its room has changed. @type {(() => void) | null} */
     this.onView = null;
     new ResizeObserver(() => this.resize()).observe(canvas);
+  }
+
+  /** Pixels of the screen to a pixel of the page. */
+  get ratio() {
+    return this._ratio;
   }
 
   /** Take the canvas's size on the page. */
@@ -95,7 +102,10 @@ export class MapView {
 
   fit() {
     this.fitted = true;
-    if (this.ground) this.view.fit(this.ground.width, this.ground.height, this.edge);
+    const { view } = this;
+    // Where it is high and narrow there is room for the tools above and below the map.
+    const edge = view.height > 1.5 * view.width ? { top: 210, right: 14, bottom: 170, left: 14 } : this.edge;
+    if (this.ground) view.fit(this.ground.width, this.ground.height, edge);
     this.refresh();
   }
 
@@ -166,7 +176,7 @@ export class MapView {
   drawNow() {
     const began = performance.now();
     const { pen, view } = this;
-    const { trail } = this.moment;
+    const trail = this.actors ? null : this.moment.trail;
     const on = { dark: this.dark, layered: this.layer !== null };
     if (this._stale || !this._trail.holds(trail)) this._drawBase();
     if (trail) this._trail.settle(penOf(this._base), view, trail, on);
@@ -174,7 +184,8 @@ export class MapView {
     pen.drawImage(this._base, 0, 0);
     pen.setTransform(this._ratio, 0, 0, this._ratio, 0, 0);
     if (trail) this._trail.draw(pen, view, trail, on);
-    drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
+    if (this.actors) this.actors.draw(pen, view);
+    else drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
     if (this.onFrame) this.onFrame(performance.now() - began);
@@ -195,11 +206,15 @@ export class MapView {
     // Cells are squares; only where several share a pixel are they mixed.
     pen.imageSmoothingEnabled = view.scale * this._ratio < 1;
     drawCells(pen, view, this._cells.canvas);
-    if (this.layer) drawCells(pen, view, this._heat.canvas);
+    if (this.layer && !this.actors) drawCells(pen, view, this._heat.canvas);
     if (view.scale >= 14) drawLines(pen, view, ground, theme.line);
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 1;
     pen.strokeRect(view.x - 0.5, view.y - 0.5, ground.width * view.scale + 1, ground.height * view.scale + 1);
+    if (this.actors) {
+      this.actors.base(pen, view);
+      return;
+    }
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
     if (this.shape) drawShape(pen, view, this.shape, this.dark);

@@ -31,6 +31,7 @@ export function mount(page) {
     chosen[sideOf(tab)] = id;
     last = id;
     draw();
+    page.tell("panel", id);
   };
   for (const tab of tabs) {
     tab.addEventListener("click", () => page.show(sectionOf(tab)));

@@ -68,7 +68,7 @@
  * The player of a run. It fills `page.map.moment` from the run, between ticks too. Without a run, or with one of
  * another scenario, `toggle` asks for one with `page.simulate()`. `hold`: time stands still while a hand is on it.
  * @typedef {{
- *   tick: number, playing: boolean, speed: number, seek: (t: number) => void, toggle: () => void,
+ *   tick: number, last: number, playing: boolean, speed: number, seek: (t: number) => void, toggle: () => void,
  *   step: (n: number) => void, rate: (f: number) => void, hold: (held: boolean) => void,
  * }} Play
  */
@@ -82,13 +82,13 @@
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "progress" (page.driving changed), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
- * "token" (another address was opened), "help", "map" (the view panned or zoomed).
+ * "panel" (detail: the panel that was opened), "fleet" (a fleet is shown in place of a single robot, or no longer), "token" (another address was opened), "help", "map" (the view panned or zoomed).
  * Changes of the scenario are told by `store.listen(changed keys)`.
  *
  * @typedef {{
  *   store: import("./state.js").Store, api: import("./api.js").Api, map: import("./map.js").MapView,
  *   hello: any, ground: Ground | null, base: Uint8Array | null, plan: Plan | null, run: Run | null, play: Play,
- *   dark: boolean, gone: boolean, tool: string,
+ *   dark: boolean, gone: boolean, tool: string, fleet: import("./fleet.js").Fleet | null,
  *   on: (name: string, hear: (detail: any) => void) => void,
  *   tell: (name: string, detail?: any) => void,
  *   busy: (who: string, on: boolean) => void,
@@ -112,5 +112,5 @@
  * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it; `ticks`: without
  * what it says of drives. `drives`: whether a run is a drive in continuous time. `driver`: what is done with drives, once it is loaded. `driving`: what is computed before there is something to play. `link`: this state's
  * address, with the token of this start. `busy`: somebody works, or no longer does. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
- * `met`: who meets in a comparison, as a part of the link.
+ * `fleet`: what is shown in place of a single robot, while the panel Fleet is open. `met`: who meets in a comparison, as a part of the link.
  */

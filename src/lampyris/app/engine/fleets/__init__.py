@@ -1,0 +1,1 @@
+"""Fleets and swarms of robots, as frames for the page."""

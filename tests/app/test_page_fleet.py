@@ -1,0 +1,146 @@
+"""Many robots in a browser: planned, watched, and planned again around what is painted; not without chromium."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from page_browser import needs_chromium
+from page_person import changed, click, draw, drawn, picture, until
+
+import lampyris
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = needs_chromium
+
+ROBOTS = 60
+
+
+def number(page: Any, name: str) -> str:
+    """A number beside the map, by its name."""
+    found: str = page.locator(f"#fleet-now dt:text-is('{name}') + dd").first.inner_text()
+    return found
+
+
+def counted(paths: Any) -> tuple[int, int]:
+    """Ticks that robots wait before they are on their goals for good, and those in which another is in the next cell."""
+    last = max(map(len, paths))
+    at = [[tuple(path[min(t, len(path) - 1)]) for path in paths] for t in range(last)]
+    waits = hindered = 0
+    for path in paths:
+        for t in range(len(path) - 1):
+            if tuple(path[t]) == tuple(path[t + 1]):
+                waits += 1
+                after = next(tuple(cell) for cell in path[t:] if tuple(cell) != tuple(path[t]))
+                hindered += after in at[t + 1]
+    return waits, hindered
+
+
+def tick_to(page: Any, tick: int) -> None:
+    page.get_by_label("Tick", exact=True).evaluate(
+        "(one, tick) => { one.value = tick; one.dispatchEvent(new Event('input')); }", tick
+    )
+
+
+def paint(page: Any, cell: tuple[int, int]) -> None:
+    """A stroke on one cell, where no note lies over the map."""
+    page.locator("#notes").evaluate("one => one.replaceChildren()")
+    draw(page, [cell, cell])
+
+
+def test_a_fleet_is_planned_watched_and_planned_again_around_what_is_painted(page: Any) -> None:
+    fleet = lampyris.random_fleet(lampyris.load_grid("env-3"), ROBOTS, seed=4)
+    plan = lampyris.plan_fleet(fleet, planner="pibt", seed=4)
+    assert plan
+    before = picture(page)
+    page.click("#tab-fleet")
+    page.fill("#fleet-number", str(ROBOTS))
+    page.select_option("#fleet-planner", "pibt")
+    page.fill("#fleet-seed", "4")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    page.locator("#fleet-time").get_by_role("button", name="Pause").click()
+    waits, hindered = counted([path.tolist() for path in plan.paths])
+    assert waits > 0
+    assert number(page, "Makespan") == f"{plan.makespan} ticks"
+    assert number(page, "Sum of costs") == f"{plan.sum_of_costs:,}"
+    assert number(page, "Lower bound") == f"{plan.lower_bound:,}"
+    assert number(page, "Ticks waited") == f"{waits:,}"
+    assert [text.strip() for text in page.locator("#fleet-now dd").all_inner_texts()].count(
+        f"{hindered:,}"
+    ) >= 1
+    assert (
+        page.inner_text("#fleet .command")
+        == f"lampyris fleet env-3 --robots {ROBOTS} --planner pibt --seconds 2 --seed 4"
+    )
+
+    # Keys: the last tick, where all have arrived, and back.
+    page.locator("#map").focus()
+    page.keyboard.press("End")
+    assert number(page, "Tick") == str(plan.makespan)
+    assert number(page, "On their goals") == f"{ROBOTS} of {ROBOTS}"
+    page.keyboard.press(",")
+    assert number(page, "Tick") == str((plan.makespan or 0) - 1)
+    tick_to(page, 10)
+    drawn(page)
+    assert changed(before, picture(page)) > 0.01
+
+    # A robot by a click.
+    chosen = 7
+    click(page, tuple(plan.at(10)[chosen].tolist()))
+    assert page.input_value("#fleet-robot") == str(chosen)
+    assert number(page, "Goal") == str(fleet.goals[chosen])
+    assert number(page, "On its goal for good") == f"tick {len(plan.paths[chosen]) - 1}"
+
+    # Its goal gets a wall while it is on its way.
+    here = {tuple(cell) for cell in np.concatenate([plan.at(10), plan.at(11)]).tolist()}
+    late = next(r for r in range(ROBOTS) if len(plan.paths[r]) > 30 and fleet.goals[r] not in here)
+    page.keyboard.press("b")
+    paint(page, fleet.goals[late])
+    page.wait_for_selector(f".note >> text=Robot {late} cannot reach its goal any more")
+    assert re.match(
+        r"Wall painted at tick 10: planned again in [\d.]+ s\.", page.inner_text("#fleet [role=status]")
+    )
+    assert number(page, "Goals walled off") == "1"
+    tick_to(page, 10_000)
+    assert number(page, "On their goals") == f"{ROBOTS - 1} of {ROBOTS}"
+    tick_to(page, 10)
+    page.keyboard.press("e")
+    paint(page, fleet.goals[late])
+    page.wait_for_selector(f".note >> text=Robot {late} can reach its goal again")
+    tick_to(page, 10_000)
+    assert number(page, "On their goals") == f"{ROBOTS} of {ROBOTS}"
+
+    # No wall comes onto a robot.
+    tick_to(page, 10)
+    page.keyboard.press("b")
+    standing = next(r for r in range(ROBOTS) if (plan.at(10)[r] == plan.at(9)[r]).all())
+    paint(page, tuple(plan.at(10)[standing].tolist()))
+    page.wait_for_selector(f".note >> text=No wall on cells with a robot: Robot {standing} stands there.")
+
+    # And the single robot is where it was.
+    page.click("#tab-settings")
+    page.wait_for_selector("#timeline:visible")
+    page.keyboard.press("v")
+    page.mouse.move(2, 2)
+    drawn(page)
+    until(page, lambda: changed(before, picture(page)) < 0.005)
+
+
+@pytest.mark.nightly
+def test_glowworm_robots_are_simulated_and_counted(page: Any) -> None:
+    trace = lampyris.swarm_robots(lampyris.load_grid("env-3"), robots=40, seed=2, iterations=80)
+    page.click("#tab-fleet")
+    page.get_by_role("button", name="Glowworms").click()
+    page.fill("#fleet-number", "40")
+    page.fill("#swarm-iterations", "80")
+    page.fill("#fleet-seed", "2")
+    page.get_by_role("button", name="Simulate", exact=True).click()
+    page.locator("#fleet-time").get_by_role("button", name="Pause").click()
+    page.locator("#map").focus()
+    page.keyboard.press("End")
+    assert number(page, "Iteration") == "80"
+    assert [number(page, f"At source {k}") for k in range(3)] == [str(many) for many in trace.held[-1]]
+    assert page.inner_text("#fleet [role=status]") == trace.sentence
