@@ -21,7 +21,7 @@ from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
-from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.model.fleet.fleet import FORGIVEN, Agent, Fleet, most_radius
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
 from lampyris.model.moves import moves_named
@@ -33,7 +33,7 @@ from lampyris.planning.fleet.base import FleetPlanner
 PLANNER = "lacam"
 """The planner by default."""
 MOVES = "four-connected"
-"""The step set; the others would need conflicts where two robots cross diagonally."""
+"""The step set by default."""
 
 
 def plan_fleet(
@@ -59,7 +59,8 @@ def plan_fleet(
     ----------
     fleet : the map, and each robot's start and goal.
     planner : a name (see :func:`lampyris.planning.fleet.registry.list_fleet_planners`) or a planner object.
-    moves : ``four-connected``: a step to one of four neighbours or a wait takes a tick and costs 1.
+    moves : ``four-connected`` or ``octile``. A step to a neighbour or a wait takes a tick and costs 1, a diagonal step, too; it
+        needs both cells beside it free of walls, and no two robots cross diagonally in a tick.
     seed : seed of all random draws: the same seed gives the same plan, unless seconds end the search.
     budget : ``seconds`` and ``stop`` end the call; ``expansions`` limits the planner's iterations
         (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` and ``lns`` improve their plans until the
@@ -70,8 +71,9 @@ def plan_fleet(
 
     Raises
     ------
-    UsageError : no such planner; ``SETTING_CLASH``: a setting that is given twice; ``MOVES``: a step set that fleets cannot use.
-    SettingError : a setting it does not have, or out of its range.
+    UsageError : no such planner; ``SETTING_CLASH``: a setting that is given twice; ``MOVES``: a step set that it does not know.
+    SettingError : a setting it does not have, or out of its range; ``FLEET_ROBOT``: a robot larger than it can plan for.
+    SceneError : ``START_OCCUPIED``, ``GOAL_OCCUPIED``: a robot reaches into a wall there.
     LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
     InternalFault : the referee refused the plan; a bug of ours.
     """
@@ -82,15 +84,12 @@ def plan_fleet(
     for name in settings.keys() & (planner_settings or {}).keys():
         raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     chosen = registry.chosen(planner, {**settings, **(planner_settings or {})})
-    if moves_named(moves).name != MOVES:
-        raise UsageError.of(
-            "MOVES", "moves", shown(moves), allowed=MOVES,
-            todo="other steps need conflicts of robots that cross diagonally, which planners of fleets do not know yet",
-        )  # fmt: skip
+    steps = moves_named(moves).name
+    _check_known(chosen, fleet, steps)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     began, loaded = loading.wall(), loading.seconds()
-    found = _within(chosen, fleet, int(seed), budget, progress)
+    found = replace(_within(chosen, fleet, int(seed), budget, progress, steps), moves=steps)
     planned = loading.wall()
     referee.demand(referee.check_fleet_plan(found, fleet, factor=_factor(chosen)))
     ended, loaded = loading.wall(), loading.seconds() - loaded
@@ -102,6 +101,28 @@ def plan_fleet(
     )
 
 
+def _check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
+    """See that a planner knows the steps and the sizes of a fleet."""
+    known = chosen.traits.moves
+    if moves not in known:
+        raise UsageError.of(
+            "MOVES", "moves", shown(moves), allowed=", ".join(known),
+            todo=f"{chosen.name} knows no conflicts of robots that take other steps",
+        )  # fmt: skip
+    radii = fleet.radii
+    most = most_radius(moves)
+    k = int(radii.argmax())
+    if radii[k] > most * (1.0 + FORGIVEN) and not chosen.traits.sizes:
+        able = ", ".join(name for name, row in registry.list_fleet_planners().items() if row.traits.sizes)
+        raise SettingError(
+            "FLEET_ROBOT", f"a radius of {radii[k] * fleet.grid.resolution:g} m, {radii[k]:.3g} cells",
+            where=f"robots[{k}].robot",
+            allowed=f"at most {most:.3g} cells, {most * fleet.grid.resolution:.4g} m, with {chosen.name} and {moves} moves: "
+            "it keeps robots apart by their cells, and larger ones touch at corners",
+            todo=f"take {able}, or a map with larger cells",
+        )  # fmt: skip
+
+
 def _factor(chosen: FleetPlanner) -> float | None:
     """How many times its lower bound a plan of this planner costs at most, as it promises."""
     if chosen.traits.optimal:
@@ -109,13 +130,15 @@ def _factor(chosen: FleetPlanner) -> float | None:
     return getattr(chosen, "weight", None) if chosen.traits.bounded else None
 
 
-def _within(chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any) -> FleetPlan:
+def _within(
+    chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any, moves: str
+) -> FleetPlan:
     """The planner's answer within the seconds and the stop of a budget."""
     iterations = None if budget is None else budget.expansions
     seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)
     with cancellation.watching(seconds, stop) as own:
         try:
-            return chosen.plan(fleet, seed, iterations, progress)
+            return chosen.plan(fleet, seed, iterations, progress, moves)
         except Cancelled:
             if own is None or (own.outer is not None and own.outer.is_over):
                 raise

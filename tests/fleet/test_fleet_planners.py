@@ -330,8 +330,8 @@ def test_what_is_refused() -> None:
     fleet = random_fleet(lampyris.load_grid("guide"), 3)
     with pytest.raises(UsageError, match="did you mean lacam"):
         lampyris.plan_fleet(fleet, "lacan")
-    with pytest.raises(UsageError, match="cross diagonally"):
-        lampyris.plan_fleet(fleet, moves="octile")
+    with pytest.raises(UsageError, match="four-connected, octile"):
+        lampyris.plan_fleet(fleet, moves="dissertation")
     with pytest.raises(SettingError, match="sample"):
         lampyris.plan_fleet(fleet, sample=3)
     with pytest.raises(SettingError, match="samples 0"):

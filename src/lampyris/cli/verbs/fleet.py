@@ -74,8 +74,8 @@ def fleet(
         str,
         typer.Option(
             "--moves",
-            metavar="four-connected",
-            help="four-connected: a step to one of four neighbours, or a wait.",
+            metavar="four-connected|octile",
+            help="A step to one of four or eight neighbours, or a wait; each takes a tick.",
             callback=moves_name,
         ),
     ] = "four-connected",
@@ -109,8 +109,8 @@ def fleet(
 ) -> None:
     """Plan paths for many robots that never collide.
 
-    The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to one of
-    four neighbouring cells or waits. Exit code 4: not solved.
+    The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to a
+    neighbouring cell or waits. Exit code 4: not solved.
     """
     from lampyris import fleets
     from lampyris.cli.option_groups import MapOptions
@@ -134,7 +134,7 @@ def fleet(
     )
     asked = _fleet(document, scen, agents, robots, seed)
     if seconds is not None:
-        _load_kernels(planner, quiet=json_)
+        _load_kernels(planner, moves, quiet=json_)
     print_notes((*document.notes, *asked.notes))
     with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
         show = None if tick is None else (lambda done, _cost: tick(done))
@@ -145,7 +145,7 @@ def fleet(
     if json_:
         from lampyris.report.data.fleet_record import fleet_record
 
-        record = fleet_record(made, asked.fleet, moves)
+        record = fleet_record(made, asked.fleet)
         print_json({**record, "timing": {}} if no_timing else record)
     else:
         _print(made, asked.fleet)
@@ -153,7 +153,7 @@ def fleet(
     raise typer.Exit(0 if made else NO_ANSWER)
 
 
-def _load_kernels(planner: str, *, quiet: bool) -> None:
+def _load_kernels(planner: str, moves: str, *, quiet: bool) -> None:
     """Load or compile what a planner runs: the seconds are for planning."""
     from lampyris import fleets
     from lampyris.kernels import _jit
@@ -164,7 +164,7 @@ def _load_kernels(planner: str, *, quiet: bool) -> None:
         return
     small = Fleet(Grid([[False] * 3] * 2), [Agent((0, 0), (2, 1)), Agent((2, 0), (0, 1))])
     with working("loading compiled code", quiet=quiet), _jit.compiled_only():
-        fleets.plan_fleet(small, planner)
+        fleets.plan_fleet(small, planner, moves=moves)
 
 
 def _checked(iterations: int | None) -> int | None:
@@ -218,7 +218,7 @@ def _print(made: FleetPlan, asked: Fleet) -> None:
     grid = asked.grid
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{len(asked.robots)}, four-connected moves, seed {made.seed}"),
+        ("robots", f"{len(asked.robots)}, {made.moves} moves, seed {made.seed}"),
         ("planner", made.planner),
     ]
     if made.sum_of_costs is not None:

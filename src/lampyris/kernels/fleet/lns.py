@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped
 from lampyris.kernels.fleet.pibt import drawn
+from lampyris.kernels.fleet.steps import beside
 
 ROUNDS, COST, STATES = range(3)
 
@@ -34,6 +35,7 @@ def _find(
     are found again by a hash table: ``marked[h]`` is one of this search if ``mark[h]`` is its ``stamp``.
     """
     cells = len(degree)
+    wide = len(edge) // cells
     row = robot * cells
     since = span
     while since > 0 and held[goal * span + since - 1] < 0:
@@ -62,19 +64,28 @@ def _find(
         if u == goal and t >= since:
             count[STATES] += states
             return s
-        if t + 1 >= span or states + 5 > len(state_cell):
+        if t + 1 >= span or states + 10 > len(state_cell):
             if t + 1 >= span:
                 continue
             break
         n = int(degree[u])
         for k in range(n + 1):
             # The wait first and the steps in turn: the last one is tried first.
-            v = u if k == 0 else int(edge[4 * u + (k + shift) % n])
+            v = u if k == 0 else int(edge[wide * u + (k + shift) % n])
             if held[v * span + t + 1] >= 0:
                 continue
             other = held[v * span + t]
             if other >= 0 and held[u * span + t + 1] == other:
                 continue
+            one = beside(edge, wide, u, v)
+            if one >= 0:
+                two = v - (one - u)
+                other = held[one * span + t]
+                if other >= 0 and held[two * span + t + 1] == other:
+                    continue
+                other = held[two * span + t]
+                if other >= 0 and held[one * span + t + 1] == other:
+                    continue
             value = max(t + 1 + int(table[row + v]), since)
             if value > limit:
                 continue
@@ -110,6 +121,7 @@ def _choose(edge, degree, table, held, path, length, span, distance, member, ran
     """
     robots = len(length)
     cells = len(degree)
+    wide = len(edge) // cells
     seed = -1
     for _ in range(6):
         random[0] = drawn(random[0])
@@ -135,7 +147,7 @@ def _choose(edge, degree, table, held, path, length, span, distance, member, ran
             shift = random[0] % n if n > 0 else 0
             ahead = -1
             for k in range(n):
-                v = int(edge[4 * u + (k + shift) % n])
+                v = int(edge[wide * u + (k + shift) % n])
                 if t + 1 + int(table[seed * cells + v]) < length[seed]:
                     ahead = v
                     break
@@ -218,7 +230,7 @@ def improve(
             s = _find(
                 edge, degree, table, held, path[i * span], goals[i], i, span, limit, state_cell, state_tick,
                 state_from, state_next, bucket, mark, marked, int(count[ROUNDS] * size + done + 1),
-                random[0] % 4, count,
+                random[0] % 8, count,
             )  # fmt: skip
             if s < 0:
                 break

@@ -13,6 +13,11 @@ Progress = Callable[[int, int | None], None]
 """Called with the iterations so far and the sum of costs of the best plan so far (None: there is none yet)."""
 
 
+FOUR = "four-connected"
+BOTH = (FOUR, "octile")
+"""The step sets that fleets may use."""
+
+
 @dataclass(frozen=True, slots=True)
 class FleetTraits:
     """What a planner of fleets promises. None is free of conflicts by promise: the referee judges every plan.
@@ -21,11 +26,15 @@ class FleetTraits:
     ----------
     complete : it finds a plan if there is one, given time and memory, and says that there is none only if so.
     reaches : every robot comes to its goal after finitely many ticks, though not all are there at once, on maps where
-        neighbouring free cells always lie on a common cycle; with the settings that its docstring names.
+        neighbouring free cells always lie on a common cycle; with four-connected moves and the settings that its docstring
+        names.
     optimal : its plans have the least sum of costs.
     bounded : they cost at most ``weight`` times the lower bound that comes with them.
     anytime : it goes on to cheaper plans until the budget is used.
     stochastic : plans depend on the seed.
+    sizes : it plans for discs of several sizes, larger than cells among them. The others take robots that fit in their
+        cells (:func:`lampyris.model.fleet.fleet.most_radius`).
+    moves : the step sets that it knows: ``four-connected``, ``octile``.
     """
 
     complete: bool = False
@@ -34,6 +43,8 @@ class FleetTraits:
     bounded: bool = False
     anytime: bool = False
     stochastic: bool = False
+    sizes: bool = False
+    moves: tuple[str, ...] = (FOUR,)
 
 
 @runtime_checkable
@@ -46,9 +57,14 @@ class FleetPlanner(Protocol):
     source: ClassVar[str]
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
-        """A plan for the fleet with four-connected moves.
+        """A plan for the fleet.
 
         Parameters
         ----------
@@ -56,6 +72,7 @@ class FleetPlanner(Protocol):
         seed : of every random draw.
         iterations : how many at most, see :attr:`FleetPlan.iterations`; None: as many as its settings say.
         progress : called now and then.
+        moves : one of the step sets of its traits. Every step takes a tick and costs 1, a diagonal one, too.
 
         The caller's time limit and cancel token are those of :mod:`lampyris._core.cancellation`.
         """

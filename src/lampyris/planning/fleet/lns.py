@@ -14,7 +14,7 @@ from lampyris._core.settings import check_settings, flag, under_name, whole
 from lampyris.kernels.fleet import lns as kernels
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.distance_tables import MIB, FleetTables, tables_of
 from lampyris.planning.fleet.lacam import Lacam, is_timed
 from lampyris.planning.fleet.pibt import is_stopped
@@ -51,7 +51,7 @@ class Lns:
     swap: bool = flag(True)
 
     name: ClassVar[str] = "lns"
-    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, anytime=True, stochastic=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, anytime=True, stochastic=True)
     summary: ClassVar[str] = "LNS: a plan of lacam, made much cheaper until the budget is used."
     source: ClassVar[str] = (
         "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; the first plan as lacam's. Ours: A* with stacks of equal "
@@ -62,11 +62,16 @@ class Lns:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is one of ``lacam`` or a neighbourhood."""
         first = Lacam(swap=self.swap, improve=False)
-        tables = tables_of(fleet)
+        tables = tables_of(fleet, moves)
         found = first.plan_on(tables, seed, iterations, progress)
         found = replace(found, planner=self.name)
         if not found:
