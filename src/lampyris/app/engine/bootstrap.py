@@ -34,7 +34,7 @@ def hello() -> dict[str, Any]:
     return {
         "version": __version__,
         "planners": [_planner(row) for row in registry.list_planners().values()],
-        "planners_of_poses": [_planner(row) for row in registry.list_planners(poses=True).values()],
+        "planners_of_poses": [_planner(row) for row in registry.list_planners("poses").values()],
         "laws": [_law(row) for row in laws.LAWS.values()],
         "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items()],
         "simulate": [
@@ -54,7 +54,7 @@ def hello() -> dict[str, Any]:
     }
 
 
-def _planner(row: registry.PlannerInfo) -> dict[str, Any]:
+def _planner(row: registry.PlannerInfo[Any]) -> dict[str, Any]:
     kind = registry.planner_class(row.name)
     return {
         "name": row.name,
