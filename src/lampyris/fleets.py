@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,14 @@ from lampyris.kernels import loading
 from lampyris.model.fleet.fleet import FORGIVEN, Agent, Fleet, most_radius
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
-from lampyris.model.moves import moves_named
+from lampyris.model.moves import MOVES as STEPS
+from lampyris.model.moves import moves_named, octile_pair
 from lampyris.model.plan import Status
 from lampyris.planning.base import Budget
+from lampyris.planning.field.solve import solve
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.base import FleetPlanner
+from lampyris.report.data.fleet_export import write_fleet
 
 PLANNER = "lacam"
 """The planner by default."""
@@ -183,6 +187,38 @@ def _largest_region(grid: Grid) -> np.ndarray[Any, np.dtype[np.int64]]:
     return np.stack((x, y), axis=1)
 
 
+def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Write a fleet, or its plan, for other programs of the field.
+
+    Parameters
+    ----------
+    plan : a plan of the fleet; written to ``.txt`` alone.
+    fleet : the robots.
+    path : is overwritten. ``.scen``: MovingAI scenario; ``.json``: problem of the League of Robot Runners, with ``.map``,
+        ``.agents`` and ``.tasks`` of the same name beside it; ``.txt``: the log of LaCAM, which its visualiser reads.
+
+    Returns
+    -------
+    The files that were written.
+
+    Raises
+    ------
+    UsageError : ``SUFFIX``: another ending; ``EXPORT``: no paths to write.
+    SettingError : ``SCEN_LENGTH``: a robot that walls keep from its goal, in a ``.scen``.
+    FileError : ``FILE_WRITE``.
+    """
+    of_kind("plan", plan, FleetPlan)
+    of_kind("fleet", fleet, Fleet)
+    name = file_name("path", path)
+    lengths: list[tuple[int, int] | None] = []
+    if name.lower().endswith(".scen"):
+        free = ~fleet.grid.blocked
+        for one in fleet.robots:
+            exact = int(solve(free, STEPS["octile"], one.goal).exact[one.start[1], one.start[0]])
+            lengths.append(None if exact < 0 else octile_pair(exact))
+    return write_fleet(plan, fleet, name, lengths)
+
+
 def load_fleet(
     path: str | os.PathLike[str],
     map_: str | os.PathLike[str] | Grid,
@@ -192,8 +228,8 @@ def load_fleet(
 
     Parameters
     ----------
-    path : a file whose name ends in ``.scen``, or a list of agents (YAML, JSON, CSV), see
-        :func:`lampyris.io.fleet_files.read_agents`.
+    path : a file whose name ends in ``.scen``, a list of agents (YAML, JSON, CSV), or a problem of the League of Robot
+        Runners (JSON), see :func:`lampyris.io.fleet_files.read_agents`.
     map_ : the map: a file, a bundled name or a grid.
     robots : how many; None: all.
 

@@ -47,7 +47,9 @@ def fleet(
     agents: Annotated[
         Path | None,
         typer.Option(
-            "--agents", metavar="FILE", help="Starts and goals: a list (.yaml, .json, .csv), cells or metres."
+            "--agents",
+            metavar="FILE",
+            help="Starts and goals: a list (.yaml, .json, .csv), or a League of Robot Runners problem (.json).",
         ),
     ] = None,
     robots: Annotated[
@@ -103,6 +105,14 @@ def fleet(
     max_cells: MaxCells = None,
     picture: Picture = None,
     film: Film = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            "--export",
+            metavar="FILE",
+            help="Write the robots as .scen or as a League problem (.json and three beside it), or the plan as .txt.",
+        ),
+    ] = None,
     json_: Json = False,
     no_timing: NoTiming = False,
     force: Force = False,
@@ -117,8 +127,10 @@ def fleet(
     from lampyris.cli.request import budget_of, load_document, parse_settings
     from lampyris.planning.base import Budget
     from lampyris.planning.fleet import registry
+    from lampyris.report.data.fleet_export import export_paths
 
-    outputs.check_outputs(force, json=json_, picture=picture, film=film)
+    exported = () if export is None else export_paths(export)
+    outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film)
     given = parse_settings(planner, settings or [], registry)
     budget = budget_of("--seconds", seconds) or Budget()
     budget = Budget(_checked(iterations), budget.seconds)
@@ -142,6 +154,8 @@ def fleet(
             asked.fleet, planner, moves=moves, seed=seed, budget=budget, progress=show, planner_settings=given
         )
     _draw(made, asked.fleet, picture, film, quiet=json_)
+    if export is not None:
+        fleets.export_fleet(made, asked.fleet, export)
     if json_:
         from lampyris.report.data.fleet_record import fleet_record
 
@@ -149,7 +163,7 @@ def fleet(
         print_json({**record, "timing": {}} if no_timing else record)
     else:
         _print(made, asked.fleet)
-        print_written(picture, film)
+        print_written(picture, film, *exported)
     raise typer.Exit(0 if made else NO_ANSWER)
 
 
