@@ -29,6 +29,7 @@ from lampyris.model.moves import MOVES as STEPS
 from lampyris.model.moves import moves_named, octile_pair
 from lampyris.model.plan import Status
 from lampyris.planning.base import Budget
+from lampyris.planning.field.layers import largest_region
 from lampyris.planning.field.solve import solve
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.base import FleetPlanner
@@ -166,25 +167,13 @@ def random_fleet(grid: Grid, robots: int, *, seed: int = 0) -> Fleet:
     of_kind("grid", grid, Grid)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
-    region = _largest_region(grid)
+    region = largest_region(~grid.blocked)
     if not is_whole(robots, 1, len(region)):
         allowed = f"a whole number, 1 to {len(region):,}: the free cells of the largest region"
         raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=allowed)
     rng = np.random.Generator(np.random.PCG64(int(seed)))
     starts, goals = (region[rng.permutation(len(region))[: int(robots)]].tolist() for _ in range(2))
     return Fleet(grid, [Agent(start, goal) for start, goal in zip(starts, goals, strict=True)])
-
-
-def _largest_region(grid: Grid) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """The cells (x, y) of the largest region that is connected by four-connected steps."""
-    from scipy import ndimage
-
-    labels, regions = ndimage.label(~grid.blocked)
-    if regions == 0:
-        return np.zeros((0, 2), dtype=np.int64)
-    sizes = np.bincount(labels.ravel())[1:]
-    y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
-    return np.stack((x, y), axis=1)
 
 
 def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) -> tuple[Path, ...]:

@@ -223,7 +223,7 @@ def improve(
             hold(held, path, i * span, span, -1)
             room += int(length[i]) - int(distance[i])
         done = 0
-        while done < many:
+        while done < many and not stopped(halt):
             i = int(member[done])
             random[0] = drawn(random[0])
             limit = min(int(distance[i]) + room, span - 1)

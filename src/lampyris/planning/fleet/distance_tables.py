@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +23,19 @@ from lampyris.typing import BoolGrid
 MIB = 2**20
 PER_CELL = 40
 """Bytes a free cell that the graph and the work arrays take."""
+
+
+_WIDE = ContextVar("_WIDE", default=False)
+
+
+@contextmanager
+def wide_tables() -> Iterator[None]:
+    """Within it tables take four bytes an entry, as on maps with long distances; for warming the kernels."""
+    token = _WIDE.set(True)
+    try:
+        yield
+    finally:
+        _WIDE.reset(token)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +92,7 @@ def tables_of(fleet: Fleet, moves: str = "four-connected") -> FleetTables:
     _demand(fleet, cells, 2)
     graph = CellGraph.of(~fleet.grid.blocked, moves)
     starts, goals = graph.numbers(fleet.starts), graph.numbers(fleet.goals)
-    table = _filled(fleet, graph, goals, np.dtype(np.int16))
+    table = None if _WIDE.get() else _filled(fleet, graph, goals, np.dtype(np.int16))
     if table is None:
         _demand(fleet, cells, 4)
         table = _filled(fleet, graph, goals, np.dtype(np.int32))
