@@ -122,12 +122,16 @@ class NeighbourhoodSearch:
         kind = np.int16 if robots < np.iinfo(np.int16).max else np.int32
         self._held = np.full(span * cells, -1, dtype=kind)
         self._held.reshape(cells, span)[track, np.arange(span)[:, None]] = np.arange(robots)
+        words = span // 64 + 1
+        taken = np.ones((cells, 64 * words), dtype=np.bool_)
+        taken[:, :span] = self._held.reshape(cells, span) >= 0
+        self._busy = np.packbits(taken, axis=1, bitorder="little").view("<u8").astype(np.uint64).ravel()
         self._path = np.ascontiguousarray(track.T).ravel()
         self._length = arrivals(track, tables.goals).astype(np.int32)
         self._trial = np.empty(size * span, dtype=np.int32)
         self._arrival, self._member = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
         self._chosen = np.zeros(robots, dtype=np.uint8)
-        self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(4))
+        self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(5))
         self._bucket = np.empty(span + 1, dtype=np.int32)
         self._mark = np.zeros(2 * STATES, dtype=np.int64)
         self._marked = np.zeros(2 * STATES, dtype=np.int32)
@@ -170,7 +174,7 @@ class NeighbourhoodSearch:
         """Go on to round ``most``; whether the plan may still become cheaper."""
         t = self._tables
         kernels.improve(
-            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._path, self._length,
+            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._busy, self._path, self._length,
             self._span, self._trial, self._arrival, self._member, self._chosen, *self._states, self._bucket,
             self._mark, self._marked, self._random, self._count, self._size, most,
         )  # fmt: skip
