@@ -6,7 +6,7 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,7 +35,11 @@ def show_planners(name: str | None, as_json: bool) -> int:
     from lampyris.planning.registry import any_class, kind_of, list_planners, row_of
 
     if name is None:
-        kinds = {"cells": list_planners(), "poses": list_planners("poses"), "fleets": list_planners("fleets")}
+        kinds: dict[str, Mapping[str, PlannerInfo[Any]]] = {
+            "cells": list_planners(),
+            "poses": list_planners("poses"),
+            "fleets": list_planners("fleets"),
+        }
         rows: list[PlannerInfo[Any]] = [row for found in kinds.values() for row in found.values()]
     else:
         rows = [row_of(name)]

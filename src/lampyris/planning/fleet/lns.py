@@ -46,7 +46,7 @@ class Lns:
     SettingError : a setting out of its range.
     """
 
-    neighbourhood: int = whole(8, 1, 1000, unit="robots")
+    neighbourhood: int = whole(16, 1, 1000, unit="robots")
     rounds: int = whole(2000, 1, 1_000_000_000)
     swap: bool = flag(True)
 
@@ -54,8 +54,8 @@ class Lns:
     traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, anytime=True, stochastic=True)
     summary: ClassVar[str] = "LNS: a plan of lacam, made much cheaper until the budget is used."
     source: ClassVar[str] = (
-        "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; the first plan as lacam's. Ours: A* with stacks of equal "
-        "estimates, neighbourhoods of random size."
+        "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; SIPP: Phillips, Likhachev 2011; the first plan as lacam's. Ours: "
+        "searches that weigh distances more at random, stacks of equal estimates, neighbourhoods of random size."
     )
 
     def __post_init__(self) -> None:
@@ -124,7 +124,7 @@ class NeighbourhoodSearch:
         self._held.reshape(cells, span)[track, np.arange(span)[:, None]] = np.arange(robots)
         words = span // 64 + 1
         taken = np.ones((cells, 64 * words), dtype=np.bool_)
-        taken[:, :span] = self._held.reshape(cells, span) >= 0
+        taken[:, :span] = np.not_equal(self._held.reshape(cells, span), -1)
         self._busy = np.packbits(taken, axis=1, bitorder="little").view("<u8").astype(np.uint64).ravel()
         self._path = np.ascontiguousarray(track.T).ravel()
         self._length = arrivals(track, tables.goals).astype(np.int32)
@@ -132,7 +132,7 @@ class NeighbourhoodSearch:
         self._arrival, self._member = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
         self._chosen = np.zeros(robots, dtype=np.uint8)
         self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(5))
-        self._bucket = np.empty(span + 1, dtype=np.int32)
+        self._bucket = np.empty(2 * span + 2, dtype=np.int32)
         self._mark = np.zeros(2 * STATES, dtype=np.int64)
         self._marked = np.zeros(2 * STATES, dtype=np.int32)
         self._random = np.array([int(generator(seed).integers(1, 2**32))], dtype=np.int64)

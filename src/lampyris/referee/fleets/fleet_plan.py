@@ -339,7 +339,7 @@ def _distances(blocked: BoolGrid, ends: Iterable[tuple[Cell, Cell]], *, diagonal
     The map is one integer, a bit a cell and one blocked bit behind each row; a wave from either end is four shifts,
     until the two meet, and a diagonal step two of them, one after the other, in either order.
     """
-    width = blocked.shape[1] + 1
+    width = int(blocked.shape[1]) + 1
     rows = np.zeros((len(blocked), width), dtype=np.uint8)
     rows[:, :-1] = ~blocked
     free = int.from_bytes(np.packbits(rows.ravel(), bitorder="little").tobytes(), "little")
