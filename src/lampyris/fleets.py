@@ -18,6 +18,7 @@ from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, callable_or_none, file_name, of_kind, shown
+from lampyris.io.fleet_export import write_fleet
 from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
@@ -33,7 +34,6 @@ from lampyris.planning.field.layers import largest_region
 from lampyris.planning.field.solve import solve
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.base import FleetPlanner
-from lampyris.report.data.fleet_export import write_fleet
 
 PLANNER = "lacam"
 """The planner by default."""

@@ -12,8 +12,7 @@ from typing import Any, Generic, Literal, TypeVar, cast, overload
 
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
-from lampyris.planning.base import Planner, Traits
-from lampyris.planning.fleet.base import FleetTraits
+from lampyris.planning.base import FleetTraits, Planner, Traits
 
 GROUP = "lampyris.planners"
 """Entry points of planners on cells: any verb takes them."""

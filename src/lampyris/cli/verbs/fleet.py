@@ -125,9 +125,9 @@ def fleet(
     from lampyris import fleets
     from lampyris.cli.option_groups import MapOptions
     from lampyris.cli.request import budget_of, load_document, parse_settings
+    from lampyris.io.fleet_export import export_paths
     from lampyris.planning.base import Budget
     from lampyris.planning.fleet import registry
-    from lampyris.report.data.fleet_export import export_paths
 
     exported = () if export is None else export_paths(export)
     outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film)

@@ -3,8 +3,8 @@
 As in :mod:`.pibt`, robots decide by priority, and a robot that is in the way of another's step inherits its priority. With
 discs there may be several in the way, and a step may be kept from by robots that are not on any cell of it. Two robots are kept
 apart by the closest approach of their steps in the tick, which are straight lines. A robot that cannot leave stays, and the step
-that asked it to is given up with all that was decided for its sake. So a robot is told at most once a tick to stay against its
-will, and what is decided never collides: who has not decided can always stay where it is.
+that asked it to is given up with all that was decided for its sake. So a robot has to stay against its will at most once
+a tick, and what is decided never collides: who has not decided can always stay where it is.
 
 Ours; the rule for single cells: K. Okumura et al., Artificial Intelligence 310, 2022.
 """
@@ -58,7 +58,7 @@ def _is_barred(xy, now, following, kind, need, far, occupied, width, height, i, 
 
 
 @kernel()
-def _in_the_way(xy, now, following, kind, need, far, occupied, width, height, i, there):
+def _blocking(xy, now, following, kind, need, far, occupied, width, height, i, there):
     """A robot that has to leave before ``i`` can step to ``there``; FREE if there is none, STAYS if it cannot leave."""
     here = now[i]
     x = xy[2 * here]
@@ -196,9 +196,7 @@ def run(
                         decided[count] = i
                         count += 1
                         following[i] = there
-                    asked = _in_the_way(
-                        xy, now, following, kind, need, far, occupied, width, height, i, there
-                    )
+                    asked = _blocking(xy, now, following, kind, need, far, occupied, width, height, i, there)
                     if asked == STAYS:
                         while count > mark[i]:
                             count -= 1

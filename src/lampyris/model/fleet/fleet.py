@@ -122,23 +122,20 @@ class Fleet(Noun):
     def _check_apart(self) -> None:
         """See that no two robots overlap at their starts, or at their goals."""
         radii = self.radii
-        most = float(radii.max())
-        if most <= 0.5:
-            return
-        from scipy.spatial import cKDTree
-
+        large = np.flatnonzero(radii > 0.5)  # two that are not are apart in different cells
         for what, cells in (("start", self.starts), ("goal", self.goals)):
-            at = np.array(cells, dtype=np.float64)
-            pairs = cKDTree(at).query_pairs(2.0 * most, output_type="ndarray")
-            a, b = np.sort(pairs, axis=1).T
-            squared = ((at[a] - at[b]) ** 2).sum(axis=1)
-            close = np.flatnonzero(squared < (radii[a] + radii[b]) ** 2 * (1.0 - FORGIVEN))
-            if len(close):
-                k = close[np.lexsort((b[close], a[close]))[0]]
-                raise SettingError(
-                    "FLEET", f"overlaps robot {a[k]} at its {what}", where=f"robots[{b[k]}].{what}",
-                    allowed=f"a distance of at least {radii[a[k]] + radii[b[k]]:.4g} cells: their radii",
-                )  # fmt: skip
+            at = np.array(cells, dtype=np.int64)
+            for k in large.tolist():
+                away, need = at - at[k], radii + radii[k]
+                squared = away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1]
+                near = squared < need * need * (1.0 - FORGIVEN)
+                near[k] = False
+                if near.any():
+                    one, other = sorted((k, int(near.argmax())))
+                    raise SettingError(
+                        "FLEET", f"overlaps robot {one} at its {what}", where=f"robots[{other}].{what}",
+                        allowed=f"a distance of at least {radii[one] + radii[other]:.4g} cells: their radii",
+                    )  # fmt: skip
 
     def _check_size(self, k: int, one: Agent) -> None:
         if one.robot is None:
