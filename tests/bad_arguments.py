@@ -120,6 +120,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "FleetPlan": {"status": lampyris.Status.FOUND, "planner": "lacam", "paths": (np.array([(0, 0), (0, 1)]),)},
         "plan_fleet": {"fleet": fleet()}, "random_fleet": {"grid": where.grid, "robots": 2},
         "load_fleet": {"path": "agents.csv", "map_": where.grid},
+        "export_fleet": {"plan": lampyris.plan_fleet(fleet()), "fleet": fleet(), "path": "fleet.scen"},
         "Box": {"low": [0.0], "high": [1.0]},
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},

@@ -399,6 +399,8 @@ ASKED: dict[str, str] = {
     "model.fleet.fleet.MOST_RADIUS": "fleet/test_fleet_files.py",
     "io.fleet_files.YAML_BYTES": HERE,
     "io.fleet_files.YAML_VALUES": HERE,
+    "io.league_files.MAX_BYTES": "fleet/test_league_files.py",
+    "io.league_files.MAX_LINES": "fleet/test_league_files.py",
     "io.paths.YAML_BYTES": HERE,
     "io.paths.YAML_VALUES": HERE,
     "model.robot.GREATEST": LIMITS_PY,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,10 @@ import pytest
 
 from lampyris import api
 from lampyris.errors import LampyrisError
+from lampyris.fleets import plan_fleet, random_fleet
 from lampyris.kernels import _jit
 from lampyris.model.edit import Edit
+from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates
@@ -27,6 +30,9 @@ from lampyris.model.traffic import Patrol, RandomWalk
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget
+from lampyris.planning.fleet.distance_tables import wide_tables
+from lampyris.planning.fleet.registry import list_fleet_planners
 from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.warming import wanted, warm
 from sizes import some
@@ -114,7 +120,23 @@ def speeds(seed: int) -> int:
     return len(laws.names())
 
 
+def fleets_planned(seed: int) -> int:
+    """Every planner of fleets, by both step sets, with tables of both kinds of numbers; how many plans."""
+    fleet = random_fleet(hall(False, False, seed), 9, seed=seed)
+    disc = Fleet(fleet.grid, [Agent((0, 0), (0, 1), Robot(radius=0.25))])
+    planned = 0
+    for name, row in list_fleet_planners().items():
+        for moves in row.traits.moves:
+            for one in (fleet, disc) if row.traits.sizes else (fleet,):
+                for tables in (nullcontext(), wide_tables()):
+                    with tables:
+                        plan_fleet(one, name, moves=moves, budget=Budget(expansions=100))
+                    planned += 1
+    return planned
+
+
 WORK = {
+    "fleets": lambda: fleets_planned(10),
     "octile": lambda: simulations("octile", False, 1),
     "dissertation": lambda: simulations("dissertation", False, 2),
     "four-connected": lambda: simulations("four-connected", False, 3),
@@ -135,7 +157,7 @@ LONG = ("dissertation", "four-connected", "sixteen-connected", "terrain, octile"
 
 
 LEAST = {
-    "octile": 30, "dissertation": 30, "four-connected": 20, "sixteen-connected": 20, "terrain, octile": 20,
+    "fleets": 20, "octile": 30, "dissertation": 30, "four-connected": 20, "sixteen-connected": 20, "terrain, octile": 20,
     "terrain, sixteen": 10, "speeds": 5, "speeds past the unknown": 5,
 }  # fmt: skip
 
@@ -152,14 +174,14 @@ def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:
 
 @pytest.mark.nightly
 def test_one_version_each_but_for_wide_costs(ready: set[Any]) -> None:
-    """A second version may only differ in the width of costs: 32 or 64 bits, as the step set needs."""
+    """A second version may only differ in the width of numbers: of costs, as the step set needs, or of tables of distances."""
     versions: dict[_jit.Kernel, list[Any]] = {}
     for k, types in ready:
         versions.setdefault(k, []).append(types)
     for k, several in versions.items():
         assert len(several) <= 2, k.__name__
         for pair in zip(*several, strict=True):
-            widths = {str(t).replace("int32", "int64") for t in pair}
+            widths = {re.sub("int(16|32)", "int64", str(t)) for t in pair}
             assert len(widths) == 1, (k.__name__, pair)
 
 

@@ -34,6 +34,7 @@ _HOME = {
     "solve_fields": "lampyris.planning.field.many",
     "dissertation_speeds": "lampyris.motion.laws.dissertation",
     "node_table": "lampyris.motion.laws.node_table",
+    "export_fleet": "lampyris.fleets",
     "load_fleet": "lampyris.fleets",
     "plan_fleet": "lampyris.fleets",
     "random_fleet": "lampyris.fleets",
@@ -100,6 +101,7 @@ if TYPE_CHECKING:
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
+    from lampyris.fleets import export_fleet as export_fleet
     from lampyris.fleets import load_fleet as load_fleet
     from lampyris.fleets import plan_fleet as plan_fleet
     from lampyris.fleets import random_fleet as random_fleet

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,23 +18,27 @@ from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, callable_or_none, file_name, of_kind, shown
+from lampyris.io.fleet_export import write_fleet
 from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
-from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.model.fleet.fleet import FORGIVEN, Agent, Fleet, most_radius
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
-from lampyris.model.moves import moves_named
+from lampyris.model.moves import MOVES as STEPS
+from lampyris.model.moves import moves_named, octile_pair
 from lampyris.model.plan import Status
 from lampyris.planning.base import Budget
+from lampyris.planning.field.layers import largest_region
+from lampyris.planning.field.solve import solve
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.base import FleetPlanner
 
 PLANNER = "lacam"
 """The planner by default."""
 MOVES = "four-connected"
-"""The step set; the others would need conflicts where two robots cross diagonally."""
+"""The step set by default."""
 
 
 def plan_fleet(
@@ -59,7 +64,8 @@ def plan_fleet(
     ----------
     fleet : the map, and each robot's start and goal.
     planner : a name (see :func:`lampyris.planning.fleet.registry.list_fleet_planners`) or a planner object.
-    moves : ``four-connected``: a step to one of four neighbours or a wait takes a tick and costs 1.
+    moves : ``four-connected`` or ``octile``. A step to a neighbour or a wait takes a tick and costs 1, a diagonal step, too; it
+        needs both cells beside it free of walls, and no two robots cross diagonally in a tick.
     seed : seed of all random draws: the same seed gives the same plan, unless seconds end the search.
     budget : ``seconds`` and ``stop`` end the call; ``expansions`` limits the planner's iterations
         (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` and ``lns`` improve their plans until the
@@ -70,8 +76,9 @@ def plan_fleet(
 
     Raises
     ------
-    UsageError : no such planner; ``SETTING_CLASH``: a setting that is given twice; ``MOVES``: a step set that fleets cannot use.
-    SettingError : a setting it does not have, or out of its range.
+    UsageError : no such planner; ``SETTING_CLASH``: a setting that is given twice; ``MOVES``: a step set that it does not know.
+    SettingError : a setting it does not have, or out of its range; ``FLEET_ROBOT``: a robot larger than it can plan for.
+    SceneError : ``START_OCCUPIED``, ``GOAL_OCCUPIED``: a robot reaches into a wall there.
     LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
     InternalFault : the referee refused the plan; a bug of ours.
     """
@@ -82,15 +89,12 @@ def plan_fleet(
     for name in settings.keys() & (planner_settings or {}).keys():
         raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     chosen = registry.chosen(planner, {**settings, **(planner_settings or {})})
-    if moves_named(moves).name != MOVES:
-        raise UsageError.of(
-            "MOVES", "moves", shown(moves), allowed=MOVES,
-            todo="other steps need conflicts of robots that cross diagonally, which planners of fleets do not know yet",
-        )  # fmt: skip
+    steps = moves_named(moves).name
+    _check_known(chosen, fleet, steps)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     began, loaded = loading.wall(), loading.seconds()
-    found = _within(chosen, fleet, int(seed), budget, progress)
+    found = replace(_within(chosen, fleet, int(seed), budget, progress, steps), moves=steps)
     planned = loading.wall()
     referee.demand(referee.check_fleet_plan(found, fleet, factor=_factor(chosen)))
     ended, loaded = loading.wall(), loading.seconds() - loaded
@@ -102,6 +106,28 @@ def plan_fleet(
     )
 
 
+def _check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
+    """See that a planner knows the steps and the sizes of a fleet."""
+    known = chosen.traits.moves
+    if moves not in known:
+        raise UsageError.of(
+            "MOVES", "moves", shown(moves), allowed=", ".join(known),
+            todo=f"{chosen.name} knows no conflicts of robots that take other steps",
+        )  # fmt: skip
+    radii = fleet.radii
+    most = most_radius(moves)
+    k = int(radii.argmax())
+    if radii[k] > most * (1.0 + FORGIVEN) and not chosen.traits.sizes:
+        able = ", ".join(name for name, row in registry.list_fleet_planners().items() if row.traits.sizes)
+        raise SettingError(
+            "FLEET_ROBOT", f"a radius of {radii[k] * fleet.grid.resolution:g} m, {radii[k]:.3g} cells",
+            where=f"robots[{k}].robot",
+            allowed=f"at most {most:.3g} cells, {most * fleet.grid.resolution:.4g} m, with {chosen.name} and {moves} moves: "
+            "it keeps robots apart by their cells, and larger ones touch at corners",
+            todo=f"take {able}, or a map with larger cells",
+        )  # fmt: skip
+
+
 def _factor(chosen: FleetPlanner) -> float | None:
     """How many times its lower bound a plan of this planner costs at most, as it promises."""
     if chosen.traits.optimal:
@@ -109,13 +135,15 @@ def _factor(chosen: FleetPlanner) -> float | None:
     return getattr(chosen, "weight", None) if chosen.traits.bounded else None
 
 
-def _within(chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any) -> FleetPlan:
+def _within(
+    chosen: FleetPlanner, fleet: Fleet, seed: int, budget: Budget | None, progress: Any, moves: str
+) -> FleetPlan:
     """The planner's answer within the seconds and the stop of a budget."""
     iterations = None if budget is None else budget.expansions
     seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)
     with cancellation.watching(seconds, stop) as own:
         try:
-            return chosen.plan(fleet, seed, iterations, progress)
+            return chosen.plan(fleet, seed, iterations, progress, moves)
         except Cancelled:
             if own is None or (own.outer is not None and own.outer.is_over):
                 raise
@@ -139,7 +167,7 @@ def random_fleet(grid: Grid, robots: int, *, seed: int = 0) -> Fleet:
     of_kind("grid", grid, Grid)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
-    region = _largest_region(grid)
+    region = largest_region(~grid.blocked)
     if not is_whole(robots, 1, len(region)):
         allowed = f"a whole number, 1 to {len(region):,}: the free cells of the largest region"
         raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=allowed)
@@ -148,16 +176,36 @@ def random_fleet(grid: Grid, robots: int, *, seed: int = 0) -> Fleet:
     return Fleet(grid, [Agent(start, goal) for start, goal in zip(starts, goals, strict=True)])
 
 
-def _largest_region(grid: Grid) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """The cells (x, y) of the largest region that is connected by four-connected steps."""
-    from scipy import ndimage
+def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Write a fleet, or its plan, for other programs of the field.
 
-    labels, regions = ndimage.label(~grid.blocked)
-    if regions == 0:
-        return np.zeros((0, 2), dtype=np.int64)
-    sizes = np.bincount(labels.ravel())[1:]
-    y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
-    return np.stack((x, y), axis=1)
+    Parameters
+    ----------
+    plan : a plan of the fleet; written to ``.txt`` alone.
+    fleet : the robots.
+    path : is overwritten. ``.scen``: MovingAI scenario; ``.json``: problem of the League of Robot Runners, with ``.map``,
+        ``.agents`` and ``.tasks`` of the same name beside it; ``.txt``: the log of LaCAM, which its visualiser reads.
+
+    Returns
+    -------
+    The files that were written.
+
+    Raises
+    ------
+    UsageError : ``SUFFIX``: another ending; ``EXPORT``: no paths to write.
+    SettingError : ``SCEN_LENGTH``: a robot that walls keep from its goal, in a ``.scen``.
+    FileError : ``FILE_WRITE``.
+    """
+    of_kind("plan", plan, FleetPlan)
+    of_kind("fleet", fleet, Fleet)
+    name = file_name("path", path)
+    lengths: list[tuple[int, int] | None] = []
+    if name.lower().endswith(".scen"):
+        free = ~fleet.grid.blocked
+        for one in fleet.robots:
+            exact = int(solve(free, STEPS["octile"], one.goal).exact[one.start[1], one.start[0]])
+            lengths.append(None if exact < 0 else octile_pair(exact))
+    return write_fleet(plan, fleet, name, lengths)
 
 
 def load_fleet(
@@ -169,8 +217,8 @@ def load_fleet(
 
     Parameters
     ----------
-    path : a file whose name ends in ``.scen``, or a list of agents (YAML, JSON, CSV), see
-        :func:`lampyris.io.fleet_files.read_agents`.
+    path : a file whose name ends in ``.scen``, a list of agents (YAML, JSON, CSV), or a problem of the League of Robot
+        Runners (JSON), see :func:`lampyris.io.fleet_files.read_agents`.
     map_ : the map: a file, a bundled name or a grid.
     robots : how many; None: all.
 

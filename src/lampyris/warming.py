@@ -24,6 +24,7 @@ from lampyris import api, curves, fleets, kernels, swarms
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
+from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates, Track
@@ -41,6 +42,7 @@ from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import checked, fill, solve
 from lampyris.planning.fleet import registry as fleet_planners
+from lampyris.planning.fleet.distance_tables import wide_tables
 from lampyris.planning.graph.fastest_search import FieldSearch
 from lampyris.planning.graph.jps_search import JumpSearch
 from lampyris.sim.grid.fast_simulation import FastRuns
@@ -328,9 +330,17 @@ def _studied(moves: str) -> None:
 
 
 def _fleets() -> None:
-    """A fleet, by each planner of fleets."""
-    for planner in fleet_planners.names():
-        fleets.plan_fleet(fleets.random_fleet(_grid(), 8), planner, budget=Budget(expansions=200))
+    """A fleet, by each planner of fleets, with tables of both kinds of numbers; and discs larger than cells."""
+    grid = _grid()
+    disc = Robot(radius=0.5 * grid.resolution)
+    for planner, row in fleet_planners.list_fleet_planners().items():
+        asked = [fleets.random_fleet(grid, 8)]
+        if row.traits.sizes:
+            asked.append(Fleet(grid, [Agent((1, 1), (1, 9), disc)]))
+        for fleet in asked:
+            fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
+            with wide_tables():
+                fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
 
 
 def _swarms() -> None:

@@ -288,7 +288,7 @@ def _value(chance: Chance, parameter: Any) -> str:
     if verb == "fleet" and name == "settings":
         return _planner_setting(rng, _fleet_planner(chance), fleets)
     if verb == "fleet" and name == "moves":
-        return "four-connected"
+        return _one(rng, ("four-connected", "octile"))
     if name == "planner" or (verb == "planners" and name == "name"):
         chance.chosen["planner"] = _one(rng, registry.names())
         return chance.chosen["planner"]

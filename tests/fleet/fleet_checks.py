@@ -30,7 +30,7 @@ def conflicts(plan: lampyris.FleetPlan, fleet: lampyris.Fleet) -> list[str]:
         if path[0] != agent.start or path[-1] != agent.goal:
             found.append(f"ends of {k}")
         for (x, y), (u, v) in pairwise(path):
-            if abs(x - u) + abs(y - v) > 1 or fleet.grid.blocked[v, u]:
+            if (u, v) not in neighbours(fleet.grid.blocked, (x, y), plan.moves):
                 found.append(f"step of {k}")
     for t in range(last):
         now = [path[t] for path in cells]
@@ -39,17 +39,58 @@ def conflicts(plan: lampyris.FleetPlan, fleet: lampyris.Fleet) -> list[str]:
         if t:
             steps = {(path[t - 1], path[t]) for path in cells if path[t - 1] != path[t]}
             found += [f"swap at {t}" for a, b in steps if (b, a) in steps]
+            found += [f"crossing at {t}" for a, b in steps for c, d in steps if crossing(a, b, c, d)]
     return found
 
 
-def neighbours(blocked: BoolGrid, cell: Cell) -> list[Cell]:
+def crossing(a: Cell, b: Cell, c: Cell, d: Cell) -> bool:
+    """Whether steps a - b and c - d are the two diagonals of one block of four cells."""
+    if a[0] == b[0] or a[1] == b[1]:
+        return False
+    return {c, d} == {(a[0], b[1]), (b[0], a[1])}
+
+
+def contacts(plan: lampyris.FleetPlan, fleet: lampyris.Fleet, parts: int = 240) -> list[str]:
+    """Pairs of robots whose discs overlap at one of so many instants of a tick, and robots whose discs reach into walls."""
+    unit = fleet.grid.resolution
+    radii = np.array([0.0 if one.robot is None else one.robot.radius / unit for one in fleet.robots])
+    walls = np.argwhere(fleet.grid.blocked)[:, ::-1]
+    last = max(map(len, plan.paths))
+    at = np.stack([p[np.minimum(np.arange(last), len(p) - 1)] for p in plan.paths]).astype(float)
+    found = []
+    for share in np.arange(parts) / parts:
+        now = at[:, :-1] + share * np.diff(at, axis=1) if last > 1 else at
+        gap = np.sqrt(((now[:, None] - now[None]) ** 2).sum(axis=-1))
+        need = radii[:, None] + radii[None]
+        near = (gap < need[..., None] - 1e-6) & ~np.eye(len(radii), dtype=bool)[..., None]
+        found += [f"discs {i} and {j} at {t + share}" for i, j, t in np.argwhere(near) if i < j]
+        if len(walls):
+            out = np.maximum(np.abs(now[:, :, None] - walls) - 0.5, 0.0)
+            deep = np.sqrt((out**2).sum(axis=-1)).min(axis=-1) < radii[:, None] - 1e-6
+            found += [f"disc {i} in a wall at {t + share}" for i, t in np.argwhere(deep)]
+    return found
+
+
+def neighbours(blocked: BoolGrid, cell: Cell, moves: str = "four-connected") -> list[Cell]:
     x, y = cell
-    near = [(x, y), (x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)]
     height, width = blocked.shape
-    return [(u, v) for u, v in near if 0 <= u < width and 0 <= v < height and not blocked[v, u]]
+
+    def free(u: int, v: int) -> bool:
+        return 0 <= u < width and 0 <= v < height and not blocked[v, u]
+
+    near = [(x, y), (x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)]
+    found = [(u, v) for u, v in near if free(u, v)]
+    if moves == "octile":
+        found += [
+            (x + dx, y + dy)
+            for dx in (-1, 1)
+            for dy in (-1, 1)
+            if free(x + dx, y) and free(x, y + dy) and free(x + dx, y + dy)
+        ]
+    return found
 
 
-def joint_optimum(fleet: lampyris.Fleet) -> int | None:
+def joint_optimum(fleet: lampyris.Fleet, moves: str = "four-connected") -> int | None:
     """The least sum of costs, by Dijkstra over all robots' cells and which of them have stopped for good; None: no plan.
 
     A robot that is on its goal may stop at any tick; it then costs nothing and never moves again.
@@ -72,13 +113,15 @@ def joint_optimum(fleet: lampyris.Fleet) -> int | None:
                     best[then] = cost
                     heapq.heappush(queue, (cost, then))
         ways = [
-            [cell] if done else neighbours(blocked, cell) for cell, done in zip(cells, stopped, strict=True)
+            [cell] if done else neighbours(blocked, cell, moves)
+            for cell, done in zip(cells, stopped, strict=True)
         ]
         for new in product(*ways):
             if len(set(new)) < robots:
                 continue
             if any(
-                new[i] == cells[j] and new[j] == cells[i] and new[i] != cells[i]
+                (new[i] == cells[j] and new[j] == cells[i] and new[i] != cells[i])
+                or crossing(cells[i], new[i], cells[j], new[j])
                 for i in range(robots)
                 for j in range(i)
             ):

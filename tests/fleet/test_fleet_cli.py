@@ -68,7 +68,7 @@ def test_not_solved_is_exit_4_with_what_was_found() -> None:
         (("guide", "--robots", "0"), 2, "--robots"),
         (("guide", "--robots", "79"), 2, "1 to 78"),
         (("guide", "--robots", "3", "--planner", "pibbt"), 2, "did you mean pibt"),
-        (("guide", "--robots", "3", "--moves", "octile"), 2, "four-connected"),
+        (("guide", "--robots", "3", "--moves", "dissertation"), 2, "four-connected, octile"),
         (("guide", "--robots", "3", "--set", "samples=0"), 2, "samples"),
         (("guide", "--robots", "3", "--set", "sample=1"), 2, "did you mean samples"),
         (("guide", "--robots", "3", "--seconds", "0"), 2, "--seconds"),

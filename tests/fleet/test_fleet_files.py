@@ -109,7 +109,7 @@ def test_what_a_fleet_refuses() -> None:
     with pytest.raises(SettingError, match="no robot"):
         lampyris.Fleet(wall, [])
     with pytest.raises(SettingError, match=r"at most 0\.354 cells"):
-        lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.36))])
+        lampyris.plan_fleet(lampyris.Fleet(wall, [agent((1, 1), (2, 2), lampyris.Robot(radius=0.36))]))
     car = lampyris.Robot(radius=0.2, drive="ackermann", turn_radius=1.0)
     with pytest.raises(SettingError, match=r"robots\[0\].robot.*Ackermann"):
         lampyris.Fleet(wall, [agent((1, 1), (2, 2), car)])

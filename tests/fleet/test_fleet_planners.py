@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -331,8 +333,8 @@ def test_what_is_refused() -> None:
     fleet = random_fleet(lampyris.load_grid("guide"), 3)
     with pytest.raises(UsageError, match="did you mean lacam"):
         lampyris.plan_fleet(fleet, "lacan")
-    with pytest.raises(UsageError, match="cross diagonally"):
-        lampyris.plan_fleet(fleet, moves="octile")
+    with pytest.raises(UsageError, match="four-connected, octile"):
+        lampyris.plan_fleet(fleet, moves="dissertation")
     with pytest.raises(SettingError, match="sample"):
         lampyris.plan_fleet(fleet, sample=3)
     with pytest.raises(SettingError, match="samples 0"):
@@ -345,11 +347,66 @@ def test_what_is_refused() -> None:
 
 def test_the_table_of_planners() -> None:
     rows = list_fleet_planners()
-    assert [name for name, row in rows.items() if row.traits.complete] == ["lacam", "lns", "cbs", "eecbs"]
+    assert list(rows) == list(lampyris.list_planners("fleets")) == list(names())
+    assert [name for name, row in rows.items() if row.traits.complete] == ["cbs", "eecbs", "lacam", "lns"]
     assert [name for name, row in rows.items() if row.traits.optimal] == ["cbs"]
     assert [name for name, row in rows.items() if row.traits.bounded] == ["eecbs"]
     assert rows["lacam"].settings == {"swap": True, "improve": True, "samples": 1}
+    assert [name for name, row in rows.items() if row.traits.sizes] == ["pibt", "prioritised-sipp"]
+    assert all(row.traits.moves == ("four-connected", "octile") for row in rows.values())
     assert all(row.summary and row.source for row in rows.values())
+    with pytest.raises(UsageError, match="cells, poses, fleets"):
+        lampyris.list_planners("robots")
+
+
+GUEST = """
+from dataclasses import dataclass
+from typing import ClassVar
+import numpy as np
+from lampyris import FleetPlan
+from lampyris.model.plan import Status
+from lampyris.planning.fleet.base import FleetTraits
+
+@dataclass(frozen=True)
+class Stay:
+    ticks: int = 3
+    name: ClassVar[str] = "stay"
+    traits: ClassVar[FleetTraits] = FleetTraits()
+    summary: ClassVar[str] = "Stays."
+    source: ClassVar[str] = "A test."
+
+    def plan(self, fleet, seed, iterations=None, progress=None, moves="four-connected"):
+        paths = tuple(np.array([start] * (self.ticks + 1)) for start in fleet.starts)
+        return FleetPlan(Status.ITERATION_LIMIT, self.name, paths)
+"""
+
+
+def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
+    """An installed package adds one; one that is none is left out with a warning."""
+    (tmp_path / "fleet_guest.py").write_text(GUEST)
+    info = tmp_path / "fleet_guest-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: fleet-guest\nVersion: 1.0\n")
+    entries = "stay = fleet_guest:Stay\nnone = fleet_guest:np\n"
+    (info / "entry_points.txt").write_text(f"[lampyris.fleet_planners]\n{entries}")
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    main = "import sys; from lampyris.cli import main; sys.exit(main())"
+
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", main, *words], capture_output=True, text=True, check=False,
+            env={**os.environ, "PYTHONPATH": path},
+        )  # fmt: skip
+
+    listed = call("planners", "--json")
+    rows = {row["name"]: row for row in json.loads(listed.stdout)["planners"]}
+    assert rows["stay"]["kind"] == "fleets"
+    assert "none" not in rows
+    assert "planner none of the installed package fleet-guest 1.0" in listed.stderr
+    made = call("fleet", "guide", "--robots", "2", "--planner", "stay", "--set", "ticks=5", "--json")
+    assert (made.returncode, len(json.loads(made.stdout)["paths"][0])) == (4, 6)
+    assert call("fleet", "guide", "--robots", "2", "--planner", "none").returncode == 3
+    assert call("fleet", "guide", "--robots", "2", "--planner", "stay", "--moves", "octile").returncode == 2
 
 
 @pytest.mark.parametrize("seed", some(range(60), 3))

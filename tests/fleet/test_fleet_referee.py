@@ -163,17 +163,20 @@ def test_long_plans_are_judged_in_stretches(monkeypatch: pytest.MonkeyPatch) -> 
     assert check_fleet_plan(plan, fleet).rule == "swap"
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_distances_beside_a_plain_search(seed: int) -> None:
+@pytest.mark.parametrize("moves", ["four-connected", "octile"])
+@pytest.mark.parametrize("seed", range(10))
+def test_distances_beside_a_plain_search(seed: int, moves: str) -> None:
     grid = random_map(seed, 17, 13, 0.35)
     free = [(int(x), int(y)) for y, x in np.argwhere(~grid.blocked)]
     rng = np.random.default_rng(seed)
     ends = [tuple(free[k] for k in rng.integers(0, len(free), 2)) for _ in range(10)]
-    for (start, goal), distance in zip(ends, _distances(grid, ends), strict=True):
+    for (start, goal), distance in zip(
+        ends, _distances(grid.blocked, ends, diagonal=moves == "octile"), strict=True
+    ):
         steps, queue = {start: 0}, deque([start])
         while queue:
             cell = queue.popleft()
-            for there in neighbours(grid.blocked, cell):
+            for there in neighbours(grid.blocked, cell, moves):
                 if there not in steps:
                     steps[there] = steps[cell] + 1
                     queue.append(there)

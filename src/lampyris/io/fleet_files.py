@@ -16,6 +16,7 @@ from typing import Any
 
 from lampyris.errors import FileError, LampyrisError, SceneError, plural
 from lampyris.io.files import read_regular
+from lampyris.io.league_files import is_league, league_map, read_league
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import check_query, read_scen
 from lampyris.io.text.csv_table import GREATEST, table_of
@@ -89,7 +90,8 @@ def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = N
     Parameters
     ----------
     path : the file. ``.json`` is JSON, ``.yaml`` and ``.yml`` are YAML, all else is a table, unless it begins like a
-        JSON object.
+        JSON object. A JSON object with ``agentFile`` is a problem of the League of Robot Runners
+        (:mod:`lampyris.io.league_files`) of this map.
     grid : the map.
     robots : how many; None: all.
 
@@ -106,11 +108,27 @@ def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = N
     if suffix in (".yaml", ".yml"):
         agents = _listed(read_yaml(data, name, max_bytes=YAML_BYTES, max_values=YAML_VALUES), grid)
     elif suffix == ".json" or data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{":
-        agents = _listed(read_json(data, name), grid)
+        document = read_json(data, name)
+        if is_league(document.data):
+            return _league(name, document, grid, robots)
+        agents = _listed(document, grid)
     else:
         agents = _tabled(data, name, grid)
     _demand(len(agents), robots, name, "AGENTS", "agent")
     return FleetFile(_fleet(grid, agents[:robots]))
+
+
+def _league(name: str, document: JsonDocument, grid: Grid, robots: int | None) -> FleetFile:
+    problem = read_league(name, document, grid)
+    fleet = problem.fleet(grid, robots)
+    notes = []
+    own, named = grid.name, league_map(name, document).name
+    if named != own:
+        notes.append(f"{name} names the map {named}; {own or 'another map'} was given")
+    left = len(problem.tasks) - len(fleet.robots)
+    if left or any(len(task) > 1 for task in problem.tasks):
+        notes.append("each robot goes to the first location of one task; the others are not used")
+    return FleetFile(fleet, tuple(notes))
 
 
 _Placed = tuple[Callable[[], str], Cell, Cell]

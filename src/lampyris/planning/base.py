@@ -18,6 +18,39 @@ from lampyris.model.change import Change
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 
+FOUR = "four-connected"
+BOTH = (FOUR, "octile")
+"""The step sets that fleets may use."""
+
+
+@dataclass(frozen=True, slots=True)
+class FleetTraits:
+    """What a planner of fleets promises. None is free of conflicts by promise: the referee judges every plan.
+
+    Parameters
+    ----------
+    complete : it finds a plan if there is one, given time and memory, and says that there is none only if so.
+    reaches : every robot comes to its goal after finitely many ticks, though not all are there at once, on maps where
+        neighbouring free cells always lie on a common cycle; with four-connected moves and the settings that its docstring
+        names.
+    optimal : its plans have the least sum of costs.
+    bounded : they cost at most ``weight`` times the lower bound that comes with them.
+    anytime : it goes on to cheaper plans until the budget is used.
+    stochastic : plans depend on the seed.
+    sizes : it plans for discs of several sizes, larger than cells among them. The others take robots that fit in their
+        cells (:func:`lampyris.model.fleet.fleet.most_radius`).
+    moves : the step sets that it knows: ``four-connected``, ``octile``.
+    """
+
+    complete: bool = False
+    reaches: bool = False
+    optimal: bool = False
+    bounded: bool = False
+    anytime: bool = False
+    stochastic: bool = False
+    sizes: bool = False
+    moves: tuple[str, ...] = (FOUR,)
+
 
 @dataclass(frozen=True, slots=True)
 class Traits:

@@ -8,16 +8,22 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, Generic, Literal, TypeVar, cast, overload
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, of_kind, shown
-from lampyris.planning.base import Planner, Traits
+from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
+from lampyris.planning.base import FleetTraits, Planner, Traits
 
 GROUP = "lampyris.planners"
 """Entry points of planners on cells: any verb takes them."""
 POSE_GROUP = "lampyris.pose_planners"
 """Entry points of planners of poses, for robots with a shape and a heading: for ``plan`` alone."""
+FLEET_GROUP = "lampyris.fleet_planners"
+"""Entry points of planners of fleets, for many robots on one map: for ``fleet`` and studies of fleets."""
+GROUPS = MappingProxyType({"cells": GROUP, "poses": POSE_GROUP, "fleets": FLEET_GROUP})
+"""Groups of entry points by kind of planner."""
+_OF_SCENES = ("cells", "poses")
+_T = TypeVar("_T", Traits, FleetTraits)
 
 
 class PlannerLeftOut(RuntimeWarning):
@@ -27,13 +33,13 @@ class PlannerLeftOut(RuntimeWarning):
 
 
 @dataclass(frozen=True, slots=True)
-class PlannerInfo:
+class PlannerInfo(Generic[_T]):
     """One row of the table of planners. ``settings`` maps each setting to its default."""
 
     name: str
     summary: str
     source: str
-    traits: Traits
+    traits: _T
     settings: Mapping[str, Any]
 
 
@@ -60,19 +66,25 @@ def demand_name(name: str) -> None:
     ------
     UsageError : nobody has registered that name.
     """
-    _entry(name)
+    _entry(name, _OF_SCENES)
 
 
-def _entry(name: str) -> EntryPoint:
-    for group in (GROUP, POSE_GROUP):
+def fleet_names() -> tuple[str, ...]:
+    """The names of all planners of fleets, sorted."""
+    return tuple(_entries(FLEET_GROUP))
+
+
+def _entry(name: str, kinds: tuple[str, ...]) -> EntryPoint:
+    for kind in kinds:
         try:
-            return _entries(group)[name]
+            return _entries(GROUPS[kind])[name]
         except (KeyError, TypeError):
             continue
-    known = (*names(), *pose_names())
+    known = tuple(one for kind in kinds for one in _entries(GROUPS[kind]))
+    what = "planner of fleets" if kinds == ("fleets",) else "planner"
     raise UsageError(
         "PLANNER",
-        f"no planner is called {shown(name)}",
+        f"no {what} is called {shown(name)}",
         allowed=", ".join(known),
         todo=did_you_mean(name, known),
         setting="planner",
@@ -80,14 +92,19 @@ def _entry(name: str) -> EntryPoint:
 
 
 def planner_class(name: str) -> type[Planner]:
-    """The planner of that name.
+    """The planner of that name, on cells or of poses.
 
     Raises
     ------
     UsageError : nobody has registered that name.
     InputError : PLANNER_BROKEN: its package fails to import, or does not hold a planner.
     """
-    entry = _entry(name)
+    return cast(type[Planner], any_class(name, _OF_SCENES))
+
+
+def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
+    """The planner of that name of some kinds; see :func:`planner_class`."""
+    entry = _entry(name, kinds)
     try:
         with uninterrupted():
             loaded: Any = entry.load()
@@ -95,11 +112,12 @@ def planner_class(name: str) -> type[Planner]:
         if not origin_of(name):
             raise
         raise _broken(entry, f"its import fails: {type(fault).__name__}: {fault}") from fault
-    lacks = [word for word in ("name", "summary", "source", "traits", "open") if not hasattr(loaded, word)]
+    called = "plan" if entry.group == FLEET_GROUP else "open"
+    lacks = [word for word in ("name", "summary", "source", "traits", called) if not hasattr(loaded, word)]
     if not isinstance(loaded, type) or not is_dataclass(loaded) or lacks:
         what = f"it has no {', '.join(lacks)}" if lacks else "it is no dataclass"
         raise _broken(entry, f"{entry.value} is no planner: {what}")
-    return cast(type[Planner], loaded)
+    return cast(type[Any], loaded)
 
 
 def _broken(entry: EntryPoint, what: str) -> InputError:
@@ -113,6 +131,17 @@ def _broken(entry: EntryPoint, what: str) -> InputError:
     )
 
 
+def kind_of(name: str) -> str:
+    """The kind of a planner: ``cells``, ``poses`` or ``fleets``.
+
+    Raises
+    ------
+    UsageError : nobody has registered that name.
+    """
+    group = _entry(name, tuple(GROUPS)).group
+    return next(kind for kind, one in GROUPS.items() if one == group)
+
+
 @cache
 def origin_of(name: str) -> str:
     """The distribution and its version that a third-party planner comes from; empty for our own.
@@ -121,31 +150,31 @@ def origin_of(name: str) -> str:
     ------
     UsageError : nobody has registered that name.
     """
-    dist = _entry(name).dist
+    dist = _entry(name, tuple(GROUPS)).dist
     if dist is None or dist.name == "lampyris":
         return ""
     return f"{dist.name} {dist.version}"
 
 
-def settings_of(kind: type[Planner]) -> Mapping[str, Any]:
+def settings_of(kind: type[Any]) -> Mapping[str, Any]:
     """Each setting of a planner with its default."""
-    return {
-        f.name: f.default if f.default is not MISSING else None
-        for f in fields(kind)  # type: ignore[arg-type]
-        if f.init
-    }
+    return {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
 
 
 def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
-    """A planner of that name with these settings.
+    """A planner of that name with these settings, on cells or of poses.
 
     Raises
     ------
     UsageError : no such planner.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    kind = planner_class(name)
-    known = settings_of(kind)
+    return cast(Planner, made(planner_class(name), settings))
+
+
+def made(kind: type[Any], settings: Mapping[str, Any] | None) -> Any:
+    """A planner of this class with these settings; see :func:`make`."""
+    name, known = kind.name, settings_of(kind)
     for key in settings or {}:
         if key not in known:
             raise UnknownSettingError(
@@ -158,29 +187,42 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     return kind(**(settings or {}))
 
 
-def row_of(name: str) -> PlannerInfo:
-    """One row of the table.
+def row_of(name: str) -> PlannerInfo[Any]:
+    """One row of the table, of a planner of any kind.
 
     Raises
     ------
     UsageError, InputError : as of :func:`planner_class`.
     """
-    kind = planner_class(name)
+    kind = any_class(name)
     return PlannerInfo(name, kind.summary, kind.source, kind.traits, settings_of(kind))
 
 
-def list_planners(*, poses: bool = False) -> Mapping[str, PlannerInfo]:
-    """Every planner on cells with its traits, settings and source, by name.
+@overload
+def list_planners(kind: Literal["cells", "poses"] = ...) -> Mapping[str, PlannerInfo[Traits]]: ...
+
+
+@overload
+def list_planners(kind: Literal["fleets"]) -> Mapping[str, PlannerInfo[FleetTraits]]: ...
+
+
+def list_planners(kind: str = "cells") -> Mapping[str, PlannerInfo[Any]]:
+    """Every planner of a kind with its traits, settings and source, by name.
 
     Parameters
     ----------
-    poses : the planners of poses instead, which :func:`lampyris.plan` alone takes.
+    kind : ``cells``; ``poses``, which :func:`lampyris.plan` alone takes; ``fleets``, for :func:`lampyris.plan_fleet`.
 
     A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
+
+    Raises
+    ------
+    UsageError : ``KIND``: no such kind.
     """
-    of_kind("poses", poses, bool)
+    if not isinstance(kind, str) or kind not in GROUPS:
+        raise UsageError("KIND", f"kind {shown(kind)}", allowed=", ".join(GROUPS))
     rows = {}
-    for name in pose_names() if poses else names():
+    for name in _entries(GROUPS[kind]):
         try:
             rows[name] = row_of(name)
         except InputError as fault:

@@ -25,7 +25,6 @@ from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
-from lampyris.planning.fleet.registry import list_fleet_planners
 from lampyris.sim.traffic.mobility import MOBILITIES
 
 
@@ -35,9 +34,9 @@ def hello() -> dict[str, Any]:
     return {
         "version": __version__,
         "planners": [_planner(row) for row in registry.list_planners().values()],
-        "planners_of_poses": [_planner(row) for row in registry.list_planners(poses=True).values()],
+        "planners_of_poses": [_planner(row) for row in registry.list_planners("poses").values()],
         "planners_of_fleets": [
-            {"name": row.name, "summary": row.summary} for row in list_fleet_planners().values()
+            {"name": row.name, "summary": row.summary} for row in registry.list_planners("fleets").values()
         ],
         "laws": [_law(row) for row in laws.LAWS.values()],
         "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items()],
@@ -58,7 +57,7 @@ def hello() -> dict[str, Any]:
     }
 
 
-def _planner(row: registry.PlannerInfo) -> dict[str, Any]:
+def _planner(row: registry.PlannerInfo[Any]) -> dict[str, Any]:
     kind = registry.planner_class(row.name)
     return {
         "name": row.name,

@@ -47,7 +47,9 @@ def fleet(
     agents: Annotated[
         Path | None,
         typer.Option(
-            "--agents", metavar="FILE", help="Starts and goals: a list (.yaml, .json, .csv), cells or metres."
+            "--agents",
+            metavar="FILE",
+            help="Starts and goals: a list (.yaml, .json, .csv), or a League of Robot Runners problem (.json).",
         ),
     ] = None,
     robots: Annotated[
@@ -74,8 +76,8 @@ def fleet(
         str,
         typer.Option(
             "--moves",
-            metavar="four-connected",
-            help="four-connected: a step to one of four neighbours, or a wait.",
+            metavar="four-connected|octile",
+            help="A step to one of four or eight neighbours, or a wait; each takes a tick.",
             callback=moves_name,
         ),
     ] = "four-connected",
@@ -103,22 +105,32 @@ def fleet(
     max_cells: MaxCells = None,
     picture: Picture = None,
     film: Film = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            "--export",
+            metavar="FILE",
+            help="Write the robots as .scen or as a League problem (.json and three beside it), or the plan as .txt.",
+        ),
+    ] = None,
     json_: Json = False,
     no_timing: NoTiming = False,
     force: Force = False,
 ) -> None:
     """Plan paths for many robots that never collide.
 
-    The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to one of
-    four neighbouring cells or waits. Exit code 4: not solved.
+    The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to a
+    neighbouring cell or waits. Exit code 4: not solved.
     """
     from lampyris import fleets
     from lampyris.cli.option_groups import MapOptions
     from lampyris.cli.request import budget_of, load_document, parse_settings
+    from lampyris.io.fleet_export import export_paths
     from lampyris.planning.base import Budget
     from lampyris.planning.fleet import registry
 
-    outputs.check_outputs(force, json=json_, picture=picture, film=film)
+    exported = () if export is None else export_paths(export)
+    outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film)
     given = parse_settings(planner, settings or [], registry)
     budget = budget_of("--seconds", seconds) or Budget()
     budget = Budget(_checked(iterations), budget.seconds)
@@ -134,7 +146,7 @@ def fleet(
     )
     asked = _fleet(document, scen, agents, robots, seed)
     if seconds is not None:
-        _load_kernels(planner, quiet=json_)
+        _load_kernels(planner, moves, quiet=json_)
     print_notes((*document.notes, *asked.notes))
     with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
         show = None if tick is None else (lambda done, _cost: tick(done))
@@ -142,18 +154,20 @@ def fleet(
             asked.fleet, planner, moves=moves, seed=seed, budget=budget, progress=show, planner_settings=given
         )
     _draw(made, asked.fleet, picture, film, quiet=json_)
+    if export is not None:
+        fleets.export_fleet(made, asked.fleet, export)
     if json_:
         from lampyris.report.data.fleet_record import fleet_record
 
-        record = fleet_record(made, asked.fleet, moves)
+        record = fleet_record(made, asked.fleet)
         print_json({**record, "timing": {}} if no_timing else record)
     else:
         _print(made, asked.fleet)
-        print_written(picture, film)
+        print_written(picture, film, *exported)
     raise typer.Exit(0 if made else NO_ANSWER)
 
 
-def _load_kernels(planner: str, *, quiet: bool) -> None:
+def _load_kernels(planner: str, moves: str, *, quiet: bool) -> None:
     """Load or compile what a planner runs: the seconds are for planning."""
     from lampyris import fleets
     from lampyris.kernels import _jit
@@ -164,7 +178,7 @@ def _load_kernels(planner: str, *, quiet: bool) -> None:
         return
     small = Fleet(Grid([[False] * 3] * 2), [Agent((0, 0), (2, 1)), Agent((2, 0), (0, 1))])
     with working("loading compiled code", quiet=quiet), _jit.compiled_only():
-        fleets.plan_fleet(small, planner)
+        fleets.plan_fleet(small, planner, moves=moves)
 
 
 def _checked(iterations: int | None) -> int | None:
@@ -218,7 +232,7 @@ def _print(made: FleetPlan, asked: Fleet) -> None:
     grid = asked.grid
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{len(asked.robots)}, four-connected moves, seed {made.seed}"),
+        ("robots", f"{len(asked.robots)}, {made.moves} moves, seed {made.seed}"),
         ("planner", made.planner),
     ]
     if made.sum_of_costs is not None:

@@ -6,9 +6,9 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -32,16 +32,22 @@ def planners(
 
 def show_planners(name: str | None, as_json: bool) -> int:
     """List the planners, or say all of one. Returns the exit code."""
-    from lampyris.planning.registry import list_planners, planner_class, row_of
+    from lampyris.planning.registry import any_class, kind_of, list_planners, row_of
 
     if name is None:
-        rows = [*list_planners().values(), *list_planners(poses=True).values()]
+        kinds: dict[str, Mapping[str, PlannerInfo[Any]]] = {
+            "cells": list_planners(),
+            "poses": list_planners("poses"),
+            "fleets": list_planners("fleets"),
+        }
+        rows: list[PlannerInfo[Any]] = [row for found in kinds.values() for row in found.values()]
     else:
         rows = [row_of(name)]
     if as_json:
         records = [
             {
                 "name": r.name,
+                "kind": kind_of(r.name),
                 "summary": r.summary,
                 "source": r.source,
                 "traits": asdict(r.traits),
@@ -52,9 +58,11 @@ def show_planners(name: str | None, as_json: bool) -> int:
         print_json({"planners": records} if name is None else records[0])
         return 0
     if name is None:
-        print_planners(rows)
+        for kind, found in kinds.items():
+            print_planners(kind, list(found.values()))
+        text.line("lampyris planners NAME says more of one: its settings, and what they mean.")
     else:
-        print_planner(rows[0], _description(planner_class(name)))
+        print_planner(rows[0], _description(any_class(name)))
     return 0
 
 
@@ -75,15 +83,17 @@ def _description(kind: type) -> str:
     return "\n".join((own, "\nSettings shared with others\n---------------------------", *shared))
 
 
-def print_planners(rows: Sequence[PlannerInfo]) -> None:
-    """Print the planners: a line or two each, with the source."""
+_TITLES = {"cells": "planners", "poses": "planners of poses", "fleets": "planners of fleets"}
+
+
+def print_planners(kind: str, rows: Sequence[PlannerInfo[Any]]) -> None:
+    """Print the planners of a kind: a line or two each, with the source."""
     columns = ("name", "traits", "what it does, and its source")
     cells = [(r.name, ", ".join(_traits(r)) or "-", (r.summary, r.source)) for r in rows]
-    text.table("planners", columns, cells, whole=("name",))
-    text.line("lampyris planners NAME says more of one: its settings, and what they mean.")
+    text.table(_TITLES[kind], columns, cells, whole=("name",))
 
 
-def print_planner(row: PlannerInfo, description: str) -> None:
+def print_planner(row: PlannerInfo[Any], description: str) -> None:
     """Print one planner: traits, settings with their defaults, and its own description."""
     settings = ", ".join(f"{k}={v}" for k, v in row.settings.items())
     rows = [
@@ -99,6 +109,8 @@ def print_planner(row: PlannerInfo, description: str) -> None:
     print(plain)
 
 
-def _traits(row: PlannerInfo) -> list[str]:
-    words = ("optimal", "incremental", "stochastic", "sees_traffic", "plans_headings")
-    return [word.replace("_", " ") for word in words if getattr(row.traits, word)]
+def _traits(row: PlannerInfo[Any]) -> list[str]:
+    """What a planner promises, in words."""
+    words = [f.name.replace("_", " ") for f in fields(row.traits) if getattr(row.traits, f.name) is True]
+    moves = getattr(row.traits, "moves", ())
+    return words + [f"{name} moves" for name in moves if name != "four-connected"]

@@ -1,4 +1,4 @@
-"""Distance tables: the number of four-connected steps from every free cell to each robot's goal.
+"""Distance tables: the number of steps, four-connected or octile, from every free cell to each robot's goal.
 
 Multi-robot planners look up a few cells of every robot's table at every tick, so the tables hold free cells only
 (a cell's number is its rank among the free cells, row by row), a row a robot, in the smallest type that fits. The
@@ -16,7 +16,7 @@ from lampyris.kernels._jit import kernel, stopped, u64
 
 
 @kernel(out=("table", "order", "fresh"), of="table", each=900)
-def distance_rows(ground, number, goals, table, order, fresh, width, cells, never, halt):
+def distance_rows(ground, number, goals, table, order, fresh, width, cells, never, diagonal, halt):
     """Fill a row of ``table`` for each goal; how many rows are done: fewer than goals if a distance does not fit.
 
     Parameters
@@ -25,11 +25,12 @@ def distance_rows(ground, number, goals, table, order, fresh, width, cells, neve
     number : int32, (n,), padded; the number of each free cell.
     goals : int32, (rows,); free cells, padded indices.
     table : signed, (rows * cells,); the result, ``never`` in cells that cannot reach the goal.
-    order : uint32, (cells + 5,); scratch.
+    order : uint32, (cells + 9,); scratch.
     fresh : uint8, (n,); scratch.
     width : of a padded row; the border is one cell wide.
     cells : how many are free.
     never : the largest value of the table's type.
+    diagonal : whether a diagonal step, between free cells, takes a step, too.
     """
     w = u64(width)
     one = u64(1)
@@ -68,6 +69,33 @@ def distance_rows(ground, number, goals, table, order, fresh, width, cells, neve
                 order[tail] = n
                 tail += u64(fresh[n])
                 fresh[n] = 0
+            if diagonal:
+                for i in range(head, begin):
+                    p = u64(order[i])
+                    up = ground[p - w]
+                    down = ground[p + w]
+                    left = ground[p - one]
+                    right = ground[p + one]
+                    n = p - w - one
+                    order[tail] = n
+                    is_new = fresh[n] & up & left
+                    tail += u64(is_new)
+                    fresh[n] ^= is_new
+                    n = p - w + one
+                    order[tail] = n
+                    is_new = fresh[n] & up & right
+                    tail += u64(is_new)
+                    fresh[n] ^= is_new
+                    n = p + w - one
+                    order[tail] = n
+                    is_new = fresh[n] & down & left
+                    tail += u64(is_new)
+                    fresh[n] ^= is_new
+                    n = p + w + one
+                    order[tail] = n
+                    is_new = fresh[n] & down & right
+                    tail += u64(is_new)
+                    fresh[n] ^= is_new
             for i in range(begin, tail):
                 table[row + u64(number[order[i]])] = d
             head = begin

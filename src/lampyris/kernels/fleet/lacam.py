@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped
 from lampyris.kernels.fleet.pibt import drawn, rearrange, step
+from lampyris.kernels.fleet.steps import crosses
 
 EXHAUSTED, IMPROVED, FULL, LIMIT = 0, 1, 2, 3
 
@@ -143,7 +144,7 @@ def _branch(edge, degree, config, order, node, low, random, state, key, h, at, r
     here = int(config[h * robots + i])
     n = int(degree[here])
     for k in range(n):
-        key[k] = edge[4 * here + k]
+        key[k] = edge[len(edge) // len(degree) * here + k]
     key[n] = here
     for k in range(n, 0, -1):
         random[0] = drawn(random[0])
@@ -167,7 +168,7 @@ def _branch(edge, degree, config, order, node, low, random, state, key, h, at, r
 
 
 @kernel(out=("following", "reserved"))
-def _force(low, order, base, at, now, following, occupant, reserved):
+def _force(edge, wide, low, order, base, at, now, following, occupant, reserved):
     """Set the cells that a low-level node and its ancestors force; whether they collide with none of each other."""
     while at >= 0:
         i = int(order[base + int(low[at * LOW_WIDTH + 2]) - 1])
@@ -176,6 +177,8 @@ def _force(low, order, base, at, now, following, occupant, reserved):
             return False
         a = occupant[u]
         if a >= 0 and a != i and following[a] == now[i]:
+            return False
+        if crosses(edge, wide, occupant, following, int(now[i]), u):
             return False
         following[i] = u
         reserved[u] = i
@@ -255,6 +258,7 @@ def search(
     """
     robots = len(goals)
     cells = len(degree)
+    wide = len(edge) // cells
     if state[NODES] == 0:
         hashed = _hash(now, 0, robots)
         add(table, goals, distance, now, config, waited, order, node, opened, bucket, state, -1, 0, hashed)
@@ -266,7 +270,7 @@ def search(
             return LIMIT
         if (
             (state[NODES] + 1) * robots > len(config)
-            or (state[LOWS] + 6) * LOW_WIDTH > len(low)
+            or (state[LOWS] + 10) * LOW_WIDTH > len(low)
             or (state[LINK_COUNT] + 1) * LINK_WIDTH > len(link)
             or state[OPEN] + state[NODES] + 2 > len(opened)
         ):
@@ -297,7 +301,7 @@ def search(
         for _ in range(samples):
             for i in range(robots):
                 following[i] = -1
-            legal = _force(low, order, h * robots, forced, now, following, occupant, reserved)
+            legal = _force(edge, wide, low, order, h * robots, forced, now, following, occupant, reserved)
             if legal and step(
                 edge, degree, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
                 turn, partner, stack, random, swapping, halt,

@@ -9,14 +9,15 @@ Robots decide in the order of their priorities. A robot tries its cells by dista
 has not decided stands on one, that robot inherits the priority and has to decide first; if it cannot leave, the next
 cell is tried. The recursion is an explicit stack, and a robot is on it at most once.
 
-Cells are numbers of free cells. ``edge`` is int32, (4 * cells,): each cell's neighbours first, then ``cells`` for those that
-are missing; ``degree`` says how many there are.
+Cells are numbers of free cells; ``edge`` and ``degree``: see :mod:`.steps`. With octile moves a robot also tries its next cell
+if a robot that has decided crosses its diagonal step.
 """
 
 from __future__ import annotations
 
 from lampyris.kernels._helpers import LOOK
 from lampyris.kernels._jit import kernel, stopped
+from lampyris.kernels.fleet.steps import crosses
 
 SOLVED, LIMIT, FULL = 0, 1, 2
 MASK = 0xFFFFFFFF
@@ -34,19 +35,20 @@ def drawn(state):
 def _exits(edge, degree, goals, occupant, back, cell):
     """From ``cell``, come to from ``back``: how many cells one can go on to, and one of them.
 
-    A dead end whose robot is on its goal is none: that robot need not move. Returned as ``cell * 8 + count``.
+    A dead end whose robot is on its goal is none: that robot need not move. Returned as ``cell * 16 + count``.
     """
+    wide = len(edge) // len(degree)
     count = 0
     on = 0
     for k in range(degree[cell]):
-        u = edge[4 * cell + k]
+        u = edge[wide * cell + k]
         if u == back:
             continue
         if degree[u] == 1 and occupant[u] >= 0 and goals[occupant[u]] == u:
             continue
         count += 1
         on = int(u)
-    return on * 8 + count
+    return on * 16 + count
 
 
 @kernel()
@@ -61,12 +63,12 @@ def _is_swap_required(edge, degree, table, goals, occupant, pusher, puller, fron
     theirs = puller * cells
     while table[mine + back] < table[mine + front]:
         found = _exits(edge, degree, goals, occupant, front, back)
-        if found % 8 >= 2:
+        if found % 16 >= 2:
             return False
-        if found % 8 == 0:
+        if found % 16 == 0:
             break
         front = back
-        back = found // 8
+        back = found // 16
     if table[theirs + front] >= table[theirs + back]:
         return False
     return table[mine + front] == 0 or table[mine + back] < table[mine + front]
@@ -78,18 +80,19 @@ def _is_swap_possible(edge, degree, goals, occupant, front, back):
     origin = front
     while back != origin:
         found = _exits(edge, degree, goals, occupant, front, back)
-        if found % 8 >= 2:
+        if found % 16 >= 2:
             return True
-        if found % 8 == 0:
+        if found % 16 == 0:
             return False
         front = back
-        back = found // 8
+        back = found // 16
     return False
 
 
 @kernel()
 def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1."""
+    wide = len(edge) // len(degree)
     here = now[i]
     a = occupant[first]
     if (
@@ -100,7 +103,7 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     ):
         return int(a)
     for k in range(degree[here]):
-        u = edge[4 * here + k]
+        u = edge[wide * here + k]
         a = occupant[u]
         if (
             a >= 0
@@ -114,36 +117,38 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
 
 @kernel(out=("choice", "key", "random"))
 def _rank(edge, degree, table, now, occupant, choice, key, random, i):
-    """Write the cells that robot ``i`` may go to, best first, to ``choice[5 * i:]``.
+    """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``.
 
     By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
     (hindrance), then at random.
     """
     cells = len(degree)
+    wide = len(edge) // cells
     here = now[i]
     row = i * cells
     n = int(degree[here])
     state = drawn(random[0])
-    random[0] = state
+    more = drawn(state) if n > 4 else state
+    random[0] = more
     for k in range(n):
-        key[k] = int(table[row + edge[4 * here + k]]) << 16
+        key[k] = int(table[row + edge[wide * here + k]]) << 16
     for k in range(n):
         distance = key[k] >> 16
         tie = False
         for j in range(n):
             tie = tie or (j != k and key[j] >> 16 == distance)
         if tie:
-            u = int(edge[4 * here + k])
+            u = int(edge[wide * here + k])
             hindered = 0
             for j in range(degree[u]):
-                a = occupant[edge[4 * u + j]]
+                a = occupant[edge[wide * u + j]]
                 if a >= 0 and a != i and table[a * cells + u] < table[a * cells + now[a]]:
                     hindered += 1
-            key[k] += (hindered << 8) + ((state >> (8 * k)) & 255)
-    base = 5 * i
+            key[k] += (hindered << 8) + (((state if k < 4 else more) >> (8 * (k % 4))) & 255)
+    base = len(key) * i
     key[n] = int(table[row + here]) << 16
     for k in range(n + 1):
-        u = int(edge[4 * here + k]) if k < n else int(here)
+        u = int(edge[wide * here + k]) if k < n else int(here)
         own = key[k]
         j = k
         while j > 0 and key[j - 1] > own:
@@ -168,10 +173,13 @@ def step(
     order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
     following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
     occupant, reserved : int32, (cells,); the robot that is there now, and next (the given ones), or -1.
-    choice, key, turn, partner, stack : int32, (5 * robots), (5), and (robots,) each; scratch.
+    choice, key, turn, partner, stack : int32, (places * robots,), int64, (places,), and int32, (robots,) each; scratch. A robot
+        may go to 5 places with four-connected, 9 with octile moves.
     random : int64, (1,); state of the generator, 1 .. 2**32 - 1.
     swapping : whether the swap rule applies.
     """
+    wide = len(edge) // len(degree)
+    places = len(key)
     for r in range(len(goals)):
         root = order[base + r]
         if following[root] >= 0:
@@ -188,11 +196,11 @@ def step(
             if turn[i] < 0:
                 _rank(edge, degree, table, now, occupant, choice, key, random, i)
                 partner[i] = -1
-                first = int(choice[5 * i])
+                first = int(choice[places * i])
                 if swapping and first != here:
                     partner[i] = _partner(edge, degree, table, goals, now, following, occupant, i, first)
                     if partner[i] >= 0:
-                        low = 5 * i
+                        low = places * i
                         high = low + int(degree[here])
                         while low < high:
                             u = choice[low]
@@ -207,9 +215,13 @@ def step(
             ended = 0
             pushed = False
             while not moves and not pushed and turn[i] <= degree[here]:
-                u = int(choice[5 * i + turn[i]])
+                u = int(choice[places * i + turn[i]])
                 a = int(occupant[u])
-                if reserved[u] >= 0 or (a >= 0 and following[a] == here):
+                if (
+                    reserved[u] >= 0
+                    or (a >= 0 and following[a] == here)
+                    or crosses(edge, wide, occupant, following, here, u)
+                ):
                     turn[i] += 1
                     continue
                 reserved[u] = i
@@ -225,7 +237,13 @@ def step(
                 continue
             if moves:
                 a = int(partner[i])
-                if turn[i] == 0 and a >= 0 and following[a] < 0 and reserved[here] < 0:
+                if (
+                    turn[i] == 0
+                    and a >= 0
+                    and following[a] < 0
+                    and reserved[here] < 0
+                    and not crosses(edge, wide, occupant, following, int(now[a]), here)
+                ):
                     following[a] = here
                     reserved[here] = a
                 ended = 1

@@ -17,6 +17,7 @@ search without a path ends.
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped
+from lampyris.kernels.fleet.steps import beside
 
 FOUND, NONE, HORIZON, ROOM = 0, 1, 2, 3
 
@@ -25,9 +26,12 @@ NOT_AT, NOT_STEP, MUST_AT, LONGER, AT_MOST, NOT_FROM = range(6)
 ROW = 4
 """Of a constraint: its kind, cell, cell that a step leads to, tick (of the arrival)."""
 COST, BOUND, EXPANDED, STATE_WIDTH = range(4)
-VERTEX, SWAP, PASSES, IS_PASSED = range(4)
-CONFLICT_WIDTH = 5
-"""Of a conflict: its kind, the other robot, the cell, the cell that a step leads to, tick (of the arrival)."""
+VERTEX, SWAP, PASSES, IS_PASSED, CROSSING = range(5)
+CONFLICT_WIDTH = 7
+"""Of a conflict: its kind, the other robot, the cell, the cell that a step leads to, tick (of the arrival), and the cells of the
+other robot's step."""
+WAIT = 8
+"""In place of the number of an edge."""
 LATE = 1 << 30
 
 
@@ -59,7 +63,7 @@ def take(where, last, head, chain, settled, horizon, robot):
 
 
 @kernel()
-def _hits(where, last, head, chain, settled, horizon, u, v, t):
+def _hits(edge, wide, where, last, head, chain, settled, horizon, u, v, t):
     """How many robots collide with a step from ``u`` at tick ``t`` to ``v``, or a wait if they are equal."""
     n = 0
     r = head[v * horizon + t + 1]
@@ -75,6 +79,16 @@ def _hits(where, last, head, chain, settled, horizon, u, v, t):
             if t < last[r] and where[r * horizon + t + 1] == u:
                 n += 1
             r = chain[r * horizon + t]
+        one = beside(edge, wide, u, v)
+        if one >= 0:
+            two = v - (one - u)
+            for _ in range(2):
+                r = head[one * horizon + t]
+                while r >= 0:
+                    if t < last[r] and where[r * horizon + t + 1] == two:
+                        n += 1
+                    r = chain[r * horizon + t]
+                one, two = two, one
     return n
 
 
@@ -128,18 +142,18 @@ def _admit(pool, keys, items, n, i, f, horizon):
 
 
 @kernel()
-def _allowed(barred, since, must, xy, horizon, last_must, u, k, v, t):
-    """Whether constraints allow the step from ``u`` over its edge ``k`` (4: none) to ``v`` at tick ``t``."""
+def _allowed(barred, since, must, xy, wide, horizon, last_must, u, k, v, t):
+    """Whether constraints allow the step from ``u`` over its edge ``k`` (or WAIT) to ``v`` at tick ``t``."""
     if barred[v * horizon + t] & 1 or since[v] <= t:
         return False
-    if k < 4 and barred[u * horizon + t] & (2 << k):
+    if k < WAIT and barred[u * horizon + t] & (2 << k):
         return False
     if t <= last_must:
         there = must[2 * t]
         left = must[2 * t + 1] - t
         dx = xy[2 * there] - xy[2 * v]
         dy = xy[2 * there + 1] - xy[2 * v + 1]
-        if abs(dx) + abs(dy) > left:
+        if (abs(dx) + abs(dy) if wide == 4 else max(abs(dx), abs(dy))) > left:
             return False
     return True
 
@@ -151,17 +165,18 @@ def _constrain(edge, degree, rows, count, horizon, barred, since, must, on):
     ``must[2 * t:]`` are the next cell that is demanded from tick t on, and its tick.
     """
     last_must = -1
+    wide = len(edge) // len(degree)
     for i in range(0, count * ROW, ROW):
         kind = rows[i]
         u = rows[i + 1]
         t = rows[i + 3]
         if kind == NOT_AT:
-            barred[u * horizon + t] = (barred[u * horizon + t] & 254) | on
+            barred[u * horizon + t] = (barred[u * horizon + t] & 1022) | on
         elif kind == NOT_STEP:
             for k in range(degree[u]):
-                if edge[4 * u + k] == rows[i + 2]:
+                if edge[wide * u + k] == rows[i + 2]:
                     bit = 2 << k
-                    barred[u * horizon + t] = (barred[u * horizon + t] & (255 - bit)) | (bit * on)
+                    barred[u * horizon + t] = (barred[u * horizon + t] & (1023 - bit)) | (bit * on)
         elif kind == NOT_FROM:
             since[u] = min(since[u], t) if on else LATE
         elif kind == MUST_AT:
@@ -192,6 +207,7 @@ def _levels(
     The levels of the multi-valued decision diagram (G. Sharon, R. Stern, M. Goldenberg, A. Felner 2013), forwards, and then
     backwards without what leads nowhere.
     """
+    wide = len(edge) // len(degree)
     for t in range(cost + 1):
         single[t] = -1
     pool[CELL] = start
@@ -207,15 +223,15 @@ def _levels(
         done += 1
         if t > cost:
             continue
-        if made + 5 > room:
+        if made + 10 > room:
             fits = False
             break
         n = degree[u]
         for k in range(n + 1):
-            v = edge[4 * u + k] if k < n else u
+            v = edge[wide * u + k] if k < n else u
             if t + table[base + v] > cost or seen[v * horizon + t] >= 0:
                 continue
-            if not _allowed(barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t):
+            if not _allowed(barred, since, must, xy, wide, horizon, last_must, u, k if k < n else WAIT, v, t):
                 continue
             seen[v * horizon + t] = made
             pool[made * NODE_WIDTH + CELL] = v
@@ -232,13 +248,23 @@ def _levels(
             if t < cost:
                 n = degree[u]
                 for k in range(n + 1):
-                    v = edge[4 * u + k] if k < n else u
+                    v = edge[wide * u + k] if k < n else u
                     j = seen[v * horizon + t + 1]
                     if (
                         j >= 0
                         and pool[j * NODE_WIDTH + CLOSED] == 1
                         and _allowed(
-                            barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t + 1
+                            barred,
+                            since,
+                            must,
+                            xy,
+                            wide,
+                            horizon,
+                            last_must,
+                            u,
+                            k if k < n else WAIT,
+                            v,
+                            t + 1,
                         )
                     ):
                         alive = True
@@ -278,7 +304,7 @@ def find(
     horizon : ticks of the tables.
     longest : the last tick at which another robot comes to its goal.
     weight : how many times the least estimate an estimate may be, >= 1.
-    barred : uint8, (cells * horizon,), zeros. ``since`` : int32, (cells,), LATE. Both are left as they were found.
+    barred : uint16, (cells * horizon,), zeros. ``since`` : int32, (cells,), LATE. Both are left as they were found.
     must : int32, (2 * horizon,); scratch.
     pool, keys, items : int32, (states * NODE_WIDTH,); int64 and int32, (2 * states,); scratch.
     bucket, waiting : int32, (2 * horizon + 2,) each; scratch: how many open states have each estimate, and those that are
@@ -289,6 +315,7 @@ def find(
     state : int64, (STATE_WIDTH,); the result's cost, the lower bound, states expanded.
     """
     room = len(pool) // NODE_WIDTH
+    wide = len(edge) // len(degree)
     ending = NONE
     static = longest
     earliest = 0
@@ -367,20 +394,20 @@ def find(
             if t >= horizon - 1:
                 ending = HORIZON
                 break
-            if made + 5 > room or waits + 6 > len(keys):
+            if made + 10 > room or waits + 11 > len(keys):
                 ending = ROOM
                 break
             n = degree[u]
             for k in range(n + 1):
-                v = edge[4 * u + k] if k < n else u
+                v = edge[wide * u + k] if k < n else u
                 f = max(t + int(table[base + v]), earliest)
                 if f > latest:
                     continue
                 if count > 0 and not _allowed(
-                    barred, since, must, xy, horizon, last_must, u, k if k < n else 4, v, t
+                    barred, since, must, xy, wide, horizon, last_must, u, k if k < n else WAIT, v, t
                 ):
                     continue
-                hits = _hits(where, last, head, chain, settled, horizon, u, v, t - 1)
+                hits = _hits(edge, wide, where, last, head, chain, settled, horizon, u, v, t - 1)
                 hits += pool[at + HITS]
                 if v == goal and t >= earliest:
                     for later in range(t + 1, longest + 1):
@@ -439,8 +466,21 @@ def find(
     return ending
 
 
+@kernel(out=("listed",))
+def _note(listed, n, kind, other, u, v, tick, p, q):
+    """Write a conflict, the ``n``-th."""
+    at = n * CONFLICT_WIDTH
+    listed[at] = kind
+    listed[at + 1] = other
+    listed[at + 2] = u
+    listed[at + 3] = v
+    listed[at + 4] = tick
+    listed[at + 5] = p
+    listed[at + 6] = q
+
+
 @kernel(out=("listed",), of="last", each=20_000)
-def conflicts(where, last, head, chain, settled, horizon, longest, robot, listed):
+def conflicts(edge, wide, where, last, head, chain, settled, horizon, longest, robot, listed):
     """List the conflicts of a robot with all others, its own path in the tables; how many, or -1: no room.
 
     Of conflicts of one robot that stands on its goal, and one that passes there, only the first is listed.
@@ -463,22 +503,12 @@ def conflicts(where, last, head, chain, settled, horizon, longest, robot, listed
                     kind = IS_PASSED
                 elif t == last[r]:
                     kind = PASSES
-                at = n * CONFLICT_WIDTH
-                listed[at] = kind
-                listed[at + 1] = r
-                listed[at + 2] = u
-                listed[at + 3] = u
-                listed[at + 4] = t
+                _note(listed, n, kind, r, u, u, t, u, u)
                 n += 1
             r = chain[r * horizon + t]
         r = settled[u]
         if r >= 0 and r != robot and t > last[r]:
-            at = n * CONFLICT_WIDTH
-            listed[at] = PASSES
-            listed[at + 1] = r
-            listed[at + 2] = u
-            listed[at + 3] = u
-            listed[at + 4] = t
+            _note(listed, n, PASSES, r, u, u, t, u, u)
             n += 1
         if 0 < t <= end and where[base + t - 1] != u:
             back = where[base + t - 1]
@@ -487,20 +517,28 @@ def conflicts(where, last, head, chain, settled, horizon, longest, robot, listed
                 if t <= last[r] and where[r * horizon + t] == back:
                     if (n + 8) * CONFLICT_WIDTH > len(listed):
                         return -1
-                    at = n * CONFLICT_WIDTH
-                    listed[at] = SWAP
-                    listed[at + 1] = r
-                    listed[at + 2] = back
-                    listed[at + 3] = u
-                    listed[at + 4] = t
+                    _note(listed, n, SWAP, r, back, u, t, u, back)
                     n += 1
                 r = chain[r * horizon + t - 1]
+            one = beside(edge, wide, back, u)
+            if one >= 0:
+                two = u - (one - back)
+                for _ in range(2):
+                    r = head[one * horizon + t - 1]
+                    while r >= 0:
+                        if t <= last[r] and where[r * horizon + t] == two:
+                            if (n + 8) * CONFLICT_WIDTH > len(listed):
+                                return -1
+                            _note(listed, n, CROSSING, r, back, u, t, one, two)
+                            n += 1
+                        r = chain[r * horizon + t - 1]
+                    one, two = two, one
         # Of those at a goal, leave out what is listed already.
         k = first
         while k < n:
             at = k * CONFLICT_WIDTH
             known = False
-            if listed[at] >= PASSES:
+            if listed[at] == PASSES or listed[at] == IS_PASSED:
                 for j in range(0, first * CONFLICT_WIDTH, CONFLICT_WIDTH):
                     if listed[j] == listed[at] and listed[j + 1] == listed[at + 1]:
                         known = True

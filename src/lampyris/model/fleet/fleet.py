@@ -7,16 +7,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of
 from lampyris.errors import SceneError, SettingError, shown
-from lampyris.model.grid import Grid
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.typing import Cell, CellLike
 
 MOST_RADIUS = math.sqrt(2) / 4
-"""Greatest radius of a robot of a fleet, in cells. Where one robot leaves a cell and another enters it round a corner in the
-same tick, their centres come within sqrt(2) / 2 cells of each other."""
+"""Greatest radius, in cells, of robots that never touch if none are in one cell or change places, with four-connected moves.
+Where one robot leaves a cell and another enters it round a corner in the same tick, their centres come within sqrt(2) / 2 cells
+of each other."""
+OCTILE_RADIUS = math.sqrt(5) / 10
+"""The same with octile moves, if no two cross diagonally either. Where one robot leaves a cell by a diagonal step and another
+enters it by a straight one at an angle of 45 degrees, their centres come within sqrt(5) / 5 cells."""
+FORGIVEN = 1e-9
+"""Share of a squared distance that rounding may take: robots that touch at a point do not collide."""
+
+
+def most_radius(moves: str) -> float:
+    """The greatest radius in cells of robots that the conflicts of a step set keep apart; see :data:`MOST_RADIUS`."""
+    return OCTILE_RADIUS if moves == "octile" else MOST_RADIUS
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -26,8 +40,9 @@ class Agent(Noun):
     Parameters
     ----------
     start, goal : cells (x, y).
-    robot : its size; None: a robot small enough for its cell. Only the radius counts: at most :data:`MOST_RADIUS` cells,
-        and it must be able to turn in place (all robots take one tick a step).
+    robot : its size; None: a robot small enough for its cell. Only the radius counts, and it must be able to turn in place
+        (all robots take one tick a step). Planners whose traits do not say ``sizes`` take robots up to
+        :func:`most_radius`.
 
     Raises
     ------
@@ -67,9 +82,8 @@ class Fleet(Noun):
 
     Raises
     ------
-    SettingError : ``TYPE``: no grid or no agents; ``FLEET``: no robot at all, or two with one start or one goal;
-        ``FLEET_ROBOT``: a robot too large for its cell, or one that cannot turn in place. They
-        name the robot by its index, from 0.
+    SettingError : ``TYPE``: no grid or no agents; ``FLEET``: no robot at all, or two with one start or one goal, or that
+        overlap there; ``FLEET_ROBOT``: a robot that cannot turn in place. They name the robot by its index, from 0.
     SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``, with the robot's index.
     """
 
@@ -103,17 +117,29 @@ class Fleet(Noun):
                         "FLEET", f"{cell} is the {what} of robot {other}, too", where=f"robots[{k}].{what}",
                         allowed=f"a {what} for each robot alone",
                     )  # fmt: skip
+        self._check_apart()
+
+    def _check_apart(self) -> None:
+        """See that no two robots overlap at their starts, or at their goals."""
+        radii = self.radii
+        large = np.flatnonzero(radii > 0.5)  # two that are not are apart in different cells
+        for what, cells in (("start", self.starts), ("goal", self.goals)):
+            at = np.array(cells, dtype=np.int64)
+            for k in large.tolist():
+                away, need = at - at[k], radii + radii[k]
+                squared = away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1]
+                near = squared < need * need * (1.0 - FORGIVEN)
+                near[k] = False
+                if near.any():
+                    one, other = sorted((k, int(near.argmax())))
+                    raise SettingError(
+                        "FLEET", f"overlaps robot {one} at its {what}", where=f"robots[{other}].{what}",
+                        allowed=f"a distance of at least {radii[one] + radii[other]:.4g} cells: their radii",
+                    )  # fmt: skip
 
     def _check_size(self, k: int, one: Agent) -> None:
         if one.robot is None:
             return
-        most = self.grid.resolution * MOST_RADIUS
-        if one.robot.radius > most:
-            raise SettingError(
-                "FLEET_ROBOT", f"a radius of {one.robot.radius:g} m", where=f"robots[{k}].robot",
-                allowed=f"at most {MOST_RADIUS:.3g} cells, {most:.4g} m: larger ones touch at corners",
-                todo="take a map with larger cells (a coarser resolution)",
-            )  # fmt: skip
         if one.robot.drive == "ackermann":
             raise SettingError(
                 "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot",
@@ -138,6 +164,13 @@ class Fleet(Noun):
 
     def __len__(self) -> int:
         return len(self.robots)
+
+    @property
+    def radii(self) -> NDArray[np.float64]:
+        """The radius of each robot in cells, float64 (robots,); 0 for one without a size."""
+        sizes = [0.0 if one.robot is None else one.robot.radius for one in self.robots]
+        made: NDArray[np.float64] = frozen(np.array(sizes, dtype=np.float64) / self.grid.resolution)
+        return made
 
     @property
     def starts(self) -> tuple[Cell, ...]:

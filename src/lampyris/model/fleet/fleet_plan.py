@@ -40,7 +40,7 @@ class FleetPlan(Value):
     paths : one for each robot, in the order of the fleet: int32 (ticks + 1, 2), its cell (x, y) at every tick, from
         its start to the tick at which it comes to its goal for good. It stays at the last cell from then on. Of a plan
         that is not found: where the robots were led as far as it goes; empty where nothing is known.
-    shortest : steps of each robot's own shortest path on the bare map, int32 (robots,); None: unknown.
+    shortest : steps of each robot's own shortest path on the map without the others, int32 (robots,); None: unknown.
     iterations : what the planner counts and a budget limits: configurations tried (``lacam``), these and neighbourhoods
         (``lns``), ticks (``pibt``), searches of one robot (``prioritised-sipp``), nodes of the constraint tree (``cbs``,
         ``eecbs``).
@@ -52,6 +52,7 @@ class FleetPlan(Value):
     detail : why, in words, where there is more to say than the status's own sentence.
     notes : sentences a person should read.
     bound : a lower bound of the sum of costs that the planner proved; None: the sum of the shortest paths is all it knows.
+    moves : name of the step set, ``four-connected`` or ``octile``. Every step takes one tick, a diagonal one, too, and costs 1.
 
     Raises
     ------
@@ -71,6 +72,7 @@ class FleetPlan(Value):
     detail: str = ""
     notes: tuple[str, ...] = ()
     bound: int | None = None
+    moves: str = "four-connected"
 
     def __post_init__(self) -> None:
         given: Any = self.paths

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from lampyris._core.elementary import exp
 from lampyris._core.noun import Noun
 from lampyris._core.scalars import is_real
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.errors import SettingError, shown
+from lampyris.typing import Floats
 
 Point = tuple[float, float]
 """x, y in metres of the map frame."""
@@ -22,8 +24,17 @@ _FARTHEST = 1e9
 
 J1_PEAKS = ((-0.0093, 1.5814), (1.2857, -0.0048), (-0.46, -0.6292))
 """Where J1 has its peaks, on the square of half width 3."""
-J1_HEIGHT = 8.1062
-"""Of the highest of them."""
+J1_HEIGHTS = (8.1062, 3.5925, 3.7766)
+"""Their heights."""
+
+
+def j1(x: Floats, y: Floats) -> Floats:
+    """The function J1 of Krishnanand and Ghose, at places of the square from -3 to 3, y up."""
+    round_ = exp(-(x * x + y * y))
+    hill = 3.0 * (1.0 - x) * (1.0 - x) * exp(-(x * x + (y + 1.0) * (y + 1.0)))
+    saddle = 10.0 * (x / 5.0 - x * x * x - y * y * y * y * y) * round_
+    found: Floats = hill - saddle - exp(-((x + 1.0) * (x + 1.0) + y * y)) / 3.0
+    return found
 
 
 class Source(Noun):
@@ -78,7 +89,7 @@ class ThreePeaks(Source):
     @property
     def highest(self) -> float:
         """Height of the highest peak."""
-        return J1_HEIGHT
+        return max(J1_HEIGHTS)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

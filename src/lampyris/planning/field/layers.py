@@ -46,6 +46,18 @@ def free_cells(grid: Grid, radius: float) -> BoolGrid:
     return frozen(_squared_half_cells(grid.blocked) >= math.ceil(reach * reach))
 
 
+def largest_region(free: BoolGrid) -> NDArray[np.int64]:
+    """The cells (x, y) of the largest region of free cells that four-connected steps connect, row by row; int64, (n, 2)."""
+    from scipy import ndimage  # bits: labels, whole numbers
+
+    labels, regions = ndimage.label(free)
+    if regions == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    sizes = np.bincount(labels.ravel())[1:]
+    y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
+    return np.stack((x, y), axis=1)
+
+
 def moves_for(scene: Scene) -> Moves:
     """The scene's moves, made safe for a robot with a size, in the costs of its map.
 

@@ -3,37 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar, Protocol, runtime_checkable
 
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.planning.base import BOTH as BOTH
+from lampyris.planning.base import FOUR as FOUR
+from lampyris.planning.base import FleetTraits as FleetTraits
 
 Progress = Callable[[int, int | None], None]
 """Called with the iterations so far and the sum of costs of the best plan so far (None: there is none yet)."""
-
-
-@dataclass(frozen=True, slots=True)
-class FleetTraits:
-    """What a planner of fleets promises. None is free of conflicts by promise: the referee judges every plan.
-
-    Parameters
-    ----------
-    complete : it finds a plan if there is one, given time and memory, and says that there is none only if so.
-    reaches : every robot comes to its goal after finitely many ticks, though not all are there at once, on maps where
-        neighbouring free cells always lie on a common cycle; with the settings that its docstring names.
-    optimal : its plans have the least sum of costs.
-    bounded : they cost at most ``weight`` times the lower bound that comes with them.
-    anytime : it goes on to cheaper plans until the budget is used.
-    stochastic : plans depend on the seed.
-    """
-
-    complete: bool = False
-    reaches: bool = False
-    optimal: bool = False
-    bounded: bool = False
-    anytime: bool = False
-    stochastic: bool = False
 
 
 @runtime_checkable
@@ -46,9 +25,14 @@ class FleetPlanner(Protocol):
     source: ClassVar[str]
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
-        """A plan for the fleet with four-connected moves.
+        """A plan for the fleet.
 
         Parameters
         ----------
@@ -56,6 +40,7 @@ class FleetPlanner(Protocol):
         seed : of every random draw.
         iterations : how many at most, see :attr:`FleetPlan.iterations`; None: as many as its settings say.
         progress : called now and then.
+        moves : one of the step sets of its traits. Every step takes a tick and costs 1, a diagonal one, too.
 
         The caller's time limit and cancel token are those of :mod:`lampyris._core.cancellation`.
         """

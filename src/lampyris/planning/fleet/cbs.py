@@ -15,7 +15,7 @@ from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.constraint_tree import ConstraintTree, Node
 from lampyris.planning.fleet.distance_tables import FleetTables, tables_of
 from lampyris.planning.fleet.lacam import LacamSearch
@@ -52,7 +52,7 @@ class Cbs:
     bypass: bool = flag(True)
 
     name: ClassVar[str] = "cbs"
-    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, optimal=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, optimal=True)
     summary: ClassVar[str] = "CBS: least sum of costs; for some dozens of robots."
     source: ClassVar[str] = (
         "Sharon, Stern, Felner, Sturtevant, AIJ 219, 2015; cardinal conflicts and bypass: Boyarski et al., IJCAI 2015; "
@@ -63,17 +63,19 @@ class Cbs:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a node of the tree that is expanded."""
-        tables = tables_of(fleet)
-        if tables.cut_off is not None:
-            return unreachable(self.name, tables.cut_off, seed)
 
-        def opened() -> _Search:
+        def opened(tables: FleetTables) -> _Search:
             return _Search(ConstraintTree(tables, 1.0, disjoint=self.disjoint), self.bypass)
 
-        return searched(self.name, tables, seed, opened, iterations, progress)
+        return searched(self.name, fleet, moves, seed, opened, iterations, progress)
 
 
 class _Search:
@@ -148,9 +150,10 @@ class TreeSearch(Protocol):
 
 def searched(
     name: str,
-    tables: FleetTables,
+    fleet: Fleet,
+    moves: str,
     seed: int,
-    opened: Callable[[], TreeSearch],
+    opened: Callable[[FleetTables], TreeSearch],
     iterations: int | None,
     progress: Progress | None,
 ) -> FleetPlan:
@@ -160,12 +163,15 @@ def searched(
     ----------
     opened : makes the search, whose tables take memory, when LaCAM* has not found that there is no plan.
     """
+    tables = tables_of(fleet, moves)
+    if tables.cut_off is not None:
+        return unreachable(name, tables.cut_off, seed)
     search: TreeSearch | None = None
     why = ""
     try:
         if is_unsolvable(tables, seed):
             return FleetPlan(Status.NO_PATH, name, shortest=tables.distance, seed=seed)
-        search = opened()
+        search = opened(tables)
         search.run(iterations, progress)
     except Cancelled:
         if is_stopped():

@@ -11,18 +11,19 @@ from lampyris.typing import BoolGrid, Cell, Cells
 
 Numbers = NDArray[np.int32]
 """Numbers of free cells."""
+_DIAGONALS = ((-1, -1), (1, -1), (-1, 1), (1, 1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellGraph:
-    """Free cells, numbered row by row, and their four-connected neighbours.
+    """Free cells, numbered row by row, and their neighbours.
 
     Parameters
     ----------
     number : int32, (height, width); the number of each free cell, -1 elsewhere.
     places : int32, (cells, 2); x and y by number.
-    edge : int32, (4 * cells,); the neighbours of each cell, those that exist first, then ``cells``.
-    degree : uint8, (cells,); how many exist.
+    edge : int32; the neighbours of each cell, see :mod:`lampyris.kernels.fleet.steps`.
+    degree : uint8, (cells,); how many neighbours there are.
     """
 
     number: Numbers
@@ -31,8 +32,8 @@ class CellGraph:
     degree: NDArray[np.uint8]
 
     @classmethod
-    def of(cls, free: BoolGrid) -> CellGraph:
-        """The graph of the free cells, bool (height, width)."""
+    def of(cls, free: BoolGrid, moves: str = "four-connected") -> CellGraph:
+        """The graph of the free cells, bool (height, width), with the steps of ``four-connected`` or ``octile``."""
         height, width = free.shape
         cells = int(np.count_nonzero(free))
         number = np.full((height, width), -1, dtype=np.int32)
@@ -40,20 +41,43 @@ class CellGraph:
         y, x = np.nonzero(free)
         padded = np.full((height + 2, width + 2), -1, dtype=np.int32)
         padded[1:-1, 1:-1] = number
-        around = np.stack(
-            [padded[y + 1 + dy, x + 1 + dx] for dx, dy in ((0, -1), (-1, 0), (1, 0), (0, 1))], axis=1
-        )
-        missing = around < 0
-        edge = np.take_along_axis(around, np.argsort(missing, axis=1, kind="stable"), axis=1)
-        edge[edge < 0] = cells
-        degree = (4 - missing.sum(axis=1)).astype(np.uint8)
+
+        def at(dx: int, dy: int) -> Numbers:
+            return padded[y + 1 + dy, x + 1 + dx]
+
+        straight = [at(dx, dy) for dx, dy in ((0, -1), (-1, 0), (1, 0), (0, 1))]
+        around, beside = straight, []
+        if moves == "octile":
+            diagonal = [
+                np.where((at(dx, 0) >= 0) & (at(0, dy) >= 0), at(dx, dy), -1) for dx, dy in _DIAGONALS
+            ]
+            around = [*straight, *diagonal]
+            beside = [*[np.full(cells, -1, dtype=np.int32)] * 4, *[at(dx, 0) for dx, _ in _DIAGONALS]]
+        to = np.stack(around, axis=1)
+        missing = to < 0
+        order = np.argsort(missing, axis=1, kind="stable")
+        edge = np.where(missing, cells, to)
+        edge = np.take_along_axis(edge, order, axis=1)
+        if beside:
+            edge = np.concatenate((edge, np.take_along_axis(np.stack(beside, axis=1), order, axis=1)), axis=1)
+        degree = (len(around) - missing.sum(axis=1)).astype(np.uint8)
         places = np.stack((x, y), axis=1).astype(np.int32)
-        return cls(number, places, np.ascontiguousarray(edge.ravel()), degree)
+        return cls(number, places, np.ascontiguousarray(edge.astype(np.int32).ravel()), degree)
 
     @property
     def cells(self) -> int:
         """How many free cells there are."""
         return len(self.degree)
+
+    @property
+    def wide(self) -> int:
+        """Numbers of a row of ``edge``."""
+        return len(self.edge) // self.cells
+
+    @property
+    def places_of_step(self) -> int:
+        """How many cells a robot may be on after a tick: 5 with four-connected, 9 with octile moves."""
+        return 5 if self.wide == 4 else 9
 
     def numbers(self, cells: tuple[Cell, ...]) -> Numbers:
         """The numbers of free cells (x, y)."""

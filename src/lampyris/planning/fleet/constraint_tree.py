@@ -32,9 +32,10 @@ class Pair(NamedTuple):
 
     Parameters
     ----------
-    kind : ``VERTEX``, ``SWAP``, or ``IS_PASSED``: ``one`` stands on its goal, and ``other`` is there, too.
-    one, other : the robots. Of a swap ``one`` goes from ``u`` to ``v``.
-    u, v : cells.
+    kind : ``VERTEX``, ``SWAP``, ``CROSSING``, or ``IS_PASSED``: ``one`` stands on its goal, and ``other`` is there, too.
+    one, other : the robots.
+    u, v : ``one`` goes from ``u`` to ``v``, or is on the cell if they are equal.
+    p, q : the same of ``other``.
     tick : of the arrival.
     rank : how many of the two have to pay for giving path.
     """
@@ -44,6 +45,8 @@ class Pair(NamedTuple):
     other: int
     u: int
     v: int
+    p: int
+    q: int
     tick: int
     rank: int
 
@@ -131,7 +134,8 @@ class ConstraintTree:
         ]
         node.paths = paths
         node.conflicts = [
-            c._replace(rank=_rank(paths[c.one], paths[c.other], c.u, c.v, c.tick)) for c in child.conflicts
+            c._replace(rank=_rank(paths[c.one], paths[c.other], (c.u, c.v), (c.p, c.q), c.tick))
+            for c in child.conflicts
         ]
         extra = node.extra
         self._weighed(node)
@@ -139,11 +143,12 @@ class ConstraintTree:
 
     def _conflicts_of(self, robot: int, paths: list[TimedPath]) -> list[Pair]:
         found = []
-        for kind, other, u, v, tick in self.space.conflicts(robot):
+        for kind, other, u, v, tick, p, q in self.space.conflicts(robot):
             one, two, kind_ = robot, other, kind
             if kind == PASSES:
                 one, two, kind_ = other, robot, IS_PASSED
-            found.append(Pair(kind_, one, two, u, v, tick, _rank(paths[one], paths[two], u, v, tick)))
+            rank = _rank(paths[one], paths[two], (u, v), (p, q), tick)
+            found.append(Pair(kind_, one, two, u, v, p, q, tick, rank))
         return found
 
     def load(self, node: Node) -> None:
@@ -180,10 +185,10 @@ class ConstraintTree:
         mine = (c.one, (NOT_STEP, c.u, c.v, c.tick))
         if self._disjoint:
             there = (c.one, (MUST_AT, c.u, c.u, c.tick - 1)), (c.one, (MUST_AT, c.v, c.v, c.tick))
-            # Cell v at the tick before is not taken, so the other robot is kept from the swap by name; a third one that
-            # swaps there is a conflict of its own, found later.
-            return (mine,), (*there, (c.other, (NOT_STEP, c.v, c.u, c.tick)))
-        return (mine,), ((c.other, (NOT_STEP, c.v, c.u, c.tick)),)
+            # The other robot's cells are not taken by that, so it is kept from its step by name; a third one that
+            # swaps or crosses there is a conflict of its own, found later.
+            return (mine,), (*there, (c.other, (NOT_STEP, c.p, c.q, c.tick)))
+        return (mine,), ((c.other, (NOT_STEP, c.p, c.q, c.tick)),)
 
     def _child(self, node: Node, made: tuple[tuple[int, Constraint], ...]) -> Node | None:
         checkpoint()
@@ -248,9 +253,11 @@ def _constraints(node: Node | None, robot: int) -> list[Constraint]:
     return found
 
 
-def _rank(one: TimedPath, other: TimedPath, u: int, v: int, tick: int) -> int:
+def _rank(
+    one: TimedPath, other: TimedPath, step: tuple[int, int], other_step: tuple[int, int], tick: int
+) -> int:
     """How many of two robots have to pass where they conflict, on all of their cheapest paths."""
-    return int(one.must_pass(u, v, tick)) + int(other.must_pass(v, u, tick))
+    return int(one.must_pass(*step, tick)) + int(other.must_pass(*other_step, tick))
 
 
 def _extra(conflicts: list[Pair]) -> int:
@@ -265,7 +272,7 @@ def _unique(conflicts: list[Pair]) -> list[Pair]:
         if c.kind == IS_PASSED or c.one < c.other:
             found[c.kind, c.one, c.other, c.u, c.tick] = c
         else:
-            found[c.kind, c.other, c.one, c.v, c.tick] = c
+            found[c.kind, c.other, c.one, c.p, c.tick] = c
     return list(found.values())
 
 

@@ -9,11 +9,10 @@ from typing import ClassVar
 from lampyris._core.settings import check_settings, flag, number, under_name
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.cbs import SHOWN, searched
 from lampyris.planning.fleet.constraint_tree import ConstraintTree, Node
-from lampyris.planning.fleet.distance_tables import tables_of
-from lampyris.planning.fleet.pibt import unreachable
+from lampyris.planning.fleet.distance_tables import FleetTables
 
 SURE = 0.99
 """The greatest share of conflicts that may be new ones when costs are estimated."""
@@ -44,7 +43,7 @@ class Eecbs:
     bypass: bool = flag(True)
 
     name: ClassVar[str] = "eecbs"
-    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, bounded=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, bounded=True)
     summary: ClassVar[str] = (
         "EECBS: cost at most a given factor of the lower bound; for some hundreds of robots."
     )
@@ -57,19 +56,20 @@ class Eecbs:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a node of the tree that is expanded."""
-        tables = tables_of(fleet)
-        if tables.cut_off is not None:
-            return unreachable(self.name, tables.cut_off, seed)
 
-        def opened() -> _Search:
-            return _Search(
-                ConstraintTree(tables, self.weight, disjoint=self.disjoint), self.weight, self.bypass
-            )
+        def opened(tables: FleetTables) -> _Search:
+            tree = ConstraintTree(tables, self.weight, disjoint=self.disjoint)
+            return _Search(tree, self.weight, self.bypass)
 
-        return searched(self.name, tables, seed, opened, iterations, progress)
+        return searched(self.name, fleet, moves, seed, opened, iterations, progress)
 
 
 class _Entry:

@@ -18,7 +18,7 @@ from lampyris.kernels.fleet import lacam as kernels
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.distance_tables import MIB, FleetTables, tables_of
 from lampyris.planning.fleet.pibt import grown, is_stopped, unreachable
 from lampyris.planning.fleet.tracks import arrivals, paths_of
@@ -59,7 +59,7 @@ class Lacam:
     samples: int = whole(1, 1, 1000)
 
     name: ClassVar[str] = "lacam"
-    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, anytime=True, stochastic=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, anytime=True, stochastic=True)
     summary: ClassVar[str] = "LaCAM*: complete; a first plan at once, cheaper ones until the budget is used."
     source: ClassVar[str] = (
         "Okumura, AAAI 2023, IJCAI 2023, AAMAS 2024; hindrance: arXiv 2505.12623. Ours: the flat arrays, the tie-breaks' "
@@ -70,10 +70,15 @@ class Lacam:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a configuration that is tried."""
-        return self.plan_on(tables_of(fleet), seed, iterations, progress)
+        return self.plan_on(tables_of(fleet, moves), seed, iterations, progress)
 
     def plan_on(
         self, tables: FleetTables, seed: int, iterations: int | None = None, progress: Progress | None = None
@@ -225,7 +230,7 @@ class LacamSearch:
             name
             for name, full in (
                 ("_config", (self.nodes + 1) * robots > len(self._config)),
-                ("_low", (state[kernels.LOWS] + 6) * kernels.LOW_WIDTH > len(self._low)),
+                ("_low", (state[kernels.LOWS] + 10) * kernels.LOW_WIDTH > len(self._low)),
                 ("_link", (state[kernels.LINK_COUNT] + 1) * kernels.LINK_WIDTH > len(self._link)),
                 ("_opened", state[kernels.OPEN] + state[kernels.NODES] + 2 > len(self._opened)),
             )

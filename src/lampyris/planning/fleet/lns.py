@@ -14,7 +14,7 @@ from lampyris._core.settings import check_settings, flag, under_name, whole
 from lampyris.kernels.fleet import lns as kernels
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.distance_tables import MIB, FleetTables, tables_of
 from lampyris.planning.fleet.lacam import Lacam, is_timed
 from lampyris.planning.fleet.pibt import is_stopped
@@ -46,27 +46,32 @@ class Lns:
     SettingError : a setting out of its range.
     """
 
-    neighbourhood: int = whole(8, 1, 1000, unit="robots")
+    neighbourhood: int = whole(16, 1, 1000, unit="robots")
     rounds: int = whole(2000, 1, 1_000_000_000)
     swap: bool = flag(True)
 
     name: ClassVar[str] = "lns"
-    traits: ClassVar[FleetTraits] = FleetTraits(complete=True, anytime=True, stochastic=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, complete=True, anytime=True, stochastic=True)
     summary: ClassVar[str] = "LNS: a plan of lacam, made much cheaper until the budget is used."
     source: ClassVar[str] = (
-        "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; the first plan as lacam's. Ours: A* with stacks of equal "
-        "estimates, neighbourhoods of random size."
+        "Li, Chen, Harabor, Stuckey, Koenig, IJCAI 2021; SIPP: Phillips, Likhachev 2011; the first plan as lacam's. Ours: "
+        "searches that weigh distances more at random, stacks of equal estimates, neighbourhoods of random size."
     )
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is one of ``lacam`` or a neighbourhood."""
         first = Lacam(swap=self.swap, improve=False)
-        tables = tables_of(fleet)
+        tables = tables_of(fleet, moves)
         found = first.plan_on(tables, seed, iterations, progress)
         found = replace(found, planner=self.name)
         if not found:
@@ -117,13 +122,17 @@ class NeighbourhoodSearch:
         kind = np.int16 if robots < np.iinfo(np.int16).max else np.int32
         self._held = np.full(span * cells, -1, dtype=kind)
         self._held.reshape(cells, span)[track, np.arange(span)[:, None]] = np.arange(robots)
+        words = span // 64 + 1
+        taken = np.ones((cells, 64 * words), dtype=np.bool_)
+        taken[:, :span] = np.not_equal(self._held.reshape(cells, span), -1)
+        self._busy = np.packbits(taken, axis=1, bitorder="little").view("<u8").astype(np.uint64).ravel()
         self._path = np.ascontiguousarray(track.T).ravel()
         self._length = arrivals(track, tables.goals).astype(np.int32)
         self._trial = np.empty(size * span, dtype=np.int32)
         self._arrival, self._member = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
         self._chosen = np.zeros(robots, dtype=np.uint8)
-        self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(4))
-        self._bucket = np.empty(span + 1, dtype=np.int32)
+        self._states = tuple(np.empty(STATES, dtype=np.int32) for _ in range(5))
+        self._bucket = np.empty(2 * span + 2, dtype=np.int32)
         self._mark = np.zeros(2 * STATES, dtype=np.int64)
         self._marked = np.zeros(2 * STATES, dtype=np.int32)
         self._random = np.array([int(generator(seed).integers(1, 2**32))], dtype=np.int64)
@@ -165,7 +174,7 @@ class NeighbourhoodSearch:
         """Go on to round ``most``; whether the plan may still become cheaper."""
         t = self._tables
         kernels.improve(
-            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._path, self._length,
+            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._busy, self._path, self._length,
             self._span, self._trial, self._arrival, self._member, self._chosen, *self._states, self._bucket,
             self._mark, self._marked, self._random, self._count, self._size, most,
         )  # fmt: skip

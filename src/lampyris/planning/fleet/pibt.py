@@ -10,11 +10,12 @@ import numpy as np
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, flag, under_name, whole
+from lampyris.kernels.fleet import discs
 from lampyris.kernels.fleet import pibt as kernels
-from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.fleet.fleet import FORGIVEN, Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
-from lampyris.planning.fleet.base import FleetTraits, Progress
+from lampyris.planning.fleet.base import BOTH, FOUR, FleetTraits, Progress
 from lampyris.planning.fleet.distance_tables import FleetTables, tables_of
 from lampyris.planning.fleet.tracks import arrivals, paths_of
 from lampyris.planning.fleet.work import StepWork, generator
@@ -29,7 +30,9 @@ class Pibt:
 
     No robot ever collides, and a tick takes microseconds a robot. Where neighbouring free cells always lie on a common
     cycle, each robot comes to its goal in finitely many ticks (with ``swap=False``: robots that swap may go away from
-    their goals), though not all need stand on theirs at once; such a plan ends as ``iteration-limit``.
+    their goals), though not all need stand on theirs at once; such a plan ends as ``iteration-limit``. That is proved for
+    four-connected moves of robots in single cells. With octile moves, where crossing steps are forbidden, and for discs larger
+    than their cells, which push all that are in their way, no collision is all that is promised.
 
     Parameters
     ----------
@@ -46,7 +49,7 @@ class Pibt:
     ticks: int = whole(10_000, 1, 1_000_000, unit="ticks")
 
     name: ClassVar[str] = "pibt"
-    traits: ClassVar[FleetTraits] = FleetTraits(reaches=True, stochastic=True)
+    traits: ClassVar[FleetTraits] = FleetTraits(moves=BOTH, reaches=True, stochastic=True, sizes=True)
     summary: ClassVar[str] = (
         "PIBT: priorities tick by tick; quickest, may never have all robots on their goals at once."
     )
@@ -58,10 +61,15 @@ class Pibt:
         check_settings(self, under_name(self.name))
 
     def plan(
-        self, fleet: Fleet, seed: int, iterations: int | None = None, progress: Progress | None = None
+        self,
+        fleet: Fleet,
+        seed: int,
+        iterations: int | None = None,
+        progress: Progress | None = None,
+        moves: str = FOUR,
     ) -> FleetPlan:
         """See :class:`lampyris.planning.fleet.base.FleetPlanner`; an iteration is a tick."""
-        tables = tables_of(fleet)
+        tables = tables_of(fleet, moves)
         if tables.cut_off is not None:
             return unreachable(self.name, tables.cut_off, seed)
         run = PibtRun(tables, self.swap, seed)
@@ -100,7 +108,7 @@ class PibtRun:
     Parameters
     ----------
     tables : the fleet.
-    swap : whether the swap rule applies.
+    swap : whether the swap rule applies; it does not among discs larger than their cells.
     seed : of the tie-breaks.
     """
 
@@ -109,6 +117,7 @@ class PibtRun:
         self._swap = swap
         robots = len(tables.goals)
         self._work = StepWork(tables, generator(seed))
+        self._discs = None if tables.is_small else _DiscWork(tables)
         self._order = np.argsort(-tables.distance, kind="stable").astype(np.int32)
         self._waited = (tables.distance > 0).astype(np.int32)
         self._track = np.empty(64 * robots, dtype=np.int32)
@@ -132,16 +141,40 @@ class PibtRun:
 
     def go_on(self, most: int) -> None:
         """Go on until all robots are on their goals, or to tick ``most``."""
-        t, w = self._tables, self._work
+        t, w, d = self._tables, self._work, self._discs
         while True:
-            ending = kernels.run(
-                t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._order, self._waited, w.now,
-                w.following, *w.rest, self._swap, self._track, self.visited, self._tick, most,
-            )  # fmt: skip
+            if d is None:
+                ending = kernels.run(
+                    t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._order, self._waited, w.now,
+                    w.following, *w.rest, self._swap, self._track, self.visited, self._tick, most,
+                )  # fmt: skip
+            else:
+                ending = discs.run(
+                    t.graph.edge, t.graph.degree, d.xy, t.table, t.never, t.goals, t.distance, d.kind, d.need, d.far,
+                    d.width, d.height, self._order, self._waited, w.now, w.following, d.occupied, w.choice, d.many,
+                    w.key, w.turn, d.mark, d.decided, w.stack, w.random, self._track, self.visited, self._tick, most,
+                )  # fmt: skip
             if ending != kernels.FULL:
                 self.solved = bool(ending == kernels.SOLVED)
                 return
             self._track = grown(self._track)
+
+
+class _DiscWork:
+    """Arrays of :func:`lampyris.kernels.fleet.discs.run` beyond those of single cells."""
+
+    def __init__(self, tables: FleetTables) -> None:
+        robots = len(tables.goals)
+        self.height, self.width = tables.graph.number.shape
+        self.xy = np.ascontiguousarray(tables.graph.places.ravel())
+        sizes, kind = np.unique(tables.radii, return_inverse=True)
+        self.kind = kind.astype(np.int32)
+        distance = sizes[:, None] + sizes[None, :]
+        self.need = np.ascontiguousarray((distance * distance * (1.0 - FORGIVEN)).ravel())
+        # Both may come nearer by a step in the tick, along both axes.
+        self.far = (np.floor(distance.max(axis=1)) + 3).astype(np.int32)
+        self.occupied = np.full(self.width * self.height, -1, dtype=np.int32)
+        self.many, self.mark, self.decided = (np.zeros(robots, dtype=np.int32) for _ in range(3))
 
 
 def grown(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -1,41 +1,21 @@
-"""Planners of fleets by name."""
+"""Planners of fleets by name, found by entry point: built-in and third-party alike."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
-from lampyris._core.settings import defaults_of
-from lampyris.errors import SettingError, UnknownSettingError, UsageError, did_you_mean, shown
+from lampyris.errors import SettingError, shown
+from lampyris.planning import registry
 from lampyris.planning.fleet.base import FleetPlanner, FleetTraits
-from lampyris.planning.fleet.cbs import Cbs
-from lampyris.planning.fleet.eecbs import Eecbs
-from lampyris.planning.fleet.lacam import Lacam
-from lampyris.planning.fleet.lns import Lns
-from lampyris.planning.fleet.pibt import Pibt
-from lampyris.planning.fleet.prioritised import PrioritisedSipp
+from lampyris.planning.registry import PlannerInfo, list_planners
 
-_KINDS: Mapping[str, type[Any]] = MappingProxyType(
-    {kind.name: kind for kind in (Lacam, Lns, Pibt, PrioritisedSipp, Cbs, Eecbs)}
-)
-
-
-@dataclass(frozen=True, slots=True)
-class FleetPlannerInfo:
-    """One row of the table of planners of fleets. ``settings`` maps each setting to its default."""
-
-    name: str
-    summary: str
-    source: str
-    traits: FleetTraits
-    settings: Mapping[str, Any]
+_KINDS = ("fleets",)
 
 
 def names() -> tuple[str, ...]:
-    """The names of all planners of fleets."""
-    return tuple(_KINDS)
+    """The names of all planners of fleets, sorted."""
+    return registry.fleet_names()
 
 
 def planner_class(name: str) -> type[Any]:
@@ -44,14 +24,9 @@ def planner_class(name: str) -> type[Any]:
     Raises
     ------
     UsageError : ``PLANNER``: there is none.
+    InputError : ``PLANNER_BROKEN``: its package fails to import, or does not hold a planner of fleets.
     """
-    kind = _KINDS.get(name) if isinstance(name, str) else None
-    if kind is None:
-        raise UsageError(
-            "PLANNER", f"no planner of fleets is called {shown(name)}", allowed=", ".join(_KINDS),
-            todo=did_you_mean(name, _KINDS), setting="planner",
-        )  # fmt: skip
-    return kind
+    return registry.any_class(name, _KINDS)
 
 
 def make(name: str, settings: Mapping[str, Any] | None = None) -> FleetPlanner:
@@ -62,15 +37,7 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> FleetPlanner:
     UsageError : no such planner.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    kind = planner_class(name)
-    known = defaults_of(kind)
-    for key in settings or {}:
-        if key not in known:
-            raise UnknownSettingError(
-                "SETTING", f"{name} has no setting {shown(key)}", allowed=", ".join(known),
-                todo=did_you_mean(key, known, cutoff=0.5), setting=str(key),
-            )  # fmt: skip
-    made: FleetPlanner = kind(**(settings or {}))
+    made: FleetPlanner = registry.made(planner_class(name), settings)
     return made
 
 
@@ -92,11 +59,6 @@ def chosen(planner: object, settings: Mapping[str, Any]) -> FleetPlanner:
     return planner
 
 
-def list_fleet_planners() -> Mapping[str, FleetPlannerInfo]:
+def list_fleet_planners() -> Mapping[str, PlannerInfo[FleetTraits]]:
     """Every planner of fleets with its traits, settings and source, by name."""
-    return MappingProxyType(
-        {
-            name: FleetPlannerInfo(name, kind.summary, kind.source, kind.traits, defaults_of(kind))
-            for name, kind in _KINDS.items()
-        }
-    )
+    return list_planners("fleets")

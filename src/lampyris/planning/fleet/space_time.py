@@ -15,11 +15,11 @@ from lampyris.planning.fleet.distance_tables import MIB, FleetTables
 
 Constraint = tuple[int, int, int, int]
 """Kind (see :mod:`lampyris.kernels.fleet.space_time`), cell, cell that a step leads to, tick."""
-Conflict = tuple[int, int, int, int, int]
-"""Kind, the other robot, cell, cell that a step leads to, tick."""
+Conflict = tuple[int, int, int, int, int, int, int]
+"""Kind, the other robot, cell, cell that a step leads to, tick, and the two cells of the other robot."""
 FIRST_STATES = 1 << 12
 FIRST_LISTED = 256
-PER_STATE = 9
+PER_STATE = 10
 """Bytes of a cell at a tick."""
 
 
@@ -106,7 +106,7 @@ class SpaceTime:
         self.head = np.full(horizon * cells, -1, dtype=np.int32)
         self.settled = np.full(cells, -1, dtype=np.int32)
         self._seen = np.full(horizon * cells, -1, dtype=np.int32)
-        self._barred = np.zeros(horizon * cells, dtype=np.uint8)
+        self._barred = np.zeros(horizon * cells, dtype=np.uint16)
         self._must = np.zeros(2 * horizon, dtype=np.int32)
         self._bucket, self._waiting = (np.zeros(2 * horizon + 2, dtype=np.int32) for _ in range(2))
         self._found, self._single = (np.zeros(horizon, dtype=np.int32) for _ in range(2))
@@ -202,9 +202,12 @@ class SpaceTime:
 
     def conflicts(self, robot: int) -> list[Conflict]:
         """The conflicts of a robot's path with all others in the tables."""
+        graph = self.tables.graph
         while True:
-            n = kernels.conflicts(*self._arrays, self.horizon, self.longest, robot, self._listed)
+            n = kernels.conflicts(
+                graph.edge, graph.wide, *self._arrays, self.horizon, self.longest, robot, self._listed
+            )
             if n >= 0:
                 rows = self._listed[: n * kernels.CONFLICT_WIDTH].reshape(-1, kernels.CONFLICT_WIDTH)
-                return [(kind, other, u, v, tick) for kind, other, u, v, tick in rows.tolist()]
+                return [(kind, other, u, v, tick, p, q) for kind, other, u, v, tick, p, q in rows.tolist()]
             self._listed = np.empty(2 * len(self._listed), dtype=np.int32)

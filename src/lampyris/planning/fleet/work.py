@@ -28,9 +28,10 @@ class StepWork:
         self.now = tables.starts.copy()
         self.following, self.best = numbers(robots), numbers(robots)
         self.occupant, self.reserved = numbers(cells, -1), numbers(cells, -1)
-        self.choice, self.turn = numbers(5 * robots), numbers(robots)
+        places = tables.graph.places_of_step
+        self.choice, self.turn = numbers(places * robots), numbers(robots)
         self.partner, self.stack = numbers(robots), numbers(robots)
-        self.key = np.zeros(5, dtype=np.int64)
+        self.key = np.zeros(places, dtype=np.int64)
         self.random = np.array([int(rng.integers(1, 2**32))], dtype=np.int64)
 
     @property

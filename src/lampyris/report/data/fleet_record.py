@@ -9,14 +9,13 @@ from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.report.data.serialize import grid_record
 
 
-def fleet_record(plan: FleetPlan, fleet: Fleet, moves: str) -> dict[str, Any]:
+def fleet_record(plan: FleetPlan, fleet: Fleet) -> dict[str, Any]:
     """What ``lampyris fleet --json`` prints; costs are null when no plan was found.
 
     Parameters
     ----------
     plan : the answer.
     fleet : the question.
-    moves : name of the step set.
     """
     return {
         "status": plan.status.value,
@@ -24,7 +23,7 @@ def fleet_record(plan: FleetPlan, fleet: Fleet, moves: str) -> dict[str, Any]:
         "planner": plan.planner,
         "seed": plan.seed,
         "map": grid_record(fleet.grid),
-        "moves": moves,
+        "moves": plan.moves,
         "robots": len(fleet.robots),
         "starts": [list(cell) for cell in fleet.starts],
         "goals": [list(cell) for cell in fleet.goals],

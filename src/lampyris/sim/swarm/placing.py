@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.planning.field.layers import free_cells
+from lampyris.planning.field.layers import free_cells, largest_region
 from lampyris.typing import Floats
 
 _TRIES = 1000
@@ -29,14 +28,12 @@ def open_cells(grid: Grid, radius: float) -> NDArray[np.int64]:
     if edge:
         free[:edge] = free[-edge:] = False
         free[:, :edge] = free[:, -edge:] = False
-    labels, regions = ndimage.label(free)
-    if regions == 0:
+    cells = largest_region(free)
+    if not len(cells):
         raise SettingError.of(
             "ROBOTS", "radius", f"{radius:g} m", allowed="a radius with which a robot fits on the map"
         )
-    sizes = np.bincount(labels.ravel())[1:]
-    y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
-    return np.stack((x, y), axis=1)
+    return cells
 
 
 def draw_starts(grid: Grid, robots: int, radius: float, gap: float, rng: np.random.Generator) -> Floats:

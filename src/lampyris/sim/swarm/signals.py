@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lampyris._core.elementary import cos, direction, exp, log, sin
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import Grid
-from lampyris.model.swarm.sources import AnySource, InverseSquare, Plume, ThreePeaks
+from lampyris.model.swarm.sources import AnySource, InverseSquare, Plume, ThreePeaks, j1
 from lampyris.typing import FloatGrid
 
 Reals = NDArray[np.float64]
@@ -35,7 +35,7 @@ def signal(sources: Sequence[AnySource], xy: Reals, t: float) -> Reals:
 def _of(source: AnySource, xy: Reals, t: float) -> Reals:
     if isinstance(source, ThreePeaks):
         (cx, cy), w, h = source.centre, source.width / 6.0, source.height / 6.0
-        return three_peaks((xy[:, 0] - cx) / w, (xy[:, 1] - cy) / h)
+        return j1((xy[:, 0] - cx) / w, (xy[:, 1] - cy) / h)
     if isinstance(source, InverseSquare):
         ((px, py),) = source.places(t)
         dx, dy = xy[:, 0] - px, xy[:, 1] - py
@@ -53,14 +53,6 @@ def _of(source: AnySource, xy: Reals, t: float) -> Reals:
         thin = np.sqrt(square / wide)
         return source.strength * thin * exp(-0.5 * (beside * beside + upwind * upwind) / wide)
     raise SettingError("SOURCE", shown(source), where="sources", allowed="ThreePeaks, InverseSquare or Plume")
-
-
-def three_peaks(x: Reals, y: Reals) -> Reals:
-    """J1 of Krishnanand and Ghose."""
-    round_ = exp(-(x * x + y * y))
-    hill = 3.0 * (1.0 - x) * (1.0 - x) * exp(-(x * x + (y + 1.0) * (y + 1.0)))
-    saddle = 10.0 * (x / 5.0 - x * x * x - y * y * y * y * y) * round_
-    return hill - saddle - exp(-((x + 1.0) * (x + 1.0) + y * y)) / 3.0
 
 
 def signal_on(grid: Grid, sources: Sequence[AnySource], t: float) -> FloatGrid:

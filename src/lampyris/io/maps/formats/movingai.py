@@ -2,7 +2,8 @@
 
 N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG 4(2):144-148, 2012. (0, 0) is the upper
 left cell. ``.`` and ``G`` are passable; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are not; ``S``
-(swamp) is passable from ground; ``W`` (water) is traversable, but not from ground.
+(swamp) is passable from ground; ``W`` (water) is traversable, but not from ground. In maps of the League of Robot Runners ``E``
+(emitter) and ``S`` (service point) are free.
 
 A map is read for a robot on the ground: swamp is free, water is blocked. What each cell is made of stays in
 ``MapDocument.surface``, so that a map that is written again keeps its letters, and so that a query which
@@ -38,10 +39,10 @@ from lampyris.io.maps.formats.document import (
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
 
-MEANING = {".": FREE, "G": FREE, "S": FREE, "@": BLOCKED, "O": BLOCKED, "T": BLOCKED, "W": BLOCKED}
-PLAIN, SWAMP, WATER, TREES, OUT, GROUND = range(6)
+MEANING = {".": FREE, "G": FREE, "S": FREE, "E": FREE, "@": BLOCKED, "O": BLOCKED, "T": BLOCKED, "W": BLOCKED}
+PLAIN, SWAMP, WATER, TREES, OUT, GROUND, EMITTER = range(7)
 """What ``MapDocument.surface`` holds. Plain is ``.`` where a cell is free and ``@`` where it is blocked."""
-SURFACES = {".": PLAIN, "G": GROUND, "S": SWAMP, "@": PLAIN, "O": OUT, "T": TREES, "W": WATER}
+SURFACES = {".": PLAIN, "G": GROUND, "S": SWAMP, "E": EMITTER, "@": PLAIN, "O": OUT, "T": TREES, "W": WATER}
 _LETTERS = tuple(MEANING)
 _CODES, _SURFACES = (
     np.array([table.get(c, BAD) for c in _LETTERS] + [BAD] * (256 - len(_LETTERS)), dtype=np.uint8)

@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from lampyris._core.elementary import cos, exp, log, sin
+from lampyris.model.swarm.sources import J1_HEIGHTS, J1_PEAKS, j1
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values, norms
 
 _PI = np.pi
@@ -53,11 +54,7 @@ class Function:
 
 
 def _j1(p: Points) -> Values:
-    x, y = p[:, 0], p[:, 1]
-    round_ = x * x + y * y
-    hill = 3.0 * (1.0 - x) * (1.0 - x) * exp(-(x * x + (y + 1.0) * (y + 1.0)))
-    saddle = 10.0 * (x / 5.0 - x * x * x - y * y * y * y * y) * exp(-round_)
-    return hill - saddle - exp(-((x + 1.0) * (x + 1.0) + y * y)) / 3.0
+    return j1(p[:, 0], p[:, 1])
 
 
 def _j3(p: Points) -> Values:
@@ -88,7 +85,6 @@ def _rastrigin(p: Points) -> Values:
     return 20.0 + (x * x - 10.0 * cos(2.0 * _PI * x)) + (y * y - 10.0 * cos(2.0 * _PI * y))
 
 
-_J1_PEAKS = ((-0.0093, 1.5814), (1.2857, -0.0048), (-0.46, -0.6292))
 _J9_PEAKS = tuple((x, y) for x in (-_PI, 0.0, _PI) for y in (-1.5 * _PI, -0.5 * _PI, 0.5 * _PI, 1.5 * _PI))
 
 FUNCTIONS = MappingProxyType(
@@ -101,8 +97,8 @@ FUNCTIONS = MappingProxyType(
                 _j1,
                 -3.0,
                 3.0,
-                _J1_PEAKS,
-                (8.1062, 3.5925, 3.7766),
+                J1_PEAKS,
+                J1_HEIGHTS,
             ),
             Function("J3", "(x^2+y^2)^(1/4) (sin^2(50 (x^2+y^2)^(1/10)) + 1/10)", _j3, -10.0, 10.0),
             Function("J4", "25 - floor(x) - floor(y)", _j4, -3.0, 3.0),
