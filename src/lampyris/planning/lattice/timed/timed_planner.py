@@ -14,6 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Traits
 from lampyris.planning.lattice.lattice_planner import LatticeSession, State
+from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.timed.discs import motion_discs
@@ -95,25 +96,36 @@ class LatticeSippSession(LatticeSession):
         if not known:
             return self._none_found(EXHAUSTED, 0)
         assert self._heuristic is not None
-        discs = motion_discs(self._lattice, self._sipp.speed_fraction)
-        timed = IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed_fraction)
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
-        found = timed.find(self._heuristic[1], begins, known, self._settings.weight, limit)
+        found = self._timed(lattice_map).find(self._heuristic[1], begins, known, self._settings.weight, limit)
         if found.path is not None:
             return self._timed_plan(found, search)
-        if found.outcome == LIMIT:
-            return self._none_found(LIMIT, found.expansions)
-        # Is it walls, or moving obstacles?
-        search.begin(self._heuristic[1], begins, known)
-        if search.improve(1e3, None) == FOUND:
-            detail = _AT_START if found.expansions == 0 else _CLOSED
-            return Plan(Status.HEMMED_IN, self._settings.name, expansions=found.expansions, detail=detail)
-        return self._none_found(EXHAUSTED, found.expansions)
+        return self._closed(search, begins, known, found.outcome, found.expansions)
 
-    def _timed_plan(self, found: TimedFound, search: LatticeSearch) -> Plan:
+    def _timed(self, lattice_map: LatticeMap) -> IntervalSearch:
+        """What searches among the obstacles."""
+        discs = motion_discs(self._lattice, self._sipp.speed_fraction)
+        return IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed_fraction)
+
+    def _closed(
+        self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]], outcome: int,
+        expansions: int,
+    ) -> Plan:  # fmt: skip
+        """The answer where no path was found: is it walls, or moving obstacles?"""
+        if outcome == LIMIT:
+            return self._none_found(LIMIT, expansions)
+        self._known_goals(search, [(search.lattice_map.cell(cell), h) for cell, h in goals])
+        assert self._heuristic is not None
+        search.begin(self._heuristic[1], starts, goals)
+        if search.improve(1e3, None) == FOUND:
+            detail = _AT_START if expansions == 0 else _CLOSED
+            return Plan(Status.HEMMED_IN, self._settings.name, expansions=expansions, detail=detail)
+        return self._none_found(EXHAUSTED, expansions)
+
+    def _timed_plan(self, found: TimedFound, search: LatticeSearch, detail: str = "") -> Plan:
         """The plan of a path with its times."""
         assert found.path is not None
-        plan = self._plan_of(found.path, search, "")
+        plan = self._plan_of(found.path, search, detail)
         assert plan.pose_path is not None
         scene, lattice = self._scene, self._lattice
         tick = scene.grid.resolution / scene.robot.v_max
