@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -121,12 +120,8 @@ class PadSippSession(LatticeSippSession):
         if found is None or found.path is None:
             plan = self._closed(search, known, wanted, outcome, rounds.expansions)
             return replace(plan, iterations=len(record), rounds=record)
-        cost = found.path.cost
-        bound = cost if found.arrivals[-1] <= rounds.lower_bound * (1 + ROUNDING) else math.floor(
-            rounds.lower_bound / rounds.tick
-        )  # fmt: skip
-        found = replace(
-            found, expansions=rounds.expansions, path=replace(found.path, lower_bound=min(bound, cost))
-        )
+        arrival, bound = found.arrivals[-1], rounds.lower_bound
+        least = arrival if arrival <= bound * (1 + ROUNDING) else bound
+        found = replace(found, expansions=rounds.expansions, lower_bound=least)
         plan = self._timed_plan(found, search, "" if rounds.enough() else AT_BUDGET)
         return replace(plan, iterations=len(record), rounds=record)

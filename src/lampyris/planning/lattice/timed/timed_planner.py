@@ -136,7 +136,13 @@ class LatticeSippSession(LatticeSession):
         notes = plan.notes
         if self._unknown:
             notes = (*notes, "moving obstacles whose tracks are not known are left out")
-        path = replace(plan.pose_path, times=times)
+        metres = self._sipp.speed_fraction * scene.grid.resolution
+        path = replace(
+            plan.pose_path,
+            times=times,
+            cost_m=found.arrivals[-1] * metres,
+            lower_bound_m=min(found.lower_bound, found.arrivals[-1]) * metres,
+        )
         waits = float((times[:, 1] - times[:, 0]).sum())
         attributes = dict(plan.attributes) | {"waits_s": waits}
         return replace(plan, pose_path=path, notes=notes, attributes=attributes, expansions=found.expansions)
