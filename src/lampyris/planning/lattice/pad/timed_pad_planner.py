@@ -74,7 +74,7 @@ class PadSippSession(LatticeSippSession):
     Parameters
     ----------
     settings : the planner.
-    scene : what to plan in; its recorded obstacles are where they are at time 0 in every call.
+    scene : what to plan in; its recorded obstacles are where they are at ``Change.time_s``.
     """
 
     def __init__(self, settings: PadSipp, scene: Scene) -> None:

@@ -78,15 +78,14 @@ class LatticeSippSession(LatticeSession):
     Parameters
     ----------
     settings : the planner.
-    scene : what to plan in; its recorded obstacles are where they are at time 0 in every call.
+    scene : what to plan in; its recorded obstacles are where they are at ``Change.time_s``.
     """
 
     def __init__(self, settings: LatticeSipp, scene: Scene) -> None:
         super().__init__(settings, scene)
         self._sipp = settings
-        recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
-        self._unknown = len(scene.traffic) > len(recorded)
-        self._obstacles = known_obstacles(recorded, scene.grid.resolution)
+        self._recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
+        self._unknown = len(scene.traffic) > len(self._recorded)
 
     def _searched(
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
@@ -105,7 +104,9 @@ class LatticeSippSession(LatticeSession):
     def _timed(self, lattice_map: LatticeMap) -> IntervalSearch:
         """What searches among the obstacles."""
         discs = motion_discs(self._lattice, self._sipp.speed_fraction)
-        return IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed_fraction)
+        cell = self._scene.grid.resolution
+        obstacles = known_obstacles(self._recorded, cell, self._time_s * self._scene.robot.v_max / cell)
+        return IntervalSearch(lattice_map, discs, obstacles, self._sipp.speed_fraction)
 
     def _closed(
         self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]], outcome: int,
