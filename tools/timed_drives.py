@@ -44,7 +44,7 @@ def main() -> None:
             ends = [rng.integers(4, 20, 2), rng.integers(29, 44, 2)]
             poses = [(*grid.to_metres(end).tolist(), float(rng.integers(4)) * np.pi / 2) for end in ends]
             traffic = tuple(walk(rng, walls) for _ in range(WALKERS))
-            traffic = tuple(lampyris.Recorded(one.track, radius=0.3) for one in traffic)
+            traffic = tuple(lampyris.Recorded(one.track, radius=0.25) for one in traffic)
             robot = lampyris.Robot(
                 footprint=[(x / 2, y / 2) for x, y in OUTLINE], v_max=1.0, a_max=1.0, d_max=1.0
             )
@@ -71,7 +71,7 @@ def main() -> None:
                     del made[number - left_out + 1 :]
     every = [k for k in range(count - left_out) if all(made[k].arrived for made in drives.values())]
     print(
-        f"{count - left_out} scenes ({left_out} left out: a walker begins on the robot); all arrive in {len(every)}"
+        f"{count - left_out} scenes ({left_out} left out: walkers that a drive does not take); all arrive in {len(every)}"
     )
     for name, made in drives.items():
         seconds = statistics.mean(made[k].duration for k in every) if every else float("nan")
