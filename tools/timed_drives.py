@@ -12,12 +12,12 @@ import statistics
 import sys
 
 import numpy as np
-from timed_poses import OUTLINE, WALKERS, rooms, walk
 
 import lampyris
 from lampyris.errors import SceneError
 from lampyris.kernels._jit import compiled_only
 from lampyris.referee.drive import check_drive, measure
+from timed_poses import OUTLINE, WALKERS, rooms, walk
 
 KINDS = {
     "lattice": ("lattice", {"weight": 1.1}, {}),

@@ -13,7 +13,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import SettingError, UsageError
-from lampyris.model.drive import Drive, Timetable
+from lampyris.model.drive import Drive, PlannedTimes
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.referee.drive import check_drive, measure
@@ -181,7 +181,7 @@ def test_the_referee_refuses_a_robot_that_is_early() -> None:
     drive = lampyris.drive(door(v_max=1.0, a_max=1.0, d_max=1.0), "lattice-sipp")
     table = drive.timetables[0]
     assert table is not None
-    late = Timetable(table.s, table.reach + 1.0, table.leave + 1.0)
+    late = PlannedTimes(table.s, table.reach + 1.0, table.leave + 1.0)
     found = check_drive(replace(drive, timetables=(late, *drive.timetables[1:])))
     assert found is not None
     assert found.rule == "planned times"

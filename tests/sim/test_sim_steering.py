@@ -287,7 +287,10 @@ def test_a_robot_that_all_but_touches_a_wall_can_leave_it_but_not_come_nearer(ga
     walls[19, :] = True  # its lower rim is at y = -1.95 m
     robot = lampyris.Robot(footprint=FOOTPRINT, drive="omnidirectional")
     scene = lampyris.Scene(
-        lampyris.Grid(walls, resolution=0.1), start_pose=(1.0, 0.5, 0.0), goal_pose=(5.0, 0.5, 0.0), robot=robot
+        lampyris.Grid(walls, resolution=0.1),
+        start_pose=(1.0, 0.5, 0.0),
+        goal_pose=(5.0, 0.5, 0.0),
+        robot=robot,
     )
     shape = RobotShape(robot, scene.grid)
     wall_map = WallMap(shape)

@@ -14,6 +14,7 @@ from lampyris._core import elementary
 from lampyris._core.arrays import items_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
+from lampyris.errors import SettingError
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
@@ -56,13 +57,17 @@ AT_PLACE = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Timetable(Value):
+class PlannedTimes(Value):
     """When a plan wants the robot to be where on a curve.
 
     Parameters
     ----------
     s : float64 (n,): metres along the curve, rising.
-    reach, leave : float64 (n,): seconds from the start of the drive at which it reaches each place and leaves it.
+    reach, leave : float64 (n,): seconds from the start of the drive at which it reaches each place and leaves it, rising.
+
+    Raises
+    ------
+    SettingError : ``ARRAY``: arrays of unequal lengths, or no place; places or times that fall.
     """
 
     s: Floats
@@ -70,9 +75,18 @@ class Timetable(Value):
     leave: Floats
 
     def __post_init__(self) -> None:
-        n = len(self.s)
-        for name in ("s", "reach", "leave"):
-            object.__setattr__(self, name, numbers_of("timetable", name, getattr(self, name), (n,)))
+        object.__setattr__(self, "s", numbers_of("timetable", "s", self.s, (None,)))
+        for name in ("reach", "leave"):
+            checked = numbers_of("timetable", name, getattr(self, name), (len(self.s),))
+            object.__setattr__(self, name, checked)
+        times = np.column_stack((self.reach, self.leave)).ravel()
+        if not len(times) or (np.diff(self.s) < 0).any() or (np.diff(times) < 0).any():
+            raise SettingError(
+                "ARRAY",
+                f"{len(self.s)} places",
+                where="timetable",
+                allowed="one or more places, and times, that rise",
+            )
 
     def farthest(self, t: Floats) -> Floats:
         """How far the robot may be at some times without being early, metres."""
@@ -124,7 +138,7 @@ class Drive(Value, Tabular):
     safety_filter : what was done to the commands of a controller that steers: ``braking`` or ``none``.
     paths : of a controller that steers, the paths that were planned, one after the other; else empty.
     path_times : seconds at which the robot began to follow each of them.
-    timetables : of a planner of times, the planned times along each curve (:class:`Timetable`), None where it has none;
+    timetables : of a planner of times, the planned times along each curve (:class:`PlannedTimes`), None where it has none;
         else empty.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
@@ -159,7 +173,7 @@ class Drive(Value, Tabular):
     safety_filter: str = BRAKING
     paths: tuple[Curve, ...] = ()
     path_times: tuple[float, ...] = ()
-    timetables: tuple[Timetable | None, ...] = ()
+    timetables: tuple[PlannedTimes | None, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))

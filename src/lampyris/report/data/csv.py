@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lampyris.errors import UsageError
-from lampyris.model.drive import Drive, Timetable
+from lampyris.model.drive import Drive, PlannedTimes
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
 from lampyris.model.plan import Plan
@@ -63,7 +63,7 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
         columns["gear"] = poses.gear_at(profile.s, arm).tolist()
         if not profile.metric:
             columns["t_s"] = columns.pop("t_transfers")
-        names = POSE_COLUMNS
+        names: tuple[str, ...] = POSE_COLUMNS
         if poses.times is not None:
             columns["planned_reach_s"], columns["planned_leave_s"] = _planned_times(poses, arm, profile)
             names = (*names[:-2], "planned_reach_s", "planned_leave_s", *names[-2:])
@@ -86,7 +86,7 @@ def _planned_times(poses: PosePath, arm: float, profile: Profile) -> tuple[list[
     """When the plan reaches each node of a profile and leaves it, seconds; each wait is at the node nearest to its place."""
     assert poses.times is not None
     along = np.concatenate(([0.0], np.cumsum(poses.steps_in(arm))))
-    reach = Timetable(along, poses.times[:, 0], poses.times[:, 1]).times(profile.s)
+    reach = PlannedTimes(along, poses.times[:, 0], poses.times[:, 1]).times(profile.s)
     leave = reach.copy()
     waits = poses.times[:, 1] - poses.times[:, 0]
     for k in np.flatnonzero(waits > 0.0).tolist():
@@ -133,7 +133,7 @@ def write_drive_csv(out: OutFile, drive: Drive) -> None:
     ------
     FileError : the system refuses to write.
     """
-    names = DRIVE_COLUMNS
+    names: tuple[str, ...] = DRIVE_COLUMNS
     if drive.timetables:
         names = (*names[:-2], "planned_t_s", *names[-2:])
     _write(out, names, drive_columns(drive))

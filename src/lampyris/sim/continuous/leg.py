@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lampyris._core.defaults import Smooth
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve, PoseCurve
-from lampyris.model.drive import Timetable
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -60,7 +60,7 @@ class Leg:
     squares: Floats
     limits: Floats
     seconds: float
-    timetable: Timetable | None = None
+    timetable: PlannedTimes | None = None
 
     @property
     def nowhere(self) -> bool:

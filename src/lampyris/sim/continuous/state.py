@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lampyris.model.curve import Curve
-from lampyris.model.drive import Timetable
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.trace import Outcome
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.leg import Leg
@@ -31,7 +31,7 @@ class DriveState:
 
     leg: Leg
     curves: list[Curve] = field(default_factory=list)
-    timetables: list[Timetable | None] = field(default_factory=list)
+    timetables: list[PlannedTimes | None] = field(default_factory=list)
     t: float = 0.0
     s: float = 0.0
     v: float = 0.0

@@ -6,19 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.curve import Curve, PoseCurve
-from lampyris.model.drive import Timetable
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.path import Pose
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
 from lampyris.motion.geometry.pose_curve import arm_of
 from lampyris.sim.continuous.leg import Ceiling, Leg
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.timetable import timetable_of
 from lampyris.sim.sensor import ObstacleMessage
-from lampyris.sim.traffic.motion_sources import stream
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.typing import Cell, Floats
 
@@ -39,19 +38,14 @@ class TimedReplanner(PoseReplanner):
     _seen: ObstacleMessage | None = None
     _begin: float = 0.0
     _lead: float = 0.0
-    _made: tuple[Curve, Timetable] | None = None
+    _made: tuple[Curve, PlannedTimes] | None = None
 
     def first(self, message: ObstacleMessage) -> Plan:
         """The first plan."""
         return PoseReplanner.first(self, self._unknown(message))
 
-    def without_traffic(self) -> Plan:
-        """See :meth:`Replanner.without_traffic`."""
-        began = loading.cpu()
-        session = self.planner.open(replace(self.scene, traffic=()), stream(self.seed, 0))
-        plan = session.plan(self._start(), self.budget)
-        self._count(plan, began)
-        return plan
+    def _bare(self) -> Scene:
+        return replace(self.scene, traffic=())
 
     def again(
         self, leg: Leg, s: float, message: ObstacleMessage | None, reaction: float

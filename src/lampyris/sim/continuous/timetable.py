@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lampyris.model.drive import AT_PLACE, Timetable
+from lampyris.model.drive import AT_PLACE, PlannedTimes
 from lampyris.model.path import PosePath
 from lampyris.sim.continuous.control import Decision, State
 from lampyris.typing import Floats
@@ -22,7 +22,7 @@ _EARLY = 1e-7
 _HALVINGS = 12
 
 
-def timetable_of(path: PosePath, arm: float, begin: float, offset: float) -> Timetable:
+def timetable_of(path: PosePath, arm: float, begin: float, offset: float) -> PlannedTimes:
     """The times of a path of poses along its curve.
 
     Parameters
@@ -33,7 +33,7 @@ def timetable_of(path: PosePath, arm: float, begin: float, offset: float) -> Tim
     """
     assert path.times is not None
     s = offset + np.concatenate(([0.0], np.cumsum(path.steps_in(arm))))
-    return Timetable(s, begin + path.times[:, 0], begin + path.times[:, 1])
+    return PlannedTimes(s, begin + path.times[:, 0], begin + path.times[:, 1])
 
 
 def punctual(state: State, wish: Decision) -> Decision:
@@ -57,7 +57,7 @@ def punctual(state: State, wish: Decision) -> Decision:
     return Decision(low, CAUSE)
 
 
-def early(table: Timetable, state: State, push: float) -> bool:
+def early(table: PlannedTimes, state: State, push: float) -> bool:
     """Whether a push for one period and full braking after it lead ahead of the planned times at any time."""
     v, period, brake = state.v, state.period, state.robot.d_max
     rest = v / -push if push < 0.0 and v + push * period < 0.0 else period

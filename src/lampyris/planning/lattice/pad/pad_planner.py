@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -41,17 +41,17 @@ def cells_of(metres: float | None, motions: float, lattice: StateLattice, grid: 
     return max(motions * float(np.abs(lattice.cell).max()), _LEAST)
 
 
-def sphere_radius_setting() -> float | None:
+def sphere_radius_setting() -> Any:
     """The setting ``sphere_radius`` of both planners."""
     return number(None, 1e-3, 1e4, unit="m", none="2.5 times the lattice's longest motion")
 
 
-def sphere_growth_setting() -> float:
+def sphere_growth_setting() -> Any:
     """The setting ``sphere_growth`` of both planners."""
     return number(1.5, 1.05, 10.0)
 
 
-def tunnel_setting() -> float | None:
+def tunnel_setting() -> Any:
     """The setting ``tunnel`` of both planners."""
     return number(None, 1e-3, 1e4, unit="m", none="1.5 times the lattice's longest motion")
 
