@@ -28,6 +28,8 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel, stopped, u64
+from lampyris.kernels.lattice.hybrid import _is_goal
+from lampyris.kernels.lattice.low_field import is_free
 from lampyris.kernels.lattice.search import _pop, _push
 
 FOUND, EXHAUSTED, LIMIT, FULL, MANY_SPANS = 0, 1, 2, 3, 4
@@ -187,6 +189,111 @@ def _lay(
 @kernel(
     out=(
         "slot", "node_state", "node_begin", "node_end", "node_time", "node_before", "node_by", "node_left", "node_open",
+        "keys", "waits", "still", "count",
+    ),
+    of="starts",
+    each=20_000,
+)  # fmt: skip
+def _begin(
+    heuristic, headings, stride, border, stand_first, stand, stand_reach, block, block_first, segment, order, pull,
+    starts, slot, node_state, node_begin, node_end, node_time, node_before, node_by, node_left, node_open,
+    keys, waits, still, count,
+):  # fmt: skip
+    """Put the start states into the heap, at time 0; 0, or what :func:`timed_search` returns where there is no room."""
+    nodes = 0
+    waiting = 0
+    each = headings + 1
+    spans = len(still) // 2 + 2
+    ordered = 0
+    if len(order) > 1:
+        ordered = 1
+    for k in range(len(starts)):
+        state = starts[u64(k)]
+        cell = state // each
+        heading = state - cell * each
+        h = heuristic[u64(cell)]
+        if h < 0 or slot[u64(state)] != 0:
+            continue
+        if nodes + spans >= len(node_state) or waiting + 1 >= len(keys):
+            return 3
+        if heading == headings:
+            made = nodes + 1
+            slot[u64(state)] = made
+            node_state[u64(nodes)] = state
+            node_begin[u64(nodes)] = 0.0
+            node_end[u64(nodes)] = 1e15
+        else:
+            made = _lay(
+                block, block_first, segment, stand, stand_first[u64(heading)], stand_first[u64(heading + 1)], stand_reach,
+                float(cell % stride - border), float(cell // stride - border), state, nodes,
+                slot, node_state, node_begin, node_end, node_time, node_open, still,
+            )  # fmt: skip
+            if made < 0:
+                return 4
+        if made > nodes and node_begin[u64(nodes)] == 0.0:
+            node_time[u64(nodes)] = 0.0
+            node_before[u64(nodes)] = -1
+            node_by[u64(nodes)] = -1
+            node_left[u64(nodes)] = 0.0
+            node_open[u64(nodes)] = 1
+            _push(keys, waits, waiting, pull * (h + order[u64(state * ordered)]), nodes)
+            waiting += 1
+        nodes = made
+    count[u64(0)] = waiting
+    count[u64(1)] = nodes
+    return 0
+
+
+@kernel(
+    out=("node_time", "node_before", "node_by", "node_left", "node_open", "keys", "waits"),
+    of="busy",
+    each=1000,
+)
+def _enter(
+    busy, n, node, primitive, time, leave, lasts, most, rest, pull, to, nodes, waiting,
+    slot, node_state, node_begin, node_end, node_time, node_before, node_by, node_left, node_open, keys, waits,
+):  # fmt: skip
+    """Reach a state by a primitive, at the earliest after each of ``n`` forbidden intervals of departures.
+
+    Returns how many wait now; -1: no room. ``rest`` is the least time from there to the goal, ``pull`` what is added to an
+    arrival for its key.
+    """
+    departure = time
+    k = 0
+    while departure <= leave:
+        until = busy[u64(2 * k)] if k < n else leave
+        if until > departure or (k == n and n == 0):
+            arrival = departure + lasts
+            if most >= 0.0 and arrival + rest > most:
+                break
+            target = int(slot[u64(to)]) - 1
+            while target < nodes and node_state[u64(target)] == to and node_end[u64(target)] < arrival:
+                target += 1
+            if (
+                target < nodes
+                and node_state[u64(target)] == to
+                and node_begin[u64(target)] <= arrival
+                and arrival < node_time[u64(target)]
+            ):
+                if waiting + 1 >= len(keys):
+                    return -1
+                node_time[u64(target)] = arrival
+                node_before[u64(target)] = node
+                node_by[u64(target)] = primitive
+                node_left[u64(target)] = departure
+                node_open[u64(target)] = 1
+                _push(keys, waits, waiting, arrival + pull, target)
+                waiting += 1
+        if k == n:
+            break
+        departure = busy[u64(2 * k + 1)]
+        k += 1
+    return waiting
+
+
+@kernel(
+    out=(
+        "slot", "node_state", "node_begin", "node_end", "node_time", "node_before", "node_by", "node_left", "node_open",
         "keys", "waits", "busy", "still", "count",
     ),
     of="keys",
@@ -243,39 +350,16 @@ def timed_search(
     if len(order) > 1:
         ordered = 1
     look = 512
+    result = _begin(
+        heuristic, headings, stride, border, stand_first, stand, stand_reach, block, block_first, segment, order,
+        weight * tick, starts, slot, node_state, node_begin, node_end, node_time, node_before, node_by, node_left,
+        node_open, keys, waits, still, count,
+    )  # fmt: skip
+    if result != 0:
+        return result
+    nodes = int(count[u64(1)])
+    waiting = int(count[u64(0)])
     result = 1
-    for k in range(len(starts)):
-        state = starts[u64(k)]
-        cell = state // each
-        heading = state - cell * each
-        h = heuristic[u64(cell)]
-        if h < 0 or slot[u64(state)] != 0:
-            continue
-        if nodes + spans >= len(node_state) or waiting + 1 >= len(keys):
-            return 3
-        if heading == headings:
-            made = nodes + 1
-            slot[u64(state)] = made
-            node_state[u64(nodes)] = state
-            node_begin[u64(nodes)] = 0.0
-            node_end[u64(nodes)] = 1e15
-        else:
-            made = _lay(
-                block, block_first, segment, stand, stand_first[u64(heading)], stand_first[u64(heading + 1)], stand_reach,
-                float(cell % stride - border), float(cell // stride - border), state, nodes,
-                slot, node_state, node_begin, node_end, node_time, node_open, still,
-            )  # fmt: skip
-            if made < 0:
-                return 4
-        if made > nodes and node_begin[u64(nodes)] == 0.0:
-            node_time[u64(nodes)] = 0.0
-            node_before[u64(nodes)] = -1
-            node_by[u64(nodes)] = -1
-            node_left[u64(nodes)] = 0.0
-            node_open[u64(nodes)] = 1
-            _push(keys, waits, waiting, weight * tick * (h + order[u64(state * ordered)]), nodes)
-            waiting += 1
-        nodes = made
     while waiting > 0:
         if limit >= 0 and expanded >= limit:
             result = 2
@@ -292,15 +376,7 @@ def timed_search(
             continue
         node_open[u64(node)] = 0
         state = int(node_state[u64(node)])
-        left = 0
-        right = len(goals) - 1
-        while left < right:
-            middle = (left + right) >> 1
-            if goals[u64(middle)] < state:
-                left = middle + 1
-            else:
-                right = middle
-        if goals[u64(left)] == state:
+        if _is_goal(goals, state):
             node_open[u64(node)] = 1
             count[u64(3)] = node
             result = 0
@@ -312,7 +388,6 @@ def timed_search(
         heading = state - cell * each
         x = float(cell % stride - border)
         y = float(cell // stride - border)
-        room_here = clear[u64(cell)]
         # The primitives of a heading are one group of their own; a cell has one for each displacement.
         is_low = heading == headings
         group = 0
@@ -359,14 +434,8 @@ def timed_search(
                     to = there * each + turned[u64(p)]
                     if slot[u64(to)] < 0:
                         continue
-                if room_here < reach[u64(p)]:
-                    free = True
-                    for k in range(sweep_first[u64(p)], sweep_first[u64(p + 1)]):
-                        if wall[u64(cell + sweep[u64(k)])] != 0:
-                            free = False
-                            break
-                    if not free:
-                        continue
+                if not is_free(wall, clear, reach, sweep_first, sweep, cell, p):
+                    continue
                 n = 0
                 if not (is_low and to_low):
                     n = collect(
@@ -398,42 +467,13 @@ def timed_search(
                             return 4
                         if slot[u64(to)] < 0:
                             continue
-                departure = time
-                k = 0
-                while departure <= leave:
-                    until = busy[u64(2 * k)] if k < n else leave
-                    if until > departure or (k == n and n == 0):
-                        arrival = departure + lasts
-                        if most >= 0.0 and arrival + tick * h > most:
-                            break
-                        target = int(slot[u64(to)]) - 1
-                        while (
-                            target < nodes
-                            and node_state[u64(target)] == to
-                            and node_end[u64(target)] < arrival
-                        ):
-                            target += 1
-                        if (
-                            target < nodes
-                            and node_state[u64(target)] == to
-                            and node_begin[u64(target)] <= arrival
-                            and arrival < node_time[u64(target)]
-                        ):
-                            if waiting + 1 >= len(keys):
-                                return 3
-                            node_time[u64(target)] = arrival
-                            node_before[u64(target)] = node
-                            node_by[u64(target)] = p
-                            node_left[u64(target)] = departure
-                            node_open[u64(target)] = 1
-                            _push(
-                                keys, waits, waiting, arrival + weight * tick * (h + order[u64(to * ordered)]), target
-                            )  # fmt: skip
-                            waiting += 1
-                    if k == n:
-                        break
-                    departure = busy[u64(2 * k + 1)]
-                    k += 1
+                waiting = _enter(
+                    busy, n, node, p, time, leave, lasts, most, tick * h, weight * tick * (h + order[u64(to * ordered)]),
+                    to, nodes, waiting, slot, node_state, node_begin, node_end, node_time, node_before, node_by, node_left,
+                    node_open, keys, waits,
+                )  # fmt: skip
+                if waiting < 0:
+                    return 3
                 if is_low and to_low:
                     break
     count[u64(0)] = waiting
