@@ -47,7 +47,8 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),
     "simulate": (("simulate", "guide", "--moves", "sixteen-connected"), ("run", "edited.yaml")),
     "drive": (("drive", "guide"), ("drive", *POSES, "--planner", "lattice", "--obstacles", "1"),
-              ("drive", *POSES, "--planner", "lattice", "--controller", "rpp"), ("run", "polygon.yaml")),
+              ("drive", *POSES, "--planner", "lattice", "--controller", "rpp"), ("run", "polygon.yaml"),
+              ("drive", *POSES, "--planner", "lattice-sipp")),
     "compare": (
         ("compare", "guide", "--planners", "astar,sipp"),
         ("compare", "guide", "--planners", "astar,sipp", "--obstacles", "2", "--seeds", "1"),
@@ -59,11 +60,11 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
     "plan": (
         ("plan", "guide"), ("plan", "guide", "--preset", "dissertation"), ("plan", "guide", "--planner", "sipp"),
-        ("plan", *POSES, "--planner", "lattice"),
+        ("plan", *POSES, "--planner", "lattice"), ("plan", *POSES, "--planner", "lattice-sipp"),
     ),
     "speed": (("speed", "guide"),),
     "simulate": (("simulate", "guide"),),
-    "drive": (("drive", "guide"),),
+    "drive": (("drive", "guide"), ("drive", *POSES, "--planner", "lattice-sipp")),
     "compare": (("study", "t.yaml", "--store", "b.db", "--timing"),),
 }  # fmt: skip
 

@@ -1,9 +1,11 @@
-"""Arrivals among walkers with known tracks: the footprint by lattice-sipp, and the disc around it by sipp.
+"""Arrivals among walkers with known tracks: the footprint by lattice-sipp and pad-sipp, and the disc around it by sipp.
 
     python tools/timed_poses.py [SCENES [DOOR]]
 
-Random rooms of 48 x 48 cells with doors, 8 walkers each. Both robots drive a cell in a tick. Of scenes that both solve,
-the ticks of arrival; each answer is checked by the referee. Processor time of the call, map included.
+Random rooms of 48 x 48 cells with doors, 8 walkers each. All robots drive a cell in a tick. Of scenes that all solve, the
+ticks of arrival, by the footprint's planners at two bounds; each answer is checked by the referee, which looks for contacts
+with all walkers in continuous time. Expansions are those of all searches of a call; processor time is that of the call, map
+included.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 import statistics
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -54,14 +57,26 @@ def walk(rng: np.random.Generator, walls: np.ndarray) -> lampyris.Recorded:
     return lampyris.Recorded(tuple(track), radius=0.6)
 
 
+NAMES = {
+    "lattice-sipp 1.1": ("lattice-sipp", {}),
+    "pad-sipp 1.1": ("pad-sipp", {}),
+    "lattice-sipp 1.5": ("lattice-sipp", {"weight": 1.5}),
+    "pad-sipp 1.5": ("pad-sipp", {"weight": 1.5}),
+    "sipp": ("sipp", {}),
+}
+"""Planners and their settings by what the table calls them."""
+
+
 def main() -> None:
     """Print the table."""
     count = int(sys.argv[1]) if sys.argv[1:] else 60
     door = int(sys.argv[2]) if sys.argv[2:] else 7
     rng = np.random.default_rng(26)
-    ticks: dict[str, list[float]] = {"lattice-sipp": [], "sipp": []}
-    spent: dict[str, list[float]] = {name: [] for name in ticks}
-    found = dict.fromkeys(ticks, 0)
+    ticks: dict[str, list[float]] = {name: [] for name in NAMES}
+    spent: dict[str, list[float]] = {name: [] for name in NAMES}
+    expanded: dict[str, list[int]] = {name: [] for name in NAMES}
+    found = dict.fromkeys(NAMES, 0)
+    contacts = dict.fromkeys(NAMES, 0)
     static = 0
     with compiled_only():
         for number in range(count):
@@ -75,37 +90,38 @@ def main() -> None:
             traffic = tuple(walk(rng, walls) for _ in range(WALKERS))
             robot = lampyris.Robot(footprint=OUTLINE, drive="differential")
             disc = lampyris.Robot(radius=robot.radius)
-            scenes = {
-                "lattice-sipp": lampyris.Scene(
-                    grid, start_pose=poses[0], goal_pose=poses[1], robot=robot, traffic=traffic
-                ),
-                "sipp": lampyris.Scene(grid, start=ends[0], goal=ends[1], robot=disc, traffic=traffic),
-            }
-            static += bool(
-                lampyris.plan(lampyris.Scene(grid, start=ends[0], goal=ends[1], robot=disc), "astar")
+            posed = lampyris.Scene(
+                grid, start_pose=poses[0], goal_pose=poses[1], robot=robot, traffic=traffic
             )
+            round_ = lampyris.Scene(grid, start=ends[0], goal=ends[1], robot=disc, traffic=traffic)
+            static += bool(lampyris.plan(replace(round_, traffic=()), "astar"))
             arrival = {}
-            for name, scene in scenes.items():
+            for name, (planner, settings) in NAMES.items():
+                scene = round_ if planner == "sipp" else posed
                 begin = time.thread_time()
-                plan = lampyris.plan(scene, name)
+                plan = lampyris.plan(scene, planner, **settings)
                 if number:  # the first one loads kernels
                     spent[name].append(1e3 * (time.thread_time() - begin))
+                expanded[name].append(plan.expansions)
                 if plan.status is Status.FOUND:
-                    assert check_plan(plan, scene) is None
+                    verdict = check_plan(plan, scene)
+                    contacts[name] += verdict is not None and verdict.rule == "contact"
+                    assert verdict is None, verdict
                     found[name] += 1
                     path = plan.pose_path
                     arrival[name] = (
                         float(plan.schedule[-1]) if path is None else float(path.times[-1, 0]) * robot.v_max
                     )
-            if len(arrival) == 2:
+            if len(arrival) == len(NAMES):
                 for name, at in arrival.items():
                     ticks[name].append(at)
     print(f"{count} scenes; without walkers the disc has a path in {static}")
-    for name in ticks:
-        both = f"{statistics.mean(ticks[name]):.1f} ticks" if ticks[name] else "-"
+    for name in NAMES:
+        every = f"{statistics.mean(ticks[name]):.1f} ticks" if ticks[name] else "-"
         print(
-            f"{name:13} found {found[name]:3}; arrival (mean of {len(ticks[name])} that both solve) {both}; "
-            f"{statistics.median(spent[name]):.1f} ms (median)"
+            f"{name:16} found {found[name]:3}; contacts {contacts[name]}; "
+            f"arrival (mean of {len(ticks[name])} that all solve) {every}; "
+            f"{statistics.median(expanded[name]):,.0f} expansions, {statistics.median(spent[name]):.1f} ms (medians)"
         )
 
 

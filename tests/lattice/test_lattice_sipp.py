@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.errors import UsageError
+from lampyris.model.change import Change
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
@@ -300,10 +300,19 @@ def test_a_budget_and_unknown_obstacles_are_said() -> None:
     assert any("not known" in note for note in planned(unknown).notes)
 
 
-def test_a_drive_refuses_it() -> None:
+def test_times_count_from_when_it_is_asked_with_the_obstacles_of_then() -> None:
+    """The same as in a scene whose tracks begin later, at whole ticks and between them."""
     scene, _ = corridor()
-    with pytest.raises(UsageError, match="sets its own speed"):
-        lampyris.drive(scene, "lattice-sipp")
+    track = scene.traffic[0].track  # type: ignore[union-attr]
+    session = LatticeSipp(weight=1.0).open(scene, np.random.default_rng(0))
+    later = session.plan(Change(time_s=7.0))
+    fresh = planned(replace(scene, traffic=(lampyris.Recorded(track[7:], radius=0.4),)), weight=1.0)
+    assert later.pose_path == fresh.pose_path
+    assert later.pose_path != session.plan().pose_path
+    between = session.plan(Change(time_s=6.5))
+    assert between.pose_path is not None
+    assert fresh.pose_path is not None
+    assert between.pose_path.cost_m <= fresh.pose_path.cost_m + 0.5 + 1e-9, "it may wait for half a tick"
 
 
 def test_the_same_answer_in_plain_and_compiled_form(monkeypatch: pytest.MonkeyPatch) -> None:

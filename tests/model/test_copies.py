@@ -18,6 +18,7 @@ import lampyris
 from lampyris import model
 from lampyris._core.values import Value
 from lampyris.model.change import Change, ObstacleTrack
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.model.plan import Jump, Plan
 
@@ -58,9 +59,11 @@ def nouns() -> dict[type, Any]:
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0], driven_poses,
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,
         adaptive.rounds[0],
-        Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,), pose=(0.0, 0.0, 0.0)), lampyris.Patrol(((0, 0), (1, 1))),
+        Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,), pose=(0.0, 0.0, 0.0), time_s=1.5),
+        lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
         lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
+        PlannedTimes(np.arange(2.0), np.arange(2.0), np.arange(2.0) + 0.5),
         fleet, fleet.robots[0], lampyris.plan_fleet(fleet),
         primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip

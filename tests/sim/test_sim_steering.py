@@ -17,7 +17,7 @@ from lampyris.model.curve import PoseCurve
 from lampyris.model.drive import Drive
 from lampyris.model.robot import DRIVES
 from lampyris.model.settings.drive import DriveSettings
-from lampyris.model.settings.steering import CONTROLLERS, PurePursuit, controller_settings
+from lampyris.model.settings.steering import CONTROLLERS, Mppi, PurePursuit, controller_settings
 from lampyris.model.trace import Outcome
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.referee import check_drive
@@ -25,8 +25,9 @@ from lampyris.referee.drive import measure
 from lampyris.report.data.following import following
 from lampyris.sim.steering.arc import Arc, RobotPose, RobotShape
 from lampyris.sim.steering.control import Steer, View, stopping_speed
-from lampyris.sim.steering.controller_choice import drive
+from lampyris.sim.steering.controller_choice import drive, simulation_of
 from lampyris.sim.steering.reference import PathProgress, sections_of
+from lampyris.sim.steering.sampling import PathIntegral
 from lampyris.sim.steering.steered_drive import SteeredSimulation
 from lampyris.sim.steering.walls import WallMap
 
@@ -278,3 +279,48 @@ def test_settings_come_complete() -> None:
     made = controller_settings("mppi", {"samples": 99})
     assert made == DriveSettings(controller="mppi", controller_settings={"samples": 99}).steering
     assert controller_settings("exact", {}) is None
+
+
+@pytest.mark.parametrize("gap", [0.9e-4, 1e-6, 1e-8])
+def test_a_robot_that_all_but_touches_a_wall_can_leave_it_but_not_come_nearer(gap: float) -> None:
+    """The wall is to the left; gaps are in cells."""
+    walls = np.zeros((40, 60), dtype=bool)
+    walls[19, :] = True  # its lower rim is at y = -1.95 m
+    robot = lampyris.Robot(footprint=FOOTPRINT, drive="omnidirectional")
+    scene = lampyris.Scene(
+        lampyris.Grid(walls, resolution=0.1),
+        start_pose=(1.0, 0.5, 0.0),
+        goal_pose=(5.0, 0.5, 0.0),
+        robot=robot,
+    )
+    shape = RobotShape(robot, scene.grid)
+    wall_map = WallMap(shape)
+    rim = -0.1 * 19.5
+    pose = RobotPose(3.0, rim - 0.2 - gap * 0.1, 0.0)
+    assert wall_map.free(pose, Arc(0.5 * np.pi, 0.0, 0.0), 0.5) <= gap * 0.1
+    assert wall_map.free(pose, Arc(-0.5 * np.pi, 0.0, 0.0), 0.5) == 0.5
+    assert wall_map.free(pose, Arc(-0.1, 0.0, 0.0), 0.5) == 0.5
+    assert wall_map.free(pose, Arc(0.1, 0.0, 0.0), 0.5) <= 1e-4 * 0.1 / 0.09
+    assert wall_map.free(pose, Arc(0.0, 0.0, 2.0, True), 0.3) <= 1e-4, "to turn brings a corner into the wall"
+    inside = RobotPose(3.0, rim - 0.2 + 1e-6, 0.0)
+    assert wall_map.free(inside, Arc(-0.5 * np.pi, 0.0, 0.0), 0.5) == 0.0
+
+
+def test_noise_is_other_noise_when_its_window_begins_again() -> None:
+    """Windows of one horizon in a long drive: none is as one before, and pairs are uncorrelated."""
+    settings = controller_settings("mppi", {"samples": 200, "steps": 20})
+    assert isinstance(settings, Mppi)
+    one = PathIntegral(settings, np.random.default_rng(0))
+    simulation = simulation_of(_scene("differential"), LatticePlanner(weight=1.5), controller="mppi")
+    assert isinstance(simulation, SteeredSimulation)
+    simulation.step()
+    one.begin(simulation.view(0.1))
+    first = [part.copy() for part in one._noise[:2]]
+    seen = {tuple(part[:50].tobytes() for part in first)}
+    for _ in range(30):
+        for _ in range(64):
+            one._move_window(2)
+        seen.add(tuple(part[:50].tobytes() for part in one._noise[:2]))
+        assert abs(np.corrcoef(first[0] * first[1], one._noise[0] * one._noise[1])[0, 1]) < 0.1
+        assert np.sort(np.abs(one._noise[0])).tobytes() == np.sort(np.abs(first[0])).tobytes()
+    assert len(seen) == 31

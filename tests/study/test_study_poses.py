@@ -339,5 +339,5 @@ def test_times_are_planned_by_the_tracks_that_are_replayed() -> None:
 
 
 def test_a_drive_of_planned_times_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LampyrisError, match="sets its own speed"):
+    with pytest.raises(LampyrisError, match="do not follow these"):
         load(tmp_path, ROBOT + MAP % "{random: 1}" + "kind: drive\nplanners: [lattice-sipp]\n")

@@ -48,6 +48,8 @@ class Change(Noun):
         their step and the robot has not.
     terrain : cells whose terrain value changed, with the new value, 0 to 252
         (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
+    time_s : when the robot stands there, seconds since the recorded obstacles began to move: for planners of poses with
+        times, whose times then count from there.
     """
 
     robot: Cell | None = None
@@ -58,3 +60,4 @@ class Change(Noun):
     tick: int = 0
     obstacle_tracks: tuple[ObstacleTrack, ...] | None = None
     pose: Pose | None = None
+    time_s: float = 0.0

@@ -14,6 +14,7 @@ from lampyris._core import elementary
 from lampyris._core.arrays import items_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
+from lampyris.errors import SettingError
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
@@ -51,6 +52,58 @@ class Moment(Noun):
     obstacle: int = -1
 
 
+AT_PLACE = 0.02
+"""Cells before a place of a timetable at which a robot counts as there: it may wait so far before the place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PlannedTimes(Value):
+    """When a plan wants the robot to be where on a curve.
+
+    Parameters
+    ----------
+    s : float64 (n,): metres along the curve, rising.
+    reach, leave : float64 (n,): seconds from the start of the drive at which it reaches each place and leaves it, rising.
+
+    Raises
+    ------
+    SettingError : ``ARRAY``: arrays of unequal lengths, or no place; places or times that fall.
+    """
+
+    s: Floats
+    reach: Floats
+    leave: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "s", numbers_of("timetable", "s", self.s, (None,)))
+        for name in ("reach", "leave"):
+            checked = numbers_of("timetable", name, getattr(self, name), (len(self.s),))
+            object.__setattr__(self, name, checked)
+        times = np.column_stack((self.reach, self.leave)).ravel()
+        if not len(times) or (np.diff(self.s) < 0).any() or (np.diff(times) < 0).any():
+            raise SettingError(
+                "ARRAY",
+                f"{len(self.s)} places",
+                where="timetable",
+                allowed="one or more places, and times, that rise",
+            )
+
+    def farthest(self, t: Floats) -> Floats:
+        """How far the robot may be at some times without being early, metres."""
+        times = np.column_stack((self.reach, self.leave)).ravel()
+        return elementary.interp(t, times, np.repeat(self.s, 2))
+
+    def times(self, s: Floats) -> Floats:
+        """When the robot is to leave some places, seconds; before the first place and after the last one, as there."""
+        s = np.clip(np.atleast_1d(np.asarray(s, dtype=np.float64)), self.s[0], self.s[-1])
+        k = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 1)
+        after = np.minimum(k + 1, len(self.s) - 1)
+        length = self.s[after] - self.s[k]
+        share = np.where(length > 0, (s - self.s[k]) / np.where(length > 0, length, 1.0), 0.0)
+        planned: Floats = self.leave[k] + share * (self.reach[after] - self.leave[k])
+        return planned
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Drive(Value, Tabular):
     """A simulation in continuous time, whole.
@@ -85,6 +138,8 @@ class Drive(Value, Tabular):
     safety_filter : what was done to the commands of a controller that steers: ``braking`` or ``none``.
     paths : of a controller that steers, the paths that were planned, one after the other; else empty.
     path_times : seconds at which the robot began to follow each of them.
+    timetables : of a planner of times, the planned times along each curve (:class:`PlannedTimes`), None where it has none;
+        else empty.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -118,6 +173,7 @@ class Drive(Value, Tabular):
     safety_filter: str = BRAKING
     paths: tuple[Curve, ...] = ()
     path_times: tuple[float, ...] = ()
+    timetables: tuple[PlannedTimes | None, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))
@@ -190,6 +246,36 @@ class Drive(Value, Tabular):
             poses[here, 2] = curve.yaw_at(s[here]) if isinstance(curve, PoseCurve) else along
         poses[:, 2] = math.pi - np.remainder(math.pi - poses[:, 2] - frame.origin[2], 2 * math.pi)
         return poses
+
+    @property
+    def lateness(self) -> Floats | None:
+        """By how much the robot is later at the begin of each stretch than planned, seconds, float64 (n,); 0: it is not.
+
+        None: no times were planned.
+        """
+        planned = self.planned_times
+        return None if planned is None else np.maximum(np.nan_to_num(self.t - planned), 0.0)
+
+    @property
+    def planned_times(self) -> Floats | None:
+        """When the robot was to leave the place where each stretch begins, seconds, float64 (n,); None: none were planned.
+
+        NaN on curves without planned times. A robot counts as at a place from 0.02 cells before it on.
+        """
+        if not any(self.timetables):
+            return None
+        planned = np.full(len(self.t), np.nan)
+        for leg, table in enumerate(self.timetables):
+            here = self.leg == leg
+            if table is not None and here.any():
+                planned[here] = table.times(self.s[here] + AT_PLACE * self.scene.grid.resolution)
+        return planned
+
+    @property
+    def planned_arrival(self) -> float | None:
+        """When the last plan with times reaches the goal, seconds from the start; None: no times were planned."""
+        known = [table for table in self.timetables if table is not None]
+        return float(known[-1].reach[-1]) if known else None
 
     def why(self, k: int) -> str:
         """What bound the speed of stretch ``k``, in words."""

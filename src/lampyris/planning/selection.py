@@ -78,20 +78,9 @@ def demand_cells(planner: Planner, doing: str) -> None:
         )
 
 
-def demand_untimed(planner: Planner) -> None:
-    """Refuse a planner of poses and times where the robot drives by a speed law of its own.
-
-    Raises
-    ------
-    UsageError : ``PLANNER``.
-    """
-    if planner.traits.plans_headings and planner.traits.sees_traffic:
-        raise UsageError(
-            "PLANNER",
-            f"{planner.name} plans poses with times; a drive sets its own speed",
-            allowed="a planner without times, such as lattice",
-            setting="planner",
-        )
+def plans_times(planner: Planner) -> bool:
+    """Whether a planner of poses plans when the robot is at each."""
+    return planner.traits.plans_headings and planner.traits.sees_traffic
 
 
 def _options_given(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:

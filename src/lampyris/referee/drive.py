@@ -40,6 +40,9 @@ from lampyris.typing import Floats
 NO_LATERAL_PROMISE = ("dissertation", "rpp")
 """Laws that say nothing of lateral acceleration: theirs is measured, not refused."""
 
+EARLY = 1e-5
+"""Cells that a robot may be ahead of its planned times: rounding."""
+
 _NEVER = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 
 
@@ -48,8 +51,8 @@ def check_drive(drive: Drive) -> Violation | None:
 
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
-    ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
-    :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle shape``, ``obstacle size``,
+    ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``planned times`` (ahead of them), ``lateral`` (not
+    for the laws of :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle shape``, ``obstacle size``,
     ``obstacle speed``, ``obstacle heading``, ``collision`` (contact while the robot moves), ``yield`` (one that
     yields ran into it), ``unreported contact``, ``reported contact``, ``obstacles apart`` (two obstacles overlap:
     :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
@@ -69,6 +72,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _driven(drive)
         or _limits(drive)
         or _stops(drive)
+        or _planned_times(drive)
         or _lateral(drive, motion)
         or yaw_rate_violation(drive, motion)
         or _walls(drive)
@@ -253,6 +257,25 @@ def _driven(drive: Drive) -> Violation | None:
         if np.abs(came - place[k + 1]).max() > SAME:
             what = f"changes to curve {leg[k + 1]} from {_xy(came)} to {_xy(place[k + 1])} cells"
             return Violation("leg change", f"stretch {k + 1}", what)
+    return None
+
+
+def _planned_times(drive: Drive) -> Violation | None:
+    """A robot with planned times is never ahead of them: when it should leave a place it is there or before it."""
+    for leg, table in enumerate(drive.timetables):
+        here = np.flatnonzero(drive.leg == leg)
+        if table is None or not len(here):
+            continue
+        end = drive.t[min(int(here[-1]) + 1, len(drive.t) - 1)]
+        due = (table.leave >= drive.t[here[0]]) & (table.leave <= end)
+        k = here[np.searchsorted(drive.t[here], table.leave[due], side="right") - 1]
+        dt = np.minimum(table.leave[due], end) - drive.t[k]
+        place = drive.s[k] + dt * (drive.v[k] + 0.5 * drive.a[k] * dt)
+        early = place > table.s[due] + EARLY * drive.scene.grid.resolution
+        if early.any():
+            j = int(early.argmax())
+            what = f"at {float(place[j])!r} m; the plan is at {float(table.s[due][j])!r} m"
+            return Violation("planned times", f"{float(table.leave[due][j]):.6g} s", what)
     return None
 
 

@@ -9,7 +9,10 @@ from lampyris.kernels.motion.curve_motion import chord
 from lampyris.kernels.motion.footprint_distance import outline_gap
 
 NEAR = 1e-4
-"""Cells from a wall within which the robot is at it."""
+"""Cells from a wall within which the robot is at it, and drives on only where that takes it away from the wall."""
+
+_TOUCH = 1e-9
+"""Cells from a wall within which the robot touches it."""
 
 _SHARE = 0.9
 """Share of the distance to the nearest wall that is driven before it is asked for again."""
@@ -29,7 +32,8 @@ def free_arc(
     """How far the robot can move along an arc, metres, at most ``limit``: no wall is touched, and the base is on the map.
 
     Conservative advancement: from a pose whose outline is a distance g from the nearest wall no point of the robot
-    reaches one before a point of it has moved by g.
+    reaches one before a point of it has moved by g. Very near a wall it goes on as long as g grows: by parts of g that
+    grow with it, so that a robot can leave a wall that it all but touches.
 
     Parameters
     ----------
@@ -47,6 +51,7 @@ def free_arc(
     if rate == 0.0:
         return limit
     s = 0.0
+    before = 0.0
     for _ in range(_PLACES):
         ratio, up, along = chord(0.5 * bend * s)
         far = s * ratio / resolution
@@ -72,7 +77,8 @@ def free_arc(
             reach = min(reach, border * resolution)
         if reach >= rest:
             return limit
-        if reach <= NEAR * resolution:
+        if reach <= NEAR * resolution and (reach <= _TOUCH * resolution or reach <= before):
             return s
+        before = reach
         s += _SHARE * reach
     return s

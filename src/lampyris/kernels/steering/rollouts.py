@@ -1,6 +1,7 @@
 """Simulated motions of a robot under many commands at once, and what each of them costs: the loop of DWA and MPPI.
 
-All motions advance together, step by step; the inner loops go over motions, without branches, so that they are vectorised.
+Motions advance together, step by step, in blocks whose arrays stay in the processor's first cache; the inner loops go over
+motions, without branches, so that they are vectorised.
 Positions are in metres, y up. The robot is compared with walls and obstacles at every second
 step, and with the path at every fourth.
 """
@@ -18,15 +19,14 @@ _SLOW = 1e-3
 
 @kernel(out=("cost",), each=2_000, of="cost")
 def add_obstacles(
-    x, y, cosine, sine, box, ox, oy, ou, ow, radius, now, margin, reach, weight, hit, cost
+    x, y, cosine, sine, box, ox, oy, ou, ow, radius, now, margin, reach, weight, hit, cost, begin, end,
 ):  # fmt: skip
-    """Add to each motion what nearness to obstacles costs after ``now`` seconds; returns how many were near enough."""
-    n = u64(len(cost))
-    low_x = x[0]
-    high_x = x[0]
-    low_y = y[0]
-    high_y = y[0]
-    for k in range(n):
+    """Add to each motion of a block what nearness to obstacles costs after ``now`` seconds; returns how many were near enough."""
+    low_x = x[begin]
+    high_x = x[begin]
+    low_y = y[begin]
+    high_y = y[begin]
+    for k in range(begin, end):
         low_x = min(low_x, x[k])
         high_x = max(high_x, x[k])
         low_y = min(low_y, y[k])
@@ -46,7 +46,7 @@ def add_obstacles(
         high_a = box[1]
         low_b = box[2]
         high_b = box[3]
-        for k in range(n):
+        for k in range(begin, end):
             dx = cx - x[k]
             dy = cy - y[k]
             a = cosine[k] * dx + sine[k] * dy
@@ -61,12 +61,33 @@ def add_obstacles(
 
 @kernel(out=("cost",), each=1_000, of="cost")
 def add_walls(
-    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off, weight, hit, cost
+    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off, weight, hit, cost, begin, end,
 ):  # fmt: skip
-    """Add to each motion what nearness to walls costs; a robot whose cell is ``far_off`` from walls is not near any."""
-    n = u64(len(cost))
+    """Add to each motion of a block what nearness to walls costs.
+
+    A robot whose cell is ``far_off`` from walls is not near any; nor is one near it, by so much as it is nearer.
+    """
     per_metre = 1.0 / resolution
-    for k in range(n):
+    low_x = x[begin]
+    high_x = x[begin]
+    low_y = y[begin]
+    high_y = y[begin]
+    for k in range(begin, end):
+        low_x = min(low_x, x[k])
+        high_x = max(high_x, x[k])
+        low_y = min(low_y, y[k])
+        high_y = max(high_y, y[k])
+    left = math.floor(low_x * per_metre + 0.5)
+    right = math.floor(high_x * per_metre + 0.5)
+    top = math.floor(0.5 - high_y * per_metre)
+    bottom = math.floor(0.5 - low_y * per_metre)
+    if left >= 0 and right < width and top >= 0 and bottom < height:
+        wide = 0.5 * (right - left + 1) * resolution
+        high = 0.5 * (bottom - top + 1) * resolution
+        middle = clear[((top + bottom) // 2) * width + (left + right) // 2]
+        if middle - math.sqrt(wide * wide + high * high) - resolution >= far_off:
+            return
+    for k in range(begin, end):
         column = int(x[k] * per_metre + 0.5)
         line = int(0.5 - y[k] * per_metre)
         if 0 <= column < width and 0 <= line < height and clear[line * width + column] >= far_off:
@@ -90,12 +111,14 @@ def add_walls(
 
 @kernel(out=("at", "room", "cost"), each=500, of="cost")
 def add_path(
-    x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, weight, yaw_weight, at, room, cost
+    x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, weight, yaw_weight, v_max, double, at, room, cost, begin, end,
 ):  # fmt: skip
-    """Add to each motion what distance and yaw beside the path cost, and move on along the path to the nearest point."""
-    n = u64(len(cost))
+    """Add to each motion of a block what distance and yaw beside the path cost, and move on along the path.
+
+    ``room`` is the speed from which it can stop at the end of the path, at most ``v_max``; ``double`` is twice the braking.
+    """
     last = len(path_x) - 1
-    for k in range(n):
+    for k in range(begin, end):
         near = int(at[k])
         px = x[k]
         py = y[k]
@@ -111,7 +134,7 @@ def add_path(
             square = other
             near += 1
         at[k] = near
-        room[k] = path_left[near]
+        room[k] = min(v_max, math.sqrt(double * path_left[near]))
         aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
         cost[k] += weight * math.sqrt(square) + yaw_weight * (1.0 - aligned)
 
@@ -164,10 +187,12 @@ def rollouts(
         yaw rates.
     x, y, cosine, sine, before, beside, at, room : out, float64 (n,): state of each motion; at the end its last pose.
     cost : out, float64 (n,).
-    found : out, float64 (1,): pairs of an obstacle and a step that were near enough to be looked at.
+    found : out, float64 (1,): triples of an obstacle, a step and a block that were near enough to be looked at.
     """
     n = u64(len(cost))
     reach = math.sqrt(max(box[0] * box[0], box[1] * box[1]) + max(box[2] * box[2], box[3] * box[3]))
+    double = 2.0 * d_max
+    quickest = min(v_max, math.sqrt(double * path_left[0]))
     for k in range(n):
         x[k] = start[0]
         y[k] = start[1]
@@ -176,7 +201,7 @@ def rollouts(
         before[k] = start[4]
         beside[k] = start[5]
         at[k] = 0.0
-        room[k] = path_left[0]
+        room[k] = quickest
         cost[k] = 0.0
     share = 2.0 / steps
     seldom = 4.0 / steps
@@ -188,7 +213,6 @@ def rollouts(
     steep_b = 4.0 * steep_a
     flat_c = 4.0 * flat_a
     steep_c = 16.0 * steep_a
-    double = 2.0 * d_max
     inverse = 1.0 / dt
     found[0] = 0.0
     # Where no motion can come near a wall at all, walls need not be looked at.
@@ -200,100 +224,105 @@ def rollouts(
     for j in range(len(disc_r)):
         far_off = max(far_off, math.sqrt(disc_x[j] * disc_x[j] + disc_y[j] * disc_y[j]) + disc_r[j])
     far_off += margin + 1.5 * resolution
-    for i in range(steps):
-        first = u64(min((shift + i) // hold, rows - 1)) * n
-        base = u64(i) * n
-        mean_v = nominal_v[i]
-        mean_w = nominal_w[i]
-        pull_v = rate_weight * mean_v / spread_v
-        pull_w = rate_weight * mean_w / spread_w
-        if sideways == 0:
-            # Loops of a few arrays each: with more of them the compiler does not prove that they are apart.
-            for k in range(n):
-                cost[k] += pull_v * noise_v[first + k] + pull_w * noise_w[first + k]
-            for k in range(n):
-                old = before[k]
-                v = old + dt * min(max(mean_v + spread_v * noise_v[first + k], -d_max), a_max)
-                # It will be made to stop at the end of the section.
-                v = min(max(v, 0.0), min(v_max, math.sqrt(double * room[k])))
-                v = max(v, old - d_max * dt)
-                before[k] = v
-                push[base + k] = (v - old) * inverse
-            for k in range(n):
-                v = before[k]
-                lateral = max(max(flat_a - steep_a * v, flat_b - steep_b * v), flat_c - steep_c * v)
-                most = min(min(w_max, bend_max * v), lateral)
-                spin[base + k] = min(max(mean_w + spread_w * noise_w[first + k], -most), most)
-            far = 0.5 * gear * dt
-            for k in range(n):
-                x[k] += far * before[k] * cosine[k]
-            for k in range(n):
-                y[k] += far * before[k] * sine[k]
-            for k in range(n):
-                turned = spin[base + k] * dt
-                square = turned * turned
-                q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
-                p = 1.0 - square * (0.5 - square * 0.041666666666666664)
-                c = cosine[k]
-                s = sine[k]
-                cosine[k] = c * p - s * q
-                sine[k] = s * p + c * q
-            for k in range(n):
-                x[k] += far * before[k] * cosine[k]
-            for k in range(n):
-                y[k] += far * before[k] * sine[k]
-        else:
-            mean_u = nominal_u[i]
-            pull_u = rate_weight * mean_u / spread_v
-            for k in range(n):
-                cost[k] += (
-                    pull_v * noise_v[first + k] + pull_w * noise_w[first + k] + pull_u * noise_u[first + k]
-                )
-                a = mean_v + spread_v * noise_v[first + k]
-                b = mean_u + spread_v * noise_u[first + k]
-                most = a_max / max(math.sqrt(a * a + b * b), a_max)
-                a *= most
-                b *= most
-                v = before[k] + a * dt
-                u = beside[k] + b * dt
-                size = math.sqrt(v * v + u * u)
-                most = min(v_max, math.sqrt(2.0 * d_max * room[k]))
-                scale = most / max(size, max(most, _SLOW))
-                v *= scale
-                u *= scale
-                w = min(max(mean_w + spread_w * noise_w[first + k], -w_max), w_max)
-                turned = w * dt
-                square = turned * turned
-                q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
-                p = 1.0 - square * (0.5 - square * 0.041666666666666664)
-                c = cosine[k]
-                s = sine[k]
-                cosine[k] = c * p - s * q
-                sine[k] = s * p + c * q
-                x[k] += dt * (v * c - u * s)
-                y[k] += dt * (v * s + u * c)
-                before[k] = v
-                beside[k] = u
-                push[base + k] = a
-                side[base + k] = b
-                spin[base + k] = w
-        if i % 2 == 0 and i + 1 < steps:
-            continue
-        found[0] += add_obstacles(
-            x, y, cosine, sine, box, ox, oy, ou, ow, radius, (i + 1) * dt, margin, reach,
-            share * obstacle_weight, share * collision_cost, cost,
-        )  # fmt: skip
-        if not open_ground:
-            add_walls(
-                x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off,
-                share * obstacle_weight, share * collision_cost, cost,
+    for block in range((n + u64(256) - 1) // u64(256)):
+        begin = u64(block) * u64(256)
+        end = min(begin + u64(256), n)
+        for i in range(steps):
+            first = u64(min((shift + i) // hold, rows - 1)) * n
+            base = u64(i) * n
+            mean_v = nominal_v[i]
+            mean_w = nominal_w[i]
+            pull_v = rate_weight * mean_v / spread_v
+            pull_w = rate_weight * mean_w / spread_w
+            if sideways == 0:
+                # Loops of a few arrays each: with more of them the compiler does not prove that they are apart.
+                for k in range(begin, end):
+                    cost[k] += pull_v * noise_v[first + k] + pull_w * noise_w[first + k]
+                for k in range(begin, end):
+                    old = before[k]
+                    v = old + dt * min(max(mean_v + spread_v * noise_v[first + k], -d_max), a_max)
+                    # It will be made to stop at the end of the section.
+                    v = min(max(v, 0.0), room[k])
+                    v = max(v, old - d_max * dt)
+                    before[k] = v
+                    push[base + k] = (v - old) * inverse
+                for k in range(begin, end):
+                    v = before[k]
+                    lateral = max(max(flat_a - steep_a * v, flat_b - steep_b * v), flat_c - steep_c * v)
+                    most = min(min(w_max, bend_max * v), lateral)
+                    spin[base + k] = min(max(mean_w + spread_w * noise_w[first + k], -most), most)
+                far = 0.5 * gear * dt
+                for k in range(begin, end):
+                    x[k] += far * before[k] * cosine[k]
+                for k in range(begin, end):
+                    y[k] += far * before[k] * sine[k]
+                for k in range(begin, end):
+                    turned = spin[base + k] * dt
+                    square = turned * turned
+                    q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
+                    p = 1.0 - square * (0.5 - square * 0.041666666666666664)
+                    c = cosine[k]
+                    s = sine[k]
+                    cosine[k] = c * p - s * q
+                    sine[k] = s * p + c * q
+                for k in range(begin, end):
+                    x[k] += far * before[k] * cosine[k]
+                for k in range(begin, end):
+                    y[k] += far * before[k] * sine[k]
+            else:
+                mean_u = nominal_u[i]
+                pull_u = rate_weight * mean_u / spread_v
+                for k in range(begin, end):
+                    cost[k] += (
+                        pull_v * noise_v[first + k]
+                        + pull_w * noise_w[first + k]
+                        + pull_u * noise_u[first + k]
+                    )
+                    a = mean_v + spread_v * noise_v[first + k]
+                    b = mean_u + spread_v * noise_u[first + k]
+                    most = a_max / max(math.sqrt(a * a + b * b), a_max)
+                    a *= most
+                    b *= most
+                    v = before[k] + a * dt
+                    u = beside[k] + b * dt
+                    size = math.sqrt(v * v + u * u)
+                    most = room[k]
+                    scale = most / max(size, max(most, _SLOW))
+                    v *= scale
+                    u *= scale
+                    w = min(max(mean_w + spread_w * noise_w[first + k], -w_max), w_max)
+                    turned = w * dt
+                    square = turned * turned
+                    q = turned * (1.0 - square * (0.16666666666666666 - square * 0.008333333333333333))
+                    p = 1.0 - square * (0.5 - square * 0.041666666666666664)
+                    c = cosine[k]
+                    s = sine[k]
+                    cosine[k] = c * p - s * q
+                    sine[k] = s * p + c * q
+                    x[k] += dt * (v * c - u * s)
+                    y[k] += dt * (v * s + u * c)
+                    before[k] = v
+                    beside[k] = u
+                    push[base + k] = a
+                    side[base + k] = b
+                    spin[base + k] = w
+            if i % 2 == 0 and i + 1 < steps:
+                continue
+            found[0] += add_obstacles(
+                x, y, cosine, sine, box, ox, oy, ou, ow, radius, (i + 1) * dt, margin, reach,
+                share * obstacle_weight, share * collision_cost, cost, begin, end,
             )  # fmt: skip
-        if i % 4 != 3 and i + 1 < steps:
-            continue
-        add_path(
-            x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, seldom * path_weight, seldom * yaw_weight,
-            at, room, cost,
-        )  # fmt: skip
+            if not open_ground:
+                add_walls(
+                    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off,
+                    share * obstacle_weight, share * collision_cost, cost, begin, end,
+                )  # fmt: skip
+            if i % 4 != 3 and i + 1 < steps:
+                continue
+            add_path(
+                x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, seldom * path_weight, seldom * yaw_weight,
+                v_max, double, at, room, cost, begin, end,
+            )  # fmt: skip
     for k in range(n):
         cost[k] += progress_weight * path_left[int(at[k])]
 

@@ -36,6 +36,7 @@ class PoseSession(SessionBase, Generic[M]):
         self._name, self._scene = name, scene
         self._pose: Pose | None = scene.start_pose
         self._robot = scene.start
+        self._time_s = 0.0
         self._under_walls: dict[Cell, int] = {}
         self._search: M | None = None
         self._heuristic: tuple[object, np.ndarray] | None = None
@@ -69,6 +70,7 @@ class PoseSession(SessionBase, Generic[M]):
         if scene is not self._scene:
             self._forget_map()
             self._scene = scene
+        self._time_s = change.time_s
         if change.robot is not None:
             self._robot, self._pose = change.robot, None
         if change.pose is not None:

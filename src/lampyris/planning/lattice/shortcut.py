@@ -25,9 +25,9 @@ DRIVES = {"ackermann": CAR, "differential": IN_PLACE, "omnidirectional": SIDEWAY
 """The number of each drive in kernels."""
 DISCS = 8
 """Discs that cover a footprint, at most."""
-NODES = 64
+NODES = 48
 """Poses between which curves are tried in one round, at most."""
-ROUNDS = 3
+ROUNDS = 2
 """Rounds, at most."""
 _SPACING = 1.5
 """Cells of cost between two of the poses, at least."""

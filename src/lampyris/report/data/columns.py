@@ -77,9 +77,16 @@ def drive_columns(drive: Drive) -> Columns:
         "a": drive.a.tolist(),
         "s": drive.s.tolist(),
         "leg": drive.leg.tolist(),
+        **_planned(drive),
         "cause": drive.cause,
         "why": [drive.why(k) for k in range(n)],
     }
+
+
+def _planned(drive: Drive) -> Columns:
+    """``planned_t_s``: when the plan wanted the robot to leave the place of each row; nothing without planned times."""
+    planned = drive.planned_times
+    return {} if planned is None else {"planned_t_s": ["" if t != t else t for t in planned.tolist()]}
 
 
 def trace_columns(trace: Trace) -> Columns:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 
+import numpy as np
+
 from lampyris.errors import UsageError
-from lampyris.model.drive import Drive
+from lampyris.model.drive import Drive, PlannedTimes
 from lampyris.model.grid import Grid
+from lampyris.model.path import PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.profile import NodeTable, Profile
 from lampyris.model.trace import Trace
@@ -45,6 +48,8 @@ def write_plan_csv(
     cell. Its times are of the drive alone and know nothing of the waiting. Then come the columns of ``nodes``, empty where
     there is no value. A plan of poses has the columns of
     :func:`write_profile_csv` and ``gear`` (1 ahead, -1 in reverse, 0 in place); its yaw is that of the robot, also in reverse.
+    One with times has ``planned_reach_s``, ``planned_leave_s`` too: when the plan reaches the node and leaves it. ``t_s`` is
+    when the speed law reaches it, which knows of no waiting.
 
     Raises
     ------
@@ -61,7 +66,11 @@ def write_plan_csv(
         columns["gear"] = poses.gear_at(profile.s, arm).tolist()
         if not profile.metric:
             columns["t_s"] = columns.pop("t_transfers")
-        _write(out, POSE_COLUMNS, columns)
+        names: tuple[str, ...] = POSE_COLUMNS
+        if poses.times is not None:
+            columns["planned_reach_s"], columns["planned_leave_s"] = _planned_times(poses, arm, profile)
+            names = (*names[:-2], "planned_reach_s", "planned_leave_s", *names[-2:])
+        _write(out, names, columns)
         return
     if path is None or len(path.cells) != len(profile.v):
         length = 0 if path is None else len(path.cells)
@@ -78,6 +87,22 @@ def write_plan_csv(
         for name, column in ({} if nodes is None else nodes.columns()).items()
     }
     _write(out, (*names, *around), columns | around)
+
+
+def _planned_times(poses: PosePath, arm: float, profile: Profile) -> tuple[list[float], list[float]]:
+    """When the plan reaches each node of a profile and leaves it, seconds; each wait is at the node nearest to its place."""
+    assert poses.times is not None
+    along = np.concatenate(([0.0], np.cumsum(poses.steps_in(arm))))
+    reach = PlannedTimes(along, poses.times[:, 0], poses.times[:, 1]).times(profile.s)
+    leave = reach.copy()
+    waits = poses.times[:, 1] - poses.times[:, 0]
+    for k in np.flatnonzero(waits > 0.0).tolist():
+        node = int(np.abs(profile.s - along[k]).argmin())
+        if profile.s[node] >= along[k]:
+            reach[node] -= waits[k]
+        else:
+            leave[node] += waits[k]
+    return reach.tolist(), leave.tolist()
 
 
 def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Grid) -> None:
@@ -115,7 +140,10 @@ def write_drive_csv(out: OutFile, drive: Drive) -> None:
     ------
     FileError : the system refuses to write.
     """
-    _write(out, DRIVE_COLUMNS, drive_columns(drive))
+    names: tuple[str, ...] = DRIVE_COLUMNS
+    if drive.timetables:
+        names = (*names[:-2], "planned_t_s", *names[-2:])
+    _write(out, names, drive_columns(drive))
 
 
 def write_trace_csv(out: OutFile, trace: Trace) -> None:

@@ -183,6 +183,23 @@ def trace_record(trace: Trace) -> dict[str, Any]:
     }
 
 
+def _kept(drive: Drive) -> dict[str, Any]:
+    """Planned times and how late the robot was, where times were planned."""
+    late = drive.lateness
+    if late is None:
+        return {}
+    tables = [
+        None if one is None else {name: getattr(one, name).tolist() for name in ("s", "reach", "leave")}
+        for one in drive.timetables
+    ]
+    return {
+        "planned_arrival": drive.planned_arrival,
+        "latest": float(late.max()),
+        "late_at_end": float(late[-1]),
+        "timetables": tables,
+    }
+
+
 def drive_record(drive: Drive) -> dict[str, Any]:
     """A drive in continuous time: its stretches, the curves they are on, and where each obstacle was.
 
@@ -205,6 +222,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "period": drive.period,
         "duration": drive.duration,
         "optimum": drive.optimum,
+        **_kept(drive),
         "replans": drive.replans,
         "expansions": drive.expansions,
         "error": drive.error,

@@ -151,15 +151,6 @@ def towards(state: State, v: float, cause: str, cause_index: int = -1) -> Decisi
     return Decision(max(a, -state.robot.d_max), cause, cause_index)
 
 
-@dataclass(frozen=True)
-class Follow:
-    """Drives its profile and looks at no obstacle: ``optimum`` and ``constant``."""
-
-    def decide(self, state: State) -> Decision:
-        """As fast as the ceiling allows."""
-        return under_ceiling(state)
-
-
 def node_at(leg: Leg, s: float) -> int:
     """The last node that is not ahead of ``s``."""
     return max(int(np.searchsorted(leg.nodes, s, side="right")) - 1, 0)

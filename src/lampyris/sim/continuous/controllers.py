@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from lampyris.model.profile import Profile
@@ -16,12 +16,22 @@ from lampyris.motion.laws.dissertation import DissertationLaw
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.rpp import Rpp
 from lampyris.sim.continuous.baseline_controllers import ByRings, Regulated
-from lampyris.sim.continuous.control import Controller, Follow
+from lampyris.sim.continuous.control import Controller, Decision, State, under_ceiling
 from lampyris.sim.continuous.leg import Ceiling
 from lampyris.sim.continuous.lookahead import Foresight
 from lampyris.sim.continuous.pose_replanner import outlined
 from lampyris.sim.continuous.safe_controller import SafeController
+from lampyris.sim.continuous.timetable import punctual
 from lampyris.sim.traffic.motion_sources import Roster
+
+
+@dataclass(frozen=True)
+class Follow:
+    """Drives its profile and looks at no obstacle: ``optimum`` and ``constant``."""
+
+    def decide(self, state: State) -> Decision:
+        """As fast as the ceiling and planned times allow."""
+        return punctual(state, under_ceiling(state))
 
 
 class Wheel(NamedTuple):

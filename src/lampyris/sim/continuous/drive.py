@@ -36,7 +36,7 @@ from lampyris.model.trace import Outcome
 from lampyris.motion.laws.registry import SpeedLaw, name_of
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.least_steps import demand_at_least, least_metres
-from lampyris.planning.selection import demand_untimed
+from lampyris.planning.selection import plans_times
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
@@ -44,6 +44,7 @@ from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.state import DriveState
+from lampyris.sim.continuous.timed_replanner import TimedReplanner
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import MotionSource
@@ -52,6 +53,8 @@ from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory
 from lampyris.sim.world.waiting import WAITS, Waiting
 
+UNTIMED_LAWS = ("rpp",)
+"""Laws whose controllers look at no planned times."""
 _LONGER = "choose a longer period"
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
@@ -135,17 +138,20 @@ class DriveSimulation(Exclusive):
         self.sensor: Sensor = (
             sensor.fresh() if isinstance(sensor, FaultySensor) else sensor or PerfectSensor()
         )
-        demand_untimed(planner)
-        poses = planner.traits.plans_headings
+        poses, timed = planner.traits.plans_headings, plans_times(planner)
         self._demand_law(law, poses)
+        if timed:
+            self._demand_times_can_be_kept(planner, law)
         # An obstacle may be within the circle around a footprint and not on the robot.
         radius = scene.robot.inscribed_radius if poses else scene.robot.radius
         self.watch = SensorMonitor(scene.grid.resolution, radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
         self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster, poses=poses)
-        kind = PoseReplanner if poses else Replanner
+        kind = TimedReplanner if timed else PoseReplanner if poses else Replanner
         self.replanner = kind(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        if isinstance(self.replanner, TimedReplanner):
+            self.replanner.known = frozenset(self.others.roster.whole)
         self.log = Log()
         self.state = DriveState(self.replanner.nowhere(self.wheel.ceiling))
         cell = scene.grid.resolution
@@ -190,6 +196,7 @@ class DriveSimulation(Exclusive):
         if curve is None:
             self.state.leg = self.replanner.nowhere(self.wheel.ceiling, verdict)
             self.state.curves.append(self.state.leg.route.curve)
+            self.state.timetables.append(None)
             self.train.begin(self.state.leg)
         else:
             self._take(curve)
@@ -235,6 +242,39 @@ class DriveSimulation(Exclusive):
                 "LAW", f"the law dissertation and a planner of poses: {why}", where="law", allowed="physical"
             )
 
+    def _demand_times_can_be_kept(self, planner: Planner, law: SpeedLaw) -> None:
+        """Refuse what planned times do not go with: controllers that steer, other laws, obstacles at another speed.
+
+        Raises
+        ------
+        UsageError : ``CONTROLLER``, ``LAW``.
+        SettingError : ``OBSTACLE_SPEED``.
+        """
+        one, name = self.settings, planner.name
+        if one.steering is not None:
+            raise UsageError(
+                "CONTROLLER",
+                f"the controller {one.controller} and {name}, which plans times: it does not keep these",
+                where="controller",
+                allowed="exact, or a planner without times, such as lattice",
+            )
+        if name_of(law) in UNTIMED_LAWS:
+            raise UsageError(
+                "LAW",
+                f"the law {name_of(law)} and {name}, which plans times: it does not keep these",
+                where="law",
+                allowed="physical and its variants, optimum, constant",
+            )
+        speed, top = one.obstacle_speed, self.scene.robot.v_max
+        if self.scene.traffic and speed is not None and speed != top:
+            raise SettingError(
+                "OBSTACLE_SPEED",
+                f"{shown(speed)} m/s; {name} plans for obstacles that pass a cell in the time of the robot",
+                where="obstacle_speed",
+                allowed=f"the robot's top speed, {shown(top)} m/s",
+                todo="leave it out",
+            )
+
     def _take(self, curve: Curve) -> None:
         """Follow a path from its beginning."""
         self.state.leg = self.replanner.leg(curve, self.wheel.ceiling)
@@ -242,6 +282,7 @@ class DriveSimulation(Exclusive):
         self.waiting.begin()
         self.train.begin(self.state.leg)
         self.state.curves.append(curve)
+        self.state.timetables.append(self.state.leg.timetable)
 
     def _replan(self, why: str) -> None:
         """Ask again from where the robot stands; the old path stays if there is no new one."""
@@ -250,6 +291,8 @@ class DriveSimulation(Exclusive):
         self.state.map_changed = False
         self.waiting.asked()
         leg, s = self.state.leg, self.state.s
+        if isinstance(self.replanner, TimedReplanner):
+            self.replanner.now = self.state.t
         plan, curve = self.replanner.again(leg, s, message, self._reaction(self.settings.decision_period))
         self._end_without_path(plan)
         if curve is not None and len(curve.lengths):
@@ -538,6 +581,7 @@ class DriveSimulation(Exclusive):
             },
             notes=(*replanner.notes.all(), *self._cut),
             goal_tolerance=self.state.goal_tolerance,
+            timetables=tuple(self.state.timetables) if any(self.state.timetables) else (),
         )
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from lampyris._core.defaults import Smooth
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve, PoseCurve
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -49,6 +50,7 @@ class Leg:
     nodes, squares : distance and squared speed of that ceiling at each node.
     limits : squared speed of the robot's own limits: v_max, bends, stops, the goal.
     seconds : how long the robot's own limits would need.
+    timetable : when the plan wants the robot to be where; None: as soon as it can.
     """
 
     route: CurveLookup
@@ -58,6 +60,7 @@ class Leg:
     squares: Floats
     limits: Floats
     seconds: float
+    timetable: PlannedTimes | None = None
 
     @property
     def nowhere(self) -> bool:

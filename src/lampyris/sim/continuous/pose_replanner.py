@@ -120,7 +120,7 @@ class PoseReplanner(Replanner):
             shut = squares_near(self.scene, message, more)
             for at, lead in joins:
                 pose = pose_at(route.poses, at, self.scene.grid)
-                plan = self._ask_from(pose, shut - self._beneath(route, at, shut))
+                plan = self._ask_from(pose, shut - self._beneath(route, at, shut), lead)
                 if plan and plan.pose_path is not None and self._same(pose, plan.pose_path.poses[0]):
                     curve = curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
                     return plan, curve if lead is None else joined(lead, curve)
@@ -192,6 +192,11 @@ class PoseReplanner(Replanner):
         away = np.abs(begin[:2] - pose[:2]).max() / self.scene.grid.resolution
         return bool(away < CENTRE) and abs(math.remainder(float(begin[2]) - pose[2], 2 * math.pi)) < CENTRE
 
-    def _ask_from(self, pose: Pose | None, shut: frozenset[Cell]) -> Plan:
-        """A plan from a pose; None: from the scene's start."""
+    def _ask_from(self, pose: Pose | None, shut: frozenset[Cell], lead: PoseCurve | None = None) -> Plan:
+        """A plan from a pose; None: from the scene's start.
+
+        Parameters
+        ----------
+        lead : what the robot drives before it is there.
+        """
         return self._answer(Change(pose=pose, obstacles=shut, blocked=self._news()))

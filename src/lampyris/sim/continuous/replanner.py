@@ -70,10 +70,14 @@ class Replanner:
     def without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = loading.cpu()
-        session = self.planner.open(self.scene, stream(self.seed, 0))
+        session = self.planner.open(self._bare(), stream(self.seed, 0))
         plan = session.plan(self._start(), self.budget)
         self._count(plan, began)
         return plan
+
+    def _bare(self) -> Scene:
+        """The scene as a planner sees it without obstacles."""
+        return self.scene
 
     def _start(self) -> Change:
         """Where the robot stands at first, for a new session."""

@@ -19,6 +19,7 @@ from lampyris.motion.safety.three_speed import ThreeSpeedControl
 from lampyris.sim.continuous.control import Decision, State, towards, under_ceiling
 from lampyris.sim.continuous.leg import Leg
 from lampyris.sim.continuous.lookahead import Foresight
+from lampyris.sim.continuous.timetable import punctual
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.typing import Floats
 
@@ -241,6 +242,7 @@ class SafeController:
             slower = towards(state, v, cause)
             if slower.a < wish.a:
                 wish = slower
+        wish = punctual(state, wish)
         if self.foresight is not None:
             wish = self.foresight.wish(state, wish)
         if state.late:

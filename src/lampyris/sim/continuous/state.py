@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lampyris.model.curve import Curve
+from lampyris.model.drive import PlannedTimes
 from lampyris.model.trace import Outcome
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.leg import Leg
@@ -17,7 +18,7 @@ class DriveState:
     Parameters
     ----------
     leg : the present path.
-    curves : of all legs so far.
+    curves, timetables : of all legs so far; None: a leg without planned times.
     t, s, v : seconds, metres along the leg, m/s.
     periods : that are over.
     decision : the last one.
@@ -30,6 +31,7 @@ class DriveState:
 
     leg: Leg
     curves: list[Curve] = field(default_factory=list)
+    timetables: list[PlannedTimes | None] = field(default_factory=list)
     t: float = 0.0
     s: float = 0.0
     v: float = 0.0

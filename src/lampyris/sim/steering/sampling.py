@@ -15,10 +15,11 @@ from lampyris.planning.lattice.shortcut import covering_discs
 from lampyris.sim.steering.arc import Arc, RobotShape, angle_of, cos_sin, wrapped
 from lampyris.sim.steering.control import Steer, View
 from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, held
+from lampyris.sim.steering.reference import Section
 from lampyris.typing import Floats
 
 _SPARE = 128
-"""Steps of noise beside those of one horizon; the window moves through them and begins again."""
+"""Steps of noise beside those of one horizon; the window moves through them."""
 
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
@@ -43,6 +44,7 @@ class SimulatedMotions:
     steps: int
     step: float
     arrays: dict[str, Floats] = field(init=False)
+    _section: tuple[Section, Floats, Floats] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         whole = self.count * self.steps
@@ -106,10 +108,14 @@ class SimulatedMotions:
         # No closer than a motion drives between two looks: all of them walk along these points.
         apart = self.shape.robot.v_max * self.step
         stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
-        chosen = np.unique(np.append(np.arange(k, min(end, len(one.s)), stride), min(end, len(one.s)) - 1))
-        yaw = one.yaw[chosen]
-        left = float(one.s[-1]) - one.s[chosen]
-        return one.x[chosen], one.y[chosen], elementary.cos(yaw), elementary.sin(yaw), left
+        last = min(end, len(one.s)) - 1
+        chosen = np.arange(k, last + 1, stride)
+        if not len(chosen) or chosen[-1] != last:
+            chosen = np.append(chosen, last)
+        if self._section is None or self._section[0] is not one:
+            self._section = (one, elementary.cos(one.yaw), elementary.sin(one.yaw))
+        _, cosine, sine = self._section
+        return one.x[chosen], one.y[chosen], cosine[chosen], sine[chosen], float(one.s[-1]) - one.s[chosen]
 
 
 def close(view: View) -> Steer:
@@ -181,7 +187,7 @@ class DynamicWindow:
         side = np.concatenate(((u - across) / seconds, later)) if shape.sideways else np.zeros(1)
         none = np.zeros(one.steps)
         cost = self._motions.simulate(
-            view, one, (push, np.tile(w, 2), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
+            view, one, (push, np.concatenate((w, w)), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
         )
         k = int(cost.argmin())
         share = view.period / max(seconds, view.period)
@@ -199,8 +205,7 @@ class DynamicWindow:
         speeds = low + (high - low) * np.arange(one.speeds) / (one.speeds - 1)
         rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
         if not shape.sideways:
-            v, w = (a.ravel() for a in np.meshgrid(speeds, rates, indexing="ij"))
-            return v.copy(), w.copy(), np.zeros(1)
+            return np.repeat(speeds, len(rates)), np.concatenate([rates] * len(speeds)), np.zeros(1)
         # Around where it drives as far as the direction can turn, or all around if it stands.
         spread = math.pi if now == 0.0 else min(robot.a_lat_max * window / now, math.pi)
         travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw
@@ -216,8 +221,8 @@ class DynamicWindow:
 class PathIntegral:
     """Model predictive path integral control (Williams et al. 2017).
 
-    The noise is drawn once and used again from its beginning at its end; with every period its window moves on by as many
-    steps as the period has, as the commands do.
+    The noise is drawn once. With every period its window moves on by as many steps as the period has, as the commands do. At
+    its end it begins again with other pairs: accelerations have the opposite sign, and yaw rates are those of another motion.
 
     Parameters
     ----------
@@ -254,7 +259,7 @@ class PathIntegral:
         v, w, u = self._nominal
         noise = (self._noise[0], self._noise[1], self._noise[2])
         cost = motions.simulate(view, one, noise, one.hold, self._shift, (v, w, u), spread, one.rate_weight)
-        self._shift = (self._shift + max(round(view.period / one.step), 1)) % _SPARE
+        self._move_window(max(round(view.period / one.step), 1))
         weight = elementary.exp((cost.min() - cost) / one.temperature)
         weight /= weight.sum()
         arrays = motions.arrays
@@ -273,6 +278,15 @@ class PathIntegral:
         return command(
             view, ahead if shape.sideways else max(ahead, 0.0), first[1], across + first[2] * view.period
         )
+
+    def _move_window(self, steps: int) -> None:
+        """Go on by so many steps; at the end of the noise make others of it, which are as independent."""
+        self._shift += steps
+        if self._shift >= _SPARE:
+            self._shift %= _SPARE
+            np.negative(self._noise[0], out=self._noise[0])
+            self._noise[1] = np.roll(self._noise[1], 1)
+            self._noise[2] = np.roll(self._noise[2], -1)
 
 
 def _normal(rng: np.random.Generator, count: int) -> Floats:

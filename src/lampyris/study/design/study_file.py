@@ -249,7 +249,7 @@ def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
             "PLANNER",
             f"{planner.name} plans poses; a study of kind simulate drives cells, tick by tick",
             allowed="a planner on cells, such as astar",
-            todo="set `kind: plan`, or (without lattice-sipp) `kind: drive` for a study among obstacles",
+            todo="set `kind: plan`, or (without planned times) `kind: drive` for a study among obstacles",
             setting="planner",
         )
         tried.refuse(key_path, fault)
@@ -257,7 +257,7 @@ def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
         if planner_class(planner.name).traits.sees_traffic:
             fault = UsageError(
                 "PLANNER",
-                f"{planner.name} plans poses with times; a drive sets its own speed",
+                f"{planner.name} plans poses with times; studies of drives do not follow these",
                 allowed="a planner without times, such as lattice, or `kind: plan`",
                 setting="planner",
             )

@@ -207,7 +207,7 @@ class Worlds:
             raise FileError(
                 "KEY",
                 "`headings` without a planner of poses",
-                allowed="with lattice, lattice-sipp, pad or hybrid-astar",
+                allowed="with lattice, lattice-sipp, pad, pad-sipp or hybrid-astar",
             )
         if not asked.headings:
             return draw_queries(ground, free_cells(ground.grid, self.robot.radius), asked, self.root)

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lampyris._core.limits import PER_STATE, demand_states
 from lampyris._core.settings import number
 from lampyris.kernels.lattice.search import EXHAUSTED
-from lampyris.model.plan import Plan, PlanningRound
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
-from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.lattice_planner import LatticeSession, State
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
-from lampyris.planning.lattice.pad.rounds import PadSearch, Round, Rounds
-from lampyris.planning.lattice.search import Found, LatticeSearch
+from lampyris.planning.lattice.pad.rounds import PadSearch, Rounds, recorded
+from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.typing import Cell
 
@@ -28,9 +29,31 @@ SPHERE = 2.5
 """Radius of a new sphere, in displacements of the longest motion."""
 TUNNEL = 1.5
 """Half the width of a tunnel, in displacements of the longest motion."""
-_AT_BUDGET = "Stopped at the budget before the path was as good as the weight asks."
+AT_BUDGET = "Stopped at the budget before the path was as good as the weight asks."
 _LEAST = 4
 """Cells that either has at least."""
+
+
+def cells_of(metres: float | None, motions: float, lattice: StateLattice, grid: Grid) -> float:
+    """A length in cells, or so many displacements of the longest motion."""
+    if metres is not None:
+        return metres / grid.resolution
+    return max(motions * float(np.abs(lattice.cell).max()), _LEAST)
+
+
+def sphere_radius_setting() -> Any:
+    """The setting ``sphere_radius`` of both planners."""
+    return number(None, 1e-3, 1e4, unit="m", none="2.5 times the lattice's longest motion")
+
+
+def sphere_growth_setting() -> Any:
+    """The setting ``sphere_growth`` of both planners."""
+    return number(1.5, 1.05, 10.0)
+
+
+def tunnel_setting() -> Any:
+    """The setting ``tunnel`` of both planners."""
+    return number(None, 1e-3, 1e4, unit="m", none="1.5 times the lattice's longest motion")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +71,9 @@ class PadPlanner(LatticeSettings):
     SettingError : a setting out of its range.
     """
 
-    sphere_radius: float | None = number(
-        None, 1e-3, 1e4, unit="m", none="2.5 times the lattice's longest motion"
-    )
-    sphere_growth: float = number(1.5, 1.05, 10.0)
-    tunnel: float | None = number(None, 1e-3, 1e4, unit="m", none="1.5 times the lattice's longest motion")
+    sphere_radius: float | None = sphere_radius_setting()
+    sphere_growth: float = sphere_growth_setting()
+    tunnel: float | None = tunnel_setting()
 
     name: ClassVar[str] = "pad"
     traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, plans_headings=True)
@@ -134,9 +155,10 @@ class PadSession(LatticeSession):
         known = [one for one in known if costs[one[0]] >= 0]
         if not known:
             return self._none_found(EXHAUSTED, 0)
-        spheres = Spheres(self._cells(self._pad.sphere_radius, SPHERE), self._pad.sphere_growth)
+        radius = cells_of(self._pad.sphere_radius, SPHERE, self._lattice, self._scene.grid)
+        spheres = Spheres(radius, self._pad.sphere_growth)
         spheres.all = list(self._spheres)
-        width = self._cells(self._pad.tunnel, TUNNEL)
+        width = cells_of(self._pad.tunnel, TUNNEL, self._lattice, self._scene.grid)
         rounds = Rounds(search, costs, known, wanted, self._settings.weight, spheres, width, limit)
         old = self._tunnel
         if old is not None and not any(cell in old for cell, _ in known):
@@ -148,8 +170,8 @@ class PadSession(LatticeSession):
         tunnel = rounds.tunnel
         self._tunnel = tunnel
         self._spheres = tuple(one for one in spheres.all if tunnel is not None and tunnel.meets(one))
-        plan = self._plan_of(found, search, "" if rounds.enough() else _AT_BUDGET)
-        record = tuple(self._record(one, lattice_map) for one in rounds.records)
+        plan = self._plan_of(found, search, "" if rounds.enough() else AT_BUDGET)
+        record = tuple(recorded(one, lattice_map) for one in rounds.records)
         return replace(plan, expansions=rounds.expansions, iterations=len(record), rounds=record)
 
     @property
@@ -157,22 +179,3 @@ class PadSession(LatticeSession):
         """Cells to which the field of the projected graph has given a cost since it was made."""
         search = self._search
         return search.field.settled if isinstance(search, PadSearch) and search.field is not None else 0
-
-    def _cells(self, metres: float | None, motions: float) -> float:
-        """A length in cells, or so many displacements of the longest motion."""
-        if metres is not None:
-            return metres / self._scene.grid.resolution
-        return max(motions * float(np.abs(self._lattice.cell).max()), _LEAST)
-
-    def _record(self, one: Round, lattice_map: LatticeMap) -> PlanningRound:
-        """What a round did, in cells and metres."""
-        to_m = self._scene.grid.resolution / UNIT
-
-        def cells(found: Found | None) -> tuple[Cell, ...]:
-            return () if found is None else tuple(lattice_map.cell(k) for k, _ in (*found.states, found.last))
-
-        return PlanningRound(
-            tuple((sphere.cell, sphere.radius) for sphere in one.spheres), cells(one.planned), cells(one.tracked),
-            one.tunnel, None if one.planned is None else one.planned.cost * to_m,
-            None if one.tracked is None else one.tracked.cost * to_m, one.lower_bound * to_m, one.low, one.high, one.tracking,
-        )  # fmt: skip

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
+from lampyris.model.plan import PlanningRound
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.hybrid import NO_ORDER, HybridSearch, State
-from lampyris.planning.lattice.pad.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.pad.order import put_in_order
+from lampyris.planning.lattice.pad.places import costly_places
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.planning.lattice.search import Found
 from lampyris.typing import Cell
@@ -27,11 +29,8 @@ GREEDY = (3.0, 1.2)
 """Weights of searches for a path that need only cost as little as is wanted; they are given up soon."""
 FEW = 4
 """Expansions of such a search for each state of the planned path."""
-MANY_GOALS = 64
-"""Goal states that the order of the tracking phase minds."""
-PLACES = 8
-"""Spheres that a round adds or lets grow at most."""
-_AGAIN = -1
+AGAIN = -1
+"""Outcome of a round after which another is needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +54,20 @@ class Round:
     low: int
     high: int
     tracking: int
+
+
+def recorded(one: Round, lattice_map: LatticeMap) -> PlanningRound:
+    """What a round did, in cells and metres."""
+    to_m = lattice_map.grid.resolution / UNIT
+
+    def cells(found: Found | None) -> tuple[Cell, ...]:
+        return () if found is None else tuple(lattice_map.cell(k) for k, _ in (*found.states, found.last))
+
+    return PlanningRound(
+        tuple((sphere.cell, sphere.radius) for sphere in one.spheres), cells(one.planned), cells(one.tracked),
+        one.tunnel, None if one.planned is None else one.planned.cost * to_m,
+        None if one.tracked is None else one.tracked.cost * to_m, one.lower_bound * to_m, one.low, one.high, one.tracking,
+    )  # fmt: skip
 
 
 class PadSearch(HybridSearch):
@@ -93,7 +106,7 @@ class PadSearch(HybridSearch):
             return None, kernel.EXHAUSTED
         self._masked[tunnel.cells] = costs[tunnel.cells]
         if self.ordered_for is not tunnel:
-            self._put_in_order(tunnel, goals)
+            put_in_order(self._order, tunnel, goals, self.lattice_map, self.field, self._masked)
             self.ordered_for = tunnel
         self.order = self._order
         try:
@@ -104,32 +117,6 @@ class PadSearch(HybridSearch):
         finally:
             self._masked[tunnel.cells] = -1
             self.order = NO_ORDER
-
-    def _put_in_order(self, tunnel: Tunnel, goals: list[State]) -> None:
-        """Note by how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
-
-        Near a goal the cost of the motion to it; elsewhere that of turning, on the spot, to where the cell's cheapest
-        displacement leads.
-        """
-        lattice, lattice_map, cells = self.lattice_map.lattice, self.lattice_map, tunnel.cells
-        n = lattice.shape.headings
-        table = self._order.reshape(-1, n + 1)
-        if self.field is None or lattice.shape.drive == "omnidirectional":
-            table[cells] = 0
-            return
-        open_space = open_space_of(lattice)
-        half = open_space.half
-        start = np.array([one.start for one in lattice.primitives])
-        extra = open_space.turn[:, start[self.field.by[cells]]].T
-        direct = np.full(extra.shape, NEVER)
-        y, x = np.divmod(cells, lattice_map.stride)
-        for goal, heading in goals[:MANY_GOALS]:
-            goal_y, goal_x = divmod(goal, lattice_map.stride)
-            near = (np.abs(x - goal_x) <= half) & (np.abs(y - goal_y) <= half)
-            costs = open_space.to(heading)[y[near] - goal_y + half, x[near] - goal_x + half]
-            direct[near] = np.minimum(direct[near], costs)
-        low = self._masked[cells][:, None]
-        table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra, NEVER))
 
     def take_over(self, lattice_map: LatticeMap, changed: list[Cell]) -> None:
         """Continue with a map in which cells have become blocked or free."""
@@ -195,7 +182,7 @@ class Rounds:
                 return kernel.FOUND if self.enough() else outcome
         while True:
             outcome = self._round()
-            if outcome != _AGAIN:
+            if outcome != AGAIN:
                 return outcome
 
     def result(self) -> Found | None:
@@ -219,7 +206,7 @@ class Rounds:
         return max(self._limit - self.expansions - self._planning - self._tracking, 0)
 
     def _round(self) -> int:
-        """A planning phase and a tracking phase; ``_AGAIN``: another round is needed."""
+        """A planning phase and a tracking phase; ``AGAIN``: another round is needed."""
         hybrid, lattice_map = self._search.hybrid, self._search.lattice_map
         spheres = tuple(self._spheres.all)
         planned, outcome = self._plan()
@@ -246,7 +233,7 @@ class Rounds:
             return outcome
         for cell in self._places(planned, tracked, place, tunnel):
             self._spheres.add_or_grow(cell)
-        return _AGAIN
+        return AGAIN
 
     def _plan(self) -> tuple[Found | None, int]:
         """The planning phase.
@@ -317,40 +304,17 @@ class Rounds:
             Round(spheres, planned, tracked, self._width, self._lower_bound, low, high, tracking)
         )
 
-    def _nearest(self, tunnel: Tunnel, cells: list[int]) -> NDArray[np.int64]:
-        """The place on a tunnel's path that is nearest to each cell, the later of two as near."""
-        path = np.array(tunnel.path[::-1])
-        found = []
-        for cell in cells:
-            d = path - self._search.lattice_map.cell(cell)
-            found.append(len(path) - 1 - int((d * d).sum(axis=1).argmin()))
-        return np.array(found)
-
     def _places(self, planned: Found, tracked: Found | None, place: int, tunnel: Tunnel) -> list[Cell]:
         """Where headings are wanted: where tracking went no farther, or costs more than was planned."""
         if tracked is None:
             return [tunnel.path[place]]
-        price = self._search.lattice_map.lattice.cost
-        plan = np.concatenate(([0], np.cumsum(price[list(planned.primitives)])))
-        track = np.concatenate(([0], np.cumsum(price[list(tracked.primitives)])))
-        passed = self._nearest(tunnel, [cell for cell, _ in (*tracked.states, tracked.last)])
-        passed[-1] = len(plan) - 1
-        # A place is behind it when it does not come back to it.
-        behind = np.minimum.accumulate(passed[::-1])[::-1]
-        last = np.maximum(np.searchsorted(behind, np.arange(len(plan)), side="right") - 1, 0)
-        excess = np.diff(track[last] - plan, prepend=0)
-        wanted = tracked.cost / self._weight - self._lower_bound
-        around = int(self._spheres.radius * UNIT)
-        right = np.searchsorted(plan, plan + around, side="right")
-        left = np.searchsorted(plan, plan - around, side="left")
-        found: list[Cell] = []
-        while len(found) < PLACES and (wanted > 0 or not found):
-            sums = np.concatenate(([0], np.cumsum(excess)))
-            near = sums[right] - sums[left]
-            k = int(near.argmax())
-            if near[k] <= 0 and found:
-                break
-            wanted -= float(near[k])
-            excess[left[k] : right[k]] = 0
-            found.append(tunnel.path[k])
-        return found
+        lattice_map = self._search.lattice_map
+        price = lattice_map.lattice.cost
+        return costly_places(
+            np.array(tunnel.path),
+            np.concatenate(([0], np.cumsum(price[list(planned.primitives)]))),
+            np.array([lattice_map.cell(cell) for cell, _ in (*tracked.states, tracked.last)]),
+            np.concatenate(([0], np.cumsum(price[list(tracked.primitives)]))),
+            self._spheres.radius * UNIT,
+            tracked.cost / self._weight - self._lower_bound,
+        )

@@ -30,19 +30,20 @@ class KnownObstacles:
     segment: Floats
 
 
-def known_obstacles(recorded: Sequence[Recorded], resolution: float) -> KnownObstacles:
+def known_obstacles(recorded: Sequence[Recorded], resolution: float, now: float = 0.0) -> KnownObstacles:
     """The segments of recorded obstacles, discs of at least half a cell that stay at the end of their tracks.
 
     Parameters
     ----------
     resolution : metres a cell.
+    now : ticks since they began to move; times count from there, and what is over is left out.
     """
     blocks: list[list[float]] = []
     firsts = [0]
     rows: list[list[float]] = []
     for one in recorded:
         radius = max(one.radius / resolution, 0.5)
-        legs = _legs(one)
+        legs = _after(_legs(one), now)
         for k in range(0, len(legs), BLOCK):
             part = legs[k : k + BLOCK]
             # Where a leg ends the next one begins; the last one stands.
@@ -60,6 +61,16 @@ def known_obstacles(recorded: Sequence[Recorded], resolution: float) -> KnownObs
 
 def _length(leg: list[float]) -> float:
     return leg[1] - leg[0] if leg[4] or leg[5] else 0.0
+
+
+def _after(legs: list[list[float]], now: float) -> list[list[float]]:
+    """What is left of a track, with times from ``now`` on."""
+    left: list[list[float]] = []
+    for begin, end, x, y, vx, vy in legs:
+        if end > now:
+            gone = max(now - begin, 0.0)
+            left.append([max(begin - now, 0.0), end - now, x + gone * vx, y + gone * vy, vx, vy])
+    return left
 
 
 def _legs(one: Recorded) -> list[list[float]]:

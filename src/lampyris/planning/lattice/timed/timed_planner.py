@@ -14,6 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Traits
 from lampyris.planning.lattice.lattice_planner import LatticeSession, State
+from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.timed.discs import motion_discs
@@ -77,15 +78,14 @@ class LatticeSippSession(LatticeSession):
     Parameters
     ----------
     settings : the planner.
-    scene : what to plan in; its recorded obstacles are where they are at time 0 in every call.
+    scene : what to plan in; its recorded obstacles are where they are at ``Change.time_s``.
     """
 
     def __init__(self, settings: LatticeSipp, scene: Scene) -> None:
         super().__init__(settings, scene)
         self._sipp = settings
-        recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
-        self._unknown = len(scene.traffic) > len(recorded)
-        self._obstacles = known_obstacles(recorded, scene.grid.resolution)
+        self._recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
+        self._unknown = len(scene.traffic) > len(self._recorded)
 
     def _searched(
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
@@ -95,25 +95,38 @@ class LatticeSippSession(LatticeSession):
         if not known:
             return self._none_found(EXHAUSTED, 0)
         assert self._heuristic is not None
-        discs = motion_discs(self._lattice, self._sipp.speed_fraction)
-        timed = IntervalSearch(lattice_map, discs, self._obstacles, self._sipp.speed_fraction)
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
-        found = timed.find(self._heuristic[1], begins, known, self._settings.weight, limit)
+        found = self._timed(lattice_map).find(self._heuristic[1], begins, known, self._settings.weight, limit)
         if found.path is not None:
             return self._timed_plan(found, search)
-        if found.outcome == LIMIT:
-            return self._none_found(LIMIT, found.expansions)
-        # Is it walls, or moving obstacles?
-        search.begin(self._heuristic[1], begins, known)
-        if search.improve(1e3, None) == FOUND:
-            detail = _AT_START if found.expansions == 0 else _CLOSED
-            return Plan(Status.HEMMED_IN, self._settings.name, expansions=found.expansions, detail=detail)
-        return self._none_found(EXHAUSTED, found.expansions)
+        return self._closed(search, begins, known, found.outcome, found.expansions)
 
-    def _timed_plan(self, found: TimedFound, search: LatticeSearch) -> Plan:
+    def _timed(self, lattice_map: LatticeMap) -> IntervalSearch:
+        """What searches among the obstacles."""
+        discs = motion_discs(self._lattice, self._sipp.speed_fraction)
+        cell = self._scene.grid.resolution
+        obstacles = known_obstacles(self._recorded, cell, self._time_s * self._scene.robot.v_max / cell)
+        return IntervalSearch(lattice_map, discs, obstacles, self._sipp.speed_fraction)
+
+    def _closed(
+        self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]], outcome: int,
+        expansions: int,
+    ) -> Plan:  # fmt: skip
+        """The answer where no path was found: is it walls, or moving obstacles?"""
+        if outcome == LIMIT:
+            return self._none_found(LIMIT, expansions)
+        self._known_goals(search, [(search.lattice_map.cell(cell), h) for cell, h in goals])
+        assert self._heuristic is not None
+        search.begin(self._heuristic[1], starts, goals)
+        if search.improve(1e3, None) == FOUND:
+            detail = _AT_START if expansions == 0 else _CLOSED
+            return Plan(Status.HEMMED_IN, self._settings.name, expansions=expansions, detail=detail)
+        return self._none_found(EXHAUSTED, expansions)
+
+    def _timed_plan(self, found: TimedFound, search: LatticeSearch, detail: str = "") -> Plan:
         """The plan of a path with its times."""
         assert found.path is not None
-        plan = self._plan_of(found.path, search, "")
+        plan = self._plan_of(found.path, search, detail)
         assert plan.pose_path is not None
         scene, lattice = self._scene, self._lattice
         tick = scene.grid.resolution / scene.robot.v_max
@@ -124,7 +137,13 @@ class LatticeSippSession(LatticeSession):
         notes = plan.notes
         if self._unknown:
             notes = (*notes, "moving obstacles whose tracks are not known are left out")
-        path = replace(plan.pose_path, times=times)
+        metres = self._sipp.speed_fraction * scene.grid.resolution
+        path = replace(
+            plan.pose_path,
+            times=times,
+            cost_m=found.arrivals[-1] * metres,
+            lower_bound_m=min(found.lower_bound, found.arrivals[-1]) * metres,
+        )
         waits = float((times[:, 1] - times[:, 0]).sum())
         attributes = dict(plan.attributes) | {"waits_s": waits}
         return replace(plan, pose_path=path, notes=notes, attributes=attributes, expansions=found.expansions)
