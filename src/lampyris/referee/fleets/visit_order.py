@@ -9,6 +9,8 @@ from lampyris.referee.verdict import Violation
 from lampyris.typing import Cells
 
 _LATE = 1e-6
+_POINT = 2e-9
+"""Metres that are no motion: a robot as near to the centre of a cell is on it."""
 
 
 def order_violation(trace: FleetTrace) -> Violation | None:
@@ -63,6 +65,8 @@ def _times(
     times, at = [begin], 0
     for row in rows.tolist():
         far = trace.duration[row] * (trace.v[row] + 0.5 * trace.a[row] * trace.duration[row])
+        if far < _POINT:
+            continue
         if at + 1 >= len(cells):
             return None
         step = centres[at + 1] - centres[at]
@@ -73,7 +77,7 @@ def _times(
         straight = float(trace.dx[row] * step[0] + trace.dy[row] * step[1]) / length
         if abs(aside) > near or straight < 1.0 - 1e-6 or along + far > length + near or along < -near:
             return None
-        if along + far >= length - near:
+        if along + far >= length - _POINT:
             times.append(float(trace.t[row] + trace.duration[row]))
             at += 1
     return times
