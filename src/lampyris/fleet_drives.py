@@ -42,6 +42,8 @@ RADIUS = 0.35
 """Radius of a robot that nobody has stated, in cells."""
 OBSTACLE_RADIUS = 0.3
 _CAUSES = 6
+_LAST = (5, 1, 4, 2, 3)
+"""Causes of standing, those first that a robot may have had after it came to its goal for the last time before a new plan."""
 
 
 def simulate_fleet(
@@ -202,9 +204,15 @@ class _Run:
         columns = phases.columns()
         arrivals = self._arrivals(columns, [k for k, _ in done])
         if done:
-            # What robots stood at their goals before they had to make way for a new plan.
+            # Robots that stood at their goals, before they had to make way for a new plan or until there was one.
             driven = np.bincount(columns[0], weights=columns[2], minlength=n)
-            waits[:, -1] += np.maximum(np.nan_to_num(arrivals - driven - waits[:, 1:].sum(axis=1)), 0.0)
+            rest = np.nan_to_num(arrivals - driven - waits[:, 1:].sum(axis=1))
+            waits[:, -1] += np.maximum(rest, 0.0)
+            rest = np.minimum(rest, 0.0)
+            for column in _LAST:
+                taken = np.maximum(rest, -waits[:, column])
+                waits[:, column] += taken
+                rest -= taken
         late = np.isnan(arrivals)
         late[[k for k, _ in done]] = False
         status = Status.FOUND

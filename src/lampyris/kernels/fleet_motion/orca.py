@@ -23,7 +23,7 @@ from lampyris.kernels.swarm.bins import fill_bins
 TINY = 1e-10
 AHEAD = 6
 """Cells that a robot looks ahead for its preferred velocity."""
-AGAIN = 8
+AGAIN = 32
 """Steps after which a robot decides again, if it is on the same cell."""
 WALLS = 24
 """Half-planes of walls at most."""
@@ -292,7 +292,7 @@ def _aim(i, here, px, py, size, blocked, width, height, cell, number, table, fre
     of="x",
 )  # fmt: skip
 def steps(
-    radius, top, blocked, width, height, cell, number, table, free, goal_x, goal_y, period, horizon, wall_time, most,
+    radius, top, blocked, close, width, height, cell, number, table, free, goal_x, goal_y, period, horizon, wall_time, most,
     largest, side, columns, rows, x, y, vx, vy, aim_x, aim_y, at, next_x, next_y, near, apart, line, proj, found,
     first, member, random, path, count, last, halt,
 ):  # fmt: skip
@@ -301,7 +301,8 @@ def steps(
     Parameters
     ----------
     radius, top : float64 (n,): of each disc, and its greatest speed.
-    blocked, width, height, cell : the map, uint8 (width * height,), and the side of a cell.
+    blocked, close, width, height, cell : the map and where walls may be within reach, uint8 (width * height,), and the side of a
+        cell.
     number, table, free : int32, the number of each free cell, -1 of others; steps to each robot's goal by number, of so many.
     period, horizon, wall_time : seconds of a step, and time horizons.
     most, largest : neighbours at most, and the greatest radius.
@@ -375,7 +376,9 @@ def steps(
                     near[m] = j
                     if many == most:
                         square = apart[many - 1]
-            walls = _of_walls(px, py, radius[i], blocked, width, height, cell, wall_time, top[i], line)
+            walls = 0
+            if close[here] != 0:
+                walls = _of_walls(px, py, radius[i], blocked, width, height, cell, wall_time, top[i], line)
             for m in range(many):
                 j = near[m]
                 _of_robot(

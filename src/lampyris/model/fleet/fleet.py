@@ -28,6 +28,7 @@ class Agent(Noun):
     start, goal : cells (x, y).
     robot : its size; None: a robot small enough for its cell. Only the radius counts: at most :data:`MOST_RADIUS` cells,
         and it must be able to turn in place (all robots take one tick a step).
+    tasks : cells to visit after the goal, one after another, by a lifelong fleet (:func:`lampyris.lifelong_fleet`).
 
     Raises
     ------
@@ -37,10 +38,13 @@ class Agent(Noun):
     start: Cell
     goal: Cell
     robot: Robot | None = None
+    tasks: tuple[Cell, ...] = ()
 
     if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
-        def __init__(self, start: CellLike, goal: CellLike, robot: Robot | None = ...) -> None: ...
+        def __init__(
+            self, start: CellLike, goal: CellLike, robot: Robot | None = ..., tasks: Sequence[CellLike] = ...
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for what in ("start", "goal"):
@@ -54,6 +58,11 @@ class Agent(Noun):
         robot: Any = self.robot
         if robot is not None and not isinstance(robot, Robot):
             raise SettingError("TYPE", shown(robot), where="robot", allowed="a lampyris.Robot, or None")
+        given = self.tasks
+        stops = [cell_of(one) for one in given] if isinstance(given, tuple | list) else [None]
+        if None in stops:
+            raise SettingError("TYPE", shown(given), where="tasks", allowed="a list of cells (x, y)")
+        object.__setattr__(self, "tasks", tuple(stops))
 
 
 @dataclass(frozen=True, slots=True, repr=False)

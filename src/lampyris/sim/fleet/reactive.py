@@ -7,10 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage  # bits: a shortcut that changes no result
 
 from lampyris._core.limits import MEMORY
 from lampyris.kernels.fleet_motion import orca as kernels
 from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.planning.fleet.distance_tables import FleetTables, tables_of
@@ -70,7 +73,7 @@ class OrcaRun:
         self._count = np.zeros(1, dtype=np.int64)
         lines = 4 * (s.neighbours + kernels.WALLS + 1)
         self._args = (
-            radius, top, blocked, grid.width, grid.height, size, number.ravel(), tables.table, tables.graph.cells,
+            radius, top, blocked, _close(grid, float(radius.max()) + s.wall_horizon * float(top.max())), grid.width, grid.height, size, number.ravel(), tables.table, tables.graph.cells,
             goals[:, 0].copy(), goals[:, 1].copy(), s.period, s.horizon, s.wall_horizon, s.neighbours,
             float(radius.max()), side, columns, rows, starts[:, 0].copy(), starts[:, 1].copy(), np.zeros(n),
             np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, -1, np.int64), np.zeros(n), np.zeros(n),
@@ -101,6 +104,14 @@ class OrcaRun:
         there = (gap * gap).sum(axis=2) <= (HOME * self._grid.resolution) ** 2
         away = np.where(there, -1, np.arange(len(there))[:, None]).max(axis=0)
         return np.where(there[-1], (away + 1) * period, np.nan)
+
+
+def _close(grid: Grid, reach: float) -> NDArray[np.uint8]:
+    """Cells in which a robot may have a wall or the edge of the map within reach, metres; uint8 (cells,)."""
+    free = np.pad(~grid.blocked, 1)
+    # From the centre of a cell to that of the nearest wall: each may be half a diagonal nearer.
+    far = ndimage.distance_transform_edt(free)[1:-1, 1:-1] - math.sqrt(2.0) - 1e-9
+    return np.ascontiguousarray(far * grid.resolution < reach).view(np.uint8).ravel()
 
 
 def drive_reactively(
