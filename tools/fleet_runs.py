@@ -158,7 +158,9 @@ def speed() -> int:
 
 def main() -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("what", choices=("drives", "orca", "speed"))
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--scenes", type=int, default=100)

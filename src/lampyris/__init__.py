@@ -81,7 +81,7 @@ _HOME = {
     "CancelToken": "lampyris._core.cancellation",
     "Study": "lampyris.study.design.study",
     "SwarmTrace": "lampyris.model.swarm.swarm_trace",
-    "Task": "lampyris.model.fleet.lifelong",
+    "FleetTask": "lampyris.model.fleet.lifelong",
     "ThreePeaks": "lampyris.model.swarm.sources",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.obstacles",
@@ -110,13 +110,13 @@ if TYPE_CHECKING:
     from lampyris.fleets import load_fleet as load_fleet
     from lampyris.fleets import plan_fleet as plan_fleet
     from lampyris.fleets import random_fleet as random_fleet
-    from lampyris.lifelong import lifelong_fleet as lifelong_fleet
-    from lampyris.lifelong import load_tasks as load_tasks
     from lampyris.io.maps.inflation import inflate as inflate
     from lampyris.io.maps.inflation import inflation_costs as inflation_costs
     from lampyris.io.primitives.load import load_primitives as load_primitives
     from lampyris.io.primitives.write import save_primitives as save_primitives
     from lampyris.io.scenario.scenario import Scenario as Scenario
+    from lampyris.lifelong import lifelong_fleet as lifelong_fleet
+    from lampyris.lifelong import load_tasks as load_tasks
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve
     from lampyris.model.drive import Drive as Drive
@@ -128,8 +128,8 @@ if TYPE_CHECKING:
     from lampyris.model.fleet.fleet import Fleet as Fleet
     from lampyris.model.fleet.fleet_plan import FleetPlan as FleetPlan
     from lampyris.model.fleet.fleet_trace import FleetTrace as FleetTrace
+    from lampyris.model.fleet.lifelong import FleetTask as FleetTask
     from lampyris.model.fleet.lifelong import LifelongTrace as LifelongTrace
-    from lampyris.model.fleet.lifelong import Task as Task
     from lampyris.model.grid import Grid as Grid
     from lampyris.model.lattice.motion_primitives import Motion as Motion
     from lampyris.model.lattice.motion_primitives import MotionPrimitives as MotionPrimitives

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,6 @@ from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import MOST_RADIUS, Agent, Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.fleet.fleet_trace import FleetTrace
-from lampyris.model.grid import Grid
 from lampyris.model.obstacles import Track
 from lampyris.model.plan import Status
 from lampyris.model.robot import Robot
@@ -143,7 +142,8 @@ class _Run:
         self._tracks, self._settings, self._seed = tracks, settings, seed
         self._planner, self._progress = planner, progress
         self._rng, self._walks = (
-            np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(k,)))) for k in range(2)
+            np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(k,))))
+            for k in range(2)
         )
         self.planning = 0.0
 
@@ -192,7 +192,7 @@ class _Run:
             delayed, rings = delayed + stage.delayed, rings + stage.rings
             if self._progress is not None:
                 self._progress(int(np.count_nonzero(~np.isnan(stage.arrivals))), n)
-            if fault is None or not stage.halted:
+            if fault is None or not stage.faulted:
                 break
             done.append(fault)
             paths, lost = self._around(stage, [k for k, _ in done])
@@ -302,9 +302,9 @@ class _Run:
 
     def counted(self, trace: FleetTrace) -> FleetTrace:
         """The trace with its contacts counted."""
-        from lampyris.referee.fleets.fleet_trace import Motion, wall_contacts
+        from lampyris.referee.fleets.fleet_trace import TracePositions, wall_contacts
 
-        motion = Motion(trace)
+        motion = TracePositions(trace)
         met = motion.obstacle_contacts(trace.obstacles)
         made = {"obstacle_contacts": len(met), "moving_contacts": sum(one[3] for one in met)}
         if trace.settings.policy == "orca":
@@ -347,7 +347,12 @@ def _faults(given: Any, robots: int, settings: FleetDriveSettings) -> list[tuple
     for k, one in enumerate(given):
         pair = numbers(one, (2,))
         right = pair is not None and bool(np.isfinite(pair).all()) and pair[1] >= 0.0 and pair[1] < 1e12
-        if pair is None or not right or not is_whole(float(pair[0]).__trunc__(), 0, robots - 1) or pair[0] % 1:
+        if (
+            pair is None
+            or not right
+            or not is_whole(float(pair[0]).__trunc__(), 0, robots - 1)
+            or pair[0] % 1
+        ):
             raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed)
         if int(pair[0]) in found:
             raise SettingError("FAULTS", f"robot {int(pair[0])} twice", where=f"faults[{k}]", allowed=allowed)
@@ -362,7 +367,9 @@ def _tracks(given: Any) -> tuple[Track, ...]:
         raise SettingError.of("TRACK", "tracks", shown(given), allowed="a list of lampyris.Track, discs")
     for k, one in enumerate(given):
         if one.outline is not None or one.t[0] > 0.0:
-            raise SettingError("TRACK", shown(one), where=f"tracks[{k}]", allowed="a disc that is there from second 0")
+            raise SettingError(
+                "TRACK", shown(one), where=f"tracks[{k}]", allowed="a disc that is there from second 0"
+            )
     return tuple(given)
 
 
@@ -372,7 +379,9 @@ def _fits(plan: FleetPlan, fleet: Fleet) -> None:
         raise UsageError("FLEET_PLAN", plan.sentence, where="plan", allowed="a plan that is found")
     bad = referee.check_fleet_plan(plan, fleet, every=False)
     if bad is not None:
-        raise SettingError("FLEET_PLAN", str(bad), where="plan", allowed="a plan of this fleet without conflicts")
+        raise SettingError(
+            "FLEET_PLAN", str(bad), where="plan", allowed="a plan of this fleet without conflicts"
+        )
 
 
 def _longest(paths: Sequence[Cells]) -> float:

@@ -23,7 +23,7 @@ from lampyris.errors import SettingError, UsageError, callable_or_none, file_nam
 from lampyris.io.task_files import read_tasks
 from lampyris.kernels import loading
 from lampyris.model.fleet.fleet import Fleet
-from lampyris.model.fleet.lifelong import LifelongTrace, Task
+from lampyris.model.fleet.lifelong import FleetTask, LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
 from lampyris.planning.base import Budget
@@ -41,7 +41,7 @@ def lifelong_fleet(
     fleet: Fleet,
     ticks: int,
     *,
-    tasks: Sequence[Task] | None = None,
+    tasks: Sequence[FleetTask] | None = None,
     planner: str = PLANNERS[0],
     window: int | None = None,
     faults: Sequence[tuple[int, int]] = (),
@@ -60,7 +60,7 @@ def lifelong_fleet(
         trace = lampyris.lifelong_fleet(fleet, 500)
         trace.throughput, trace.utilisation, trace.service_times.mean()
 
-        lampyris.lifelong_fleet(fleet, 500, tasks=[lampyris.Task([(3, 4), (60, 20)], release=10)], planner="lacam")
+        lampyris.lifelong_fleet(fleet, 500, tasks=[lampyris.FleetTask([(3, 4), (60, 20)], release=10)], planner="lacam")
 
     Parameters
     ----------
@@ -98,14 +98,16 @@ def lifelong_fleet(
         raise SettingError.of("WINDOW", "window", shown(window), allowed=allowed)
     n, grid = len(fleet.robots), fleet.grid
     given = _tasks(tasks, fleet)
-    own = _tasks([Task((stop,), 0, k) for k, one in enumerate(fleet.robots) for stop in one.tasks], fleet)
+    own = _tasks(
+        [FleetTask((stop,), 0, k) for k, one in enumerate(fleet.robots) for stop in one.tasks], fleet
+    )
     failures = _faults(faults, n)
     needed = -(-int(ticks) * n * _EACH // 2**20)
     MEMORY.demand(needed, f"the trace of {n:,} robots and {ticks:,} ticks", instead="take fewer")
     began, loaded = loading.wall(), loading.seconds()
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(2,))))
     # The goals of the fleet and the tasks of its agents are the first that each robot has.
-    first = [Task((one.goal,), 0, k) for k, one in enumerate(fleet.robots) if one.goal != one.start]
+    first = [FleetTask((one.goal,), 0, k) for k, one in enumerate(fleet.robots) if one.goal != one.start]
     first = sorted([*first, *own], key=lambda one: one.robot or 0)
     queue = TaskQueue([*first, *given], n, _region(grid) if tasks is None else None, rng)
     wide = WINDOWS[planner] if window is None else int(window)
@@ -130,7 +132,7 @@ def lifelong_fleet(
     return replace(trace, timing=timing)
 
 
-def load_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[Task, ...]:
+def load_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[FleetTask, ...]:
     """The tasks of a table (CSV); see :func:`lampyris.io.task_files.read_tasks`.
 
     Raises
@@ -148,7 +150,8 @@ def _trace(
     notes = []
     if run.counts.fallbacks:
         notes.append(
-            f"{run.counts.fallbacks} of {run.counts.windows} windows were planned by PIBT: {planner} had found no plan within its limit"
+            f"{run.counts.fallbacks} of {run.counts.windows} windows were planned by PIBT: "
+            f"{planner} had found no plan within its limit"
         )
     whole = np.int32
     return LifelongTrace(
@@ -158,18 +161,22 @@ def _trace(
     )  # fmt: skip
 
 
-def _tasks(given: Any, fleet: Fleet) -> list[Task]:
+def _tasks(given: Any, fleet: Fleet) -> list[FleetTask]:
     if given is None:
         return []
-    if not isinstance(given, tuple | list) or not all(isinstance(one, Task) for one in given):
-        raise SettingError.of("TASK", "tasks", shown(given), allowed="a list of lampyris.Task, or None")
+    if not isinstance(given, tuple | list) or not all(isinstance(one, FleetTask) for one in given):
+        raise SettingError.of("TASK", "tasks", shown(given), allowed="a list of lampyris.FleetTask, or None")
     grid = fleet.grid
     for k, one in enumerate(given):
         if one.robot is not None and one.robot >= len(fleet.robots):
-            raise SettingError("TASK", f"robot {one.robot}", where=f"tasks[{k}]", allowed=f"0 to {len(fleet.robots) - 1}")
+            raise SettingError(
+                "TASK", f"robot {one.robot}", where=f"tasks[{k}]", allowed=f"0 to {len(fleet.robots) - 1}"
+            )
         for stop in one.stops:
             if not grid.contains(stop) or grid.blocked[stop[1], stop[0]]:
-                raise SettingError("TASK", f"{stop}", where=f"tasks[{k}].stops", allowed="free cells of the map")
+                raise SettingError(
+                    "TASK", f"{stop}", where=f"tasks[{k}].stops", allowed="free cells of the map"
+                )
     return list(given)
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drive_checks import crossing, places
 
 import lampyris
-from drive_checks import crossing, places
 from lampyris.referee import check_fleet_trace, check_lifelong
 from lampyris.typing import Floats
 
@@ -17,7 +17,9 @@ from lampyris.typing import Floats
 @pytest.fixture(scope="module")
 def good() -> lampyris.FleetTrace:
     fleet, plan = crossing()
-    return lampyris.simulate_fleet(fleet, plan, robot=lampyris.Robot(radius=0.3), delays=lampyris.Delays(0.5, 2.0), seed=4)
+    return lampyris.simulate_fleet(
+        fleet, plan, robot=lampyris.Robot(radius=0.3), delays=lampyris.Delays(0.5, 2.0), seed=4
+    )
 
 
 def changed(values: Floats, row: int, value: float) -> Floats:
@@ -35,7 +37,9 @@ def swapped(trace: lampyris.FleetTrace) -> lampyris.FleetTrace:
     waits = np.array(trace.waits)
     waits[0, 0] += shift
     arrivals = changed(trace.arrivals, 0, trace.arrivals[0] + shift)
-    return replace(trace, t=np.where(trace.robot == 0, trace.t + shift, trace.t), arrivals=arrivals, waits=waits)
+    return replace(
+        trace, t=np.where(trace.robot == 0, trace.t + shift, trace.t), arrivals=arrivals, waits=waits
+    )
 
 
 DEFECTS: dict[str, Callable[[lampyris.FleetTrace], lampyris.FleetTrace]] = {
@@ -97,11 +101,11 @@ def test_a_pair_that_touches_is_found_however_short(good: lampyris.FleetTrace) -
         t=[0.0, offset], duration=[8.0, 8.0], x=at[:, 0], y=at[:, 1], dx=[1.0, 0.0], dy=[0.0, 1.0], v=[v, v], a=[0.0, 0.0],
         arrivals=[np.nan] * n, planned=[np.nan] * n, waits=np.zeros((n, 5)), plans=(), plan_times=(),
     )  # fmt: skip
-    from lampyris.referee.fleets.fleet_trace import Motion
+    from lampyris.referee.fleets.fleet_trace import TracePositions
 
-    assert len(Motion(trace).contacts()) == 1
+    assert len(TracePositions(trace).contacts()) == 1
     clear = replace(trace, t=[0.0, 0.6001 * np.sqrt(2.0)])
-    assert Motion(clear).contacts() == []
+    assert TracePositions(clear).contacts() == []
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +114,9 @@ def service() -> lampyris.LifelongTrace:
     return lampyris.lifelong_fleet(fleet, 60, faults=[(2, 20)])
 
 
-def moved(one: lampyris.LifelongTrace, tick: int, robot: int, cell: tuple[int, int]) -> lampyris.LifelongTrace:
+def moved(
+    one: lampyris.LifelongTrace, tick: int, robot: int, cell: tuple[int, int]
+) -> lampyris.LifelongTrace:
     xy = np.array(one.xy)
     xy[tick:, robot] = cell
     return replace(one, xy=xy)
@@ -123,10 +129,16 @@ def first_done(one: lampyris.LifelongTrace) -> int:
 SERVICE: dict[str, Callable[[lampyris.LifelongTrace], lampyris.LifelongTrace]] = {
     "wall": lambda one: moved(one, 60, 0, tuple(np.argwhere(one.grid.blocked)[0][::-1].tolist())),
     "step": lambda one: jump(one),
-    "vertex": lambda one: replace(one, xy=np.concatenate((one.xy[:, :1], one.xy[:, :1], one.xy[:, 2:]), axis=1)),
+    "vertex": lambda one: replace(
+        one, xy=np.concatenate((one.xy[:, :1], one.xy[:, :1], one.xy[:, 2:]), axis=1)
+    ),
     "fault": lambda one: replace(one, faults=((0, 1),)),
-    "task": lambda one: replace(one, done=np.where(np.arange(len(one.done)) == first_done(one), one.done + 1, one.done)),
-    "task, robot": lambda one: replace(one, robot=np.where(one.robot == 0, 1, np.where(one.robot == 1, 0, one.robot))),
+    "task": lambda one: replace(
+        one, done=np.where(np.arange(len(one.done)) == first_done(one), one.done + 1, one.done)
+    ),
+    "task, robot": lambda one: replace(
+        one, robot=np.where(one.robot == 0, 1, np.where(one.robot == 1, 0, one.robot))
+    ),
     "task, early": lambda one: replace(one, assigned=np.where(one.done >= 0, one.done + 1, one.assigned)),
 }
 
@@ -152,7 +164,9 @@ def test_robots_that_change_places_are_seen(service: lampyris.LifelongTrace) -> 
     grid = lampyris.Grid(np.zeros((1, 2), dtype=bool))
     xy = np.array([[(0, 0), (1, 0)], [(1, 0), (0, 0)]])
     none: list[int] = []
-    one = replace(service, grid=grid, xy=xy, tasks=(), robot=none, assigned=none, done=none, stop_ticks=(), faults=())
+    one = replace(
+        service, grid=grid, xy=xy, tasks=(), robot=none, assigned=none, done=none, stop_ticks=(), faults=()
+    )
     found = check_lifelong(one)
     assert found is not None
     assert found.rule == "swap"

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drive_checks import crossing, least_gap, places, ring
 
 import lampyris
-from drive_checks import crossing, least_gap, places, ring
 from lampyris.errors import SettingError, UsageError
 from sizes import sized
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-import fleet_runs  # noqa: E402
+import fleet_runs
 
 
 def line(length: int, robot: lampyris.Robot | None = None, **more: object) -> lampyris.FleetTrace:
@@ -51,7 +51,10 @@ def test_a_corner_costs_a_stop_and_a_turn() -> None:
 
 def test_who_is_second_waits_until_the_first_has_left_the_cell_whole() -> None:
     fleet, plan = crossing()
-    robots = [replace(one, robot=lampyris.Robot(radius=0.3, v_max=v)) for one, v in zip(fleet.robots, (0.2, 2.0), strict=True)]
+    robots = [
+        replace(one, robot=lampyris.Robot(radius=0.3, v_max=v))
+        for one, v in zip(fleet.robots, (0.2, 2.0), strict=True)
+    ]
     trace = lampyris.simulate_fleet(lampyris.Fleet(fleet.grid, robots), plan)
     assert trace.contacts == 0
     times = np.arange(0.0, trace.duration_s, 0.01)
@@ -77,7 +80,10 @@ def test_a_ring_of_robots_moves_as_one_and_a_delay_holds_all_of_it() -> None:
 
 def test_the_slowest_of_a_ring_sets_the_pace() -> None:
     fleet, plan = ring()
-    agents = [replace(one, robot=lampyris.Robot(radius=0.3, v_max=0.1 if k == 2 else 1.0)) for k, one in enumerate(fleet.robots)]
+    agents = [
+        replace(one, robot=lampyris.Robot(radius=0.3, v_max=0.1 if k == 2 else 1.0))
+        for k, one in enumerate(fleet.robots)
+    ]
     trace = lampyris.simulate_fleet(lampyris.Fleet(fleet.grid, agents), plan)
     assert np.ptp(trace.arrivals) < 1e-9
     assert trace.arrivals[0] == pytest.approx(10.0, abs=0.3)

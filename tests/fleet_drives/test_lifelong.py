@@ -19,7 +19,11 @@ def open_grid(width: int, height: int) -> lampyris.Grid:
 
 def test_one_robot_does_its_tasks_in_their_order() -> None:
     fleet = lampyris.Fleet(open_grid(9, 1), [lampyris.Agent((0, 0), (0, 0))])
-    tasks = [lampyris.Task([(3, 0), (1, 0)], 2), lampyris.Task([(8, 0)], 0), lampyris.Task([(0, 0)], 100)]
+    tasks = [
+        lampyris.FleetTask([(3, 0), (1, 0)], 2),
+        lampyris.FleetTask([(8, 0)], 0),
+        lampyris.FleetTask([(0, 0)], 100),
+    ]
     trace = lampyris.lifelong_fleet(fleet, 40, tasks=tasks)
     assert [task.release for task in trace.tasks] == [0, 2, 100]
     assert trace.done.tolist() == [8, 15, -1]
@@ -32,7 +36,10 @@ def test_one_robot_does_its_tasks_in_their_order() -> None:
 
 def test_tasks_of_an_agent_are_its_own() -> None:
     grid = open_grid(6, 6)
-    agents = [lampyris.Agent((0, 0), (5, 0), tasks=[(5, 5), (0, 5)]), lampyris.Agent((1, 1), (1, 1), tasks=[(2, 2)])]
+    agents = [
+        lampyris.Agent((0, 0), (5, 0), tasks=[(5, 5), (0, 5)]),
+        lampyris.Agent((1, 1), (1, 1), tasks=[(2, 2)]),
+    ]
     trace = lampyris.lifelong_fleet(lampyris.Fleet(grid, agents), 40, tasks=())
     assert [(task.robot, task.stops) for task in trace.tasks] == [
         (0, ((5, 0),)), (0, ((5, 5),)), (0, ((0, 5),)), (1, ((2, 2),)),
@@ -62,7 +69,9 @@ def test_random_fleets_with_faults_pass_the_referee(count: int) -> None:
         fleet = lampyris.random_fleet(lampyris.Grid(blocked), 8, seed=seed)
         faults = [(int(k), int(rng.integers(0, 40))) for k in rng.permutation(8)[:2]]
         planner = ["pibt", "lacam"][seed % 2]
-        trace = lampyris.lifelong_fleet(fleet, 60, planner=planner, faults=faults, window=1 + seed % 4, seed=seed)
+        trace = lampyris.lifelong_fleet(
+            fleet, 60, planner=planner, faults=faults, window=1 + seed % 4, seed=seed
+        )
         done += trace.completed
         for robot, tick in faults:
             assert (trace.xy[tick:, robot] == trace.xy[tick, robot]).all()
@@ -71,7 +80,7 @@ def test_random_fleets_with_faults_pass_the_referee(count: int) -> None:
 
 def test_several_robots_may_want_one_cell() -> None:
     fleet = lampyris.Fleet(open_grid(5, 5), [lampyris.Agent((0, 0), (0, 0)), lampyris.Agent((4, 4), (4, 4))])
-    tasks = [lampyris.Task([(2, 2)], 0), lampyris.Task([(2, 2)], 0)]
+    tasks = [lampyris.FleetTask([(2, 2)], 0), lampyris.FleetTask([(2, 2)], 0)]
     for planner in ("pibt", "lacam"):
         trace = lampyris.lifelong_fleet(fleet, 30, tasks=tasks, planner=planner)
         assert (trace.done >= 0).any()
@@ -81,10 +90,18 @@ def test_a_table_of_tasks(tmp_path: Path) -> None:
     grid = open_grid(6, 3)
     file = tmp_path / "tasks.csv"
     file.write_text("release,pickup_x,pickup_y,delivery_x,delivery_y\n0,1,1,5,2\n7,0,0,2,2\n")
-    assert lampyris.load_tasks(file, grid) == (lampyris.Task([(1, 1), (5, 2)], 0), lampyris.Task([(0, 0), (2, 2)], 7))
+    assert lampyris.load_tasks(file, grid) == (
+        lampyris.FleetTask([(1, 1), (5, 2)], 0),
+        lampyris.FleetTask([(0, 0), (2, 2)], 7),
+    )
     file.write_text("release,x,y\n3,4,1\n")
-    assert lampyris.load_tasks(file, grid) == (lampyris.Task([(4, 1)], 3),)
-    for text, line in (("release,x,y\n3,4,9\n", ":2"), ("release,x,y\n0,0,0\n3.5,1,1\n", ":3"), ("release,x,y\n", ""), ("x,y\n1,1\n", "")):
+    assert lampyris.load_tasks(file, grid) == (lampyris.FleetTask([(4, 1)], 3),)
+    for text, line in (
+        ("release,x,y\n3,4,9\n", ":2"),
+        ("release,x,y\n0,0,0\n3.5,1,1\n", ":3"),
+        ("release,x,y\n", ""),
+        ("x,y\n1,1\n", ""),
+    ):
         file.write_text(text)
         with pytest.raises(FileError) as caught:
             lampyris.load_tasks(file, grid)
@@ -97,7 +114,7 @@ def test_what_is_given_is_checked() -> None:
     for code, more in (
         ("TICKS", {"ticks": 0}), ("TICKS", {"ticks": MAX_TICKS + 1}), ("WINDOW", {"window": 0}),
         ("WINDOW", {"window": MAX_WINDOW + 1}), ("FAULTS", {"faults": [(1, 3)]}), ("SEED", {"seed": -1}),
-        ("TASK", {"tasks": [lampyris.Task([(9, 9)])]}), ("TASK", {"tasks": [lampyris.Task([(1, 1)], robot=4)]}),
+        ("TASK", {"tasks": [lampyris.FleetTask([(9, 9)])]}), ("TASK", {"tasks": [lampyris.FleetTask([(1, 1)], robot=4)]}),
         ("TASK", {"tasks": 3}),
     ):  # fmt: skip
         with pytest.raises(SettingError) as caught:
@@ -108,5 +125,5 @@ def test_what_is_given_is_checked() -> None:
     assert wrong.value.code == "PLANNER"
     for bad in ({"stops": []}, {"stops": [(1, 2)], "release": -1}, {"stops": [(1, 2)], "release": 10**9 + 1}):
         with pytest.raises(SettingError):
-            lampyris.Task(**bad)
+            lampyris.FleetTask(**bad)
     assert lampyris.lifelong_fleet(fleet, 5, window=MAX_WINDOW).ticks == 5

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drive_checks import least_gap
 
 import lampyris
-from drive_checks import least_gap
 from lampyris.kernels.fleet_motion import orca as kernels
 
 
@@ -78,7 +78,9 @@ def test_the_linear_program_finds_the_nearest_permitted_velocity() -> None:
     for _ in range(400):
         count = int(rng.integers(1, 7))
         angle = rng.uniform(0, 2 * np.pi, count)
-        lines = np.stack((rng.normal(size=count), rng.normal(size=count), np.cos(angle), np.sin(angle)), axis=1)
+        lines = np.stack(
+            (rng.normal(size=count), rng.normal(size=count), np.cos(angle), np.sin(angle)), axis=1
+        )
         wanted = rng.normal(size=2)
         best = brute_force(lines, 1.5, wanted)
         found = np.zeros(2)

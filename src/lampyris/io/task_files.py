@@ -7,7 +7,7 @@ import os
 from lampyris.errors import FileError
 from lampyris.io.files import read_regular
 from lampyris.io.text.csv_table import MAX_BYTES, table_of
-from lampyris.model.fleet.lifelong import Task
+from lampyris.model.fleet.lifelong import FleetTask
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
 
@@ -15,9 +15,10 @@ _ONE = ("release", "x", "y")
 _TWO = ("release", "pickup_x", "pickup_y", "delivery_x", "delivery_y")
 
 
-def read_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[Task, ...]:
-    """The tasks of a table with the columns ``release``, ``x``, ``y``, or ``release``, ``pickup_x``, ``pickup_y``, ``delivery_x``,
-    ``delivery_y``: a row a task, ticks and cells from the top left.
+def read_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[FleetTask, ...]:
+    """The tasks of a table, a row a task: ticks, and cells from the top left.
+
+    Its columns are ``release``, ``x``, ``y``, or ``release``, ``pickup_x``, ``pickup_y``, ``delivery_x``, ``delivery_y``.
 
     Raises
     ------
@@ -32,14 +33,16 @@ def read_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[Task, ...]:
         numbers = [table.number(line, row, k, 0.0) for k in columns]
         where = f"{name}:{line}"
         if any(v % 1 for v in numbers):
-            raise FileError("TASKS", "a number that is not whole", where=where, allowed="whole ticks and cells")
+            raise FileError(
+                "TASKS", "a number that is not whole", where=where, allowed="whole ticks and cells"
+            )
         release, *places = (int(v) for v in numbers)
         stops: list[Cell] = list(zip(places[::2], places[1::2], strict=True))
         for x, y in stops:
             if not grid.contains((x, y)) or grid.blocked[y, x]:
                 state = "blocked" if grid.contains((x, y)) else "outside the map"
                 raise FileError("TASKS", f"({x}, {y}) is {state}", where=where, allowed="free cells")
-        made.append(Task(stops, release))
+        made.append(FleetTask(stops, release))
     if not made:
         raise FileError("TASKS", "there is no task in it", where=name, allowed="one or more")
     return tuple(made)

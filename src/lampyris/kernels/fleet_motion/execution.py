@@ -29,7 +29,7 @@ MODE, AT, GRANTED, BRAKE, FIRED, TURNED, CAUSE, HEAD, NEXT, ON, PHASE, FROZEN, W
 RATE, SLOW, T_RISE, T_CRUISE, T_FALL, G_HOLD, GROUP_REAL = range(7)
 """Of a group: acceleration and braking in moves a square second, durations of the three phases, delay before it starts."""
 REST, MOVE, RING, DEAD = 0, 1, 2, 3
-NONE, ORDER, TURNING, DELAYED, OBSTACLE, HALTED = 0, 1, 2, 3, 4, 5
+NONE, ORDER, TURNING, DELAYED, OBSTACLE, REPLANNING = 0, 1, 2, 3, 4, 5
 """Causes of standing."""
 ROW = 7
 """Columns of the log: robot, vertex behind it, beginning, duration, metres along its path, speed, acceleration."""
@@ -192,7 +192,7 @@ def _decide(
             return
         if s == vert[row + ALONG]:
             if whole[w + FROZEN] != 0 and whole[w + GRANTED] <= k:
-                _rest(real, whole, tree, i, t, HALTED, NEVER)
+                _rest(real, whole, tree, i, t, REPLANNING, NEVER)
                 return
             if whole[w + TURNED] < k and vert[row + TURN] > 0.0:
                 whole[w + TURNED] = k
@@ -455,7 +455,9 @@ def _halt_all(
         s = real[r + S]
         needed = real[r + V] * real[r + V] / (2.0 * real[r + D_MAX])
         e = whole[w + AT]
-        while e < whole[w + GRANTED] and vert[(base[i] + e) * VERTEX_REAL + ALONG] < s + needed * (1.0 - TINY):
+        while e < whole[w + GRANTED] and vert[(base[i] + e) * VERTEX_REAL + ALONG] < s + needed * (
+            1.0 - TINY
+        ):
             e += 1
         whole[w + GRANTED] = e
         _decide(

@@ -1,6 +1,6 @@
 """Optimal reciprocal collision avoidance among discs and walls.
 
-J. van den Berg, S. J. Guy, M. Lin, D. Manocha, "Reciprocal n-body collision avoidance", ISRR 2009 (STAR 70, 2011). For each
+J. van den Berg, S. J. Guy, M. Lin, D. Manocha, International Symposium of Robotics Research 2009 (STAR 70, 2011). For each
 neighbour a robot takes half of the least change of velocity that keeps the two apart for a time horizon: a half-plane of
 velocities. The velocity nearest to the preferred one within all half-planes and the speed limit is found by a linear program in
 two dimensions; where there is none, the one that violates those of robots least.
@@ -142,10 +142,10 @@ def _of_walls(px, py, size, blocked, width, height, cell, wall_time, top, line):
     """Half-planes of the blocked cells near a robot; how many. The map's edge is blocked cells, too."""
     count = 0
     reach = size + top * wall_time
-    low_x = int(math.floor((px - reach) / cell))
-    high_x = int(math.floor((px + reach) / cell))
-    low_y = int(math.floor((py - reach) / cell))
-    high_y = int(math.floor((py + reach) / cell))
+    low_x = math.floor((px - reach) / cell)
+    high_x = math.floor((px + reach) / cell)
+    low_y = math.floor((py - reach) / cell)
+    high_y = math.floor((py + reach) / cell)
     for v in range(low_y, high_y + 1):
         for u in range(low_x, high_x + 1):
             if 0 <= u < width and 0 <= v < height and blocked[v * width + u] == 0:
@@ -231,7 +231,11 @@ def _sees(px, py, qx, qy, size, blocked, width, height, cell):
                 if corner > 0:
                     kx = (u + (corner % 2)) * cell
                     ky = (v + ((corner - 1) // 2)) * cell
-                    share = min(max(((kx - px) * dx + (ky - py) * dy) / square, 0.0), 1.0) if square > 0.0 else 0.0
+                    share = (
+                        min(max(((kx - px) * dx + (ky - py) * dy) / square, 0.0), 1.0)
+                        if square > 0.0
+                        else 0.0
+                    )
                 nx = px + share * dx
                 ny = py + share * dy
                 gx = nx - min(max(nx, u * cell), (u + 1) * cell)
@@ -242,7 +246,9 @@ def _sees(px, py, qx, qy, size, blocked, width, height, cell):
 
 
 @kernel(out=("aim_x", "aim_y"))
-def _aim(i, here, px, py, size, blocked, width, height, cell, number, table, free, goal_x, goal_y, aim_x, aim_y):
+def _aim(
+    i, here, px, py, size, blocked, width, height, cell, number, table, free, goal_x, goal_y, aim_x, aim_y
+):
     """Where robot i drives: the farthest cell on a shortest path that can be seen, of the next few."""
     row = i * free
     u = here % width
@@ -250,7 +256,7 @@ def _aim(i, here, px, py, size, blocked, width, height, cell, number, table, fre
     ax = (u + 0.5) * cell
     ay = (v + 0.5) * cell
     seen = False
-    for step in range(AHEAD):
+    for _ in range(AHEAD):
         best = table[row + number[v * width + u]]
         if best == 0:
             break
@@ -288,7 +294,7 @@ def _aim(i, here, px, py, size, blocked, width, height, cell, number, table, fre
         "x", "y", "vx", "vy", "aim_x", "aim_y", "at", "next_x", "next_y", "near", "apart", "line", "proj", "found", "first",
         "member", "random", "path", "count",
     ),
-    each=400_000,
+    each=30_000_000,
     of="x",
 )  # fmt: skip
 def steps(
@@ -347,7 +353,7 @@ def steps(
             share = min(top[i], far / period) / far if far > 0.0 else 0.0
             random[0] = (random[0] * 1103515245 + 12345) & 0x7FFFFFFF
             turn = (random[0] / 2147483648.0 - 0.5) * 0.04
-            # Robots that meet head on would push each other for ever.
+            # Robots that meet head on would push each other without end.
             wx = share * (ox - turn * oy)
             wy = share * (oy + turn * ox)
             reach = radius[i] + largest + horizon * top[i]

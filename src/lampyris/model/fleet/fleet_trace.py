@@ -22,7 +22,7 @@ from lampyris.typing import Cells, Floats
 
 WAITS = ("order", "turning", "delay", "obstacle", "replanning")
 """Why robots stand before they arrive: another robot has to leave a cell first; they turn in place; a delay; a moving obstacle;
-a robot has failed and the others wait for a new plan, or for ever."""
+a robot has failed and the others wait for a new plan, or without end."""
 _SENTENCES = {
     Status.FOUND: "All robots arrived.",
     Status.NO_PATH: "Not all robots can arrive: robots that stopped are in their way.",
@@ -121,11 +121,15 @@ class FleetTrace(Value):
         for name in ("starts", "goals"):
             array: Any = cells(getattr(self, name))
             if array is None or len(array) != n:
-                raise SettingError("FLEET_TRACE", shown(getattr(self, name)), where=name, allowed=f"{n} cells")
+                raise SettingError(
+                    "FLEET_TRACE", shown(getattr(self, name)), where=name, allowed=f"{n} cells"
+                )
             object.__setattr__(self, name, frozen(array))
         whose = numbers(self.robot, (None,))
         if whose is None or ((whose % 1 != 0) | (whose < 0) | (whose >= max(n, 1))).any():
-            raise SettingError("FLEET_TRACE", shown(self.robot), where="robot", allowed="numbers of robots (m,)")
+            raise SettingError(
+                "FLEET_TRACE", shown(self.robot), where="robot", allowed="numbers of robots (m,)"
+            )
         object.__setattr__(self, "robot", frozen(whose.astype(np.int32)))
         forms: list[tuple[str, tuple[int, ...]]] = [(name, (len(whose),)) for name in _COLUMNS]
         forms += [("arrivals", (n,)), ("planned", (n,)), ("waits", (n, len(WAITS)))]
@@ -143,7 +147,8 @@ class FleetTrace(Value):
 
     def _brief(self) -> str:
         there = f"{self.arrived} of {len(self.robots)} robots arrived"
-        return f"<FleetTrace {self.status} by {self.settings.policy}: {there} in {self.duration_s:.1f} s, {self.contacts} contacts>"
+        head = f"<FleetTrace {self.status} by {self.settings.policy}: {there}"
+        return f"{head} in {self.duration_s:.1f} s, {self.contacts} contacts>"
 
     def __bool__(self) -> bool:
         return bool(self.status)
@@ -196,8 +201,8 @@ class FleetTrace(Value):
             on = last > 0
             rows = last[on] - 1
             past = np.minimum(time - self.t[rows], self.duration[rows])
-            way = past * (self.v[rows] + 0.5 * self.a[rows] * past)
+            far = past * (self.v[rows] + 0.5 * self.a[rows] * past)
             made[on] = np.stack(
-                (self.x[rows] + way * self.dx[rows], self.y[rows] + way * self.dy[rows]), axis=1
+                (self.x[rows] + far * self.dx[rows], self.y[rows] + far * self.dy[rows]), axis=1
             )
         return frozen(made)

@@ -16,7 +16,7 @@ from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.plan import Status
-from lampyris.typing import Cell, Cells, CellLike
+from lampyris.typing import Cell, CellLike, Cells
 
 MAX_RELEASE = 10**9
 _SENTENCES = {
@@ -27,7 +27,7 @@ _SENTENCES = {
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Task(Noun):
+class FleetTask(Noun):
     """Work for one robot: cells to visit in their order, such as where to pick up and where to deliver.
 
     Parameters
@@ -55,12 +55,18 @@ class Task(Noun):
         given: Any = self.stops
         made = [cell_of(one) for one in given] if isinstance(given, tuple | list) else []
         if not made or any(one is None for one in made):
-            raise SettingError("TASK", shown(given), where="stops", allowed="a list of one or more cells (x, y)")
+            raise SettingError(
+                "TASK", shown(given), where="stops", allowed="a list of one or more cells (x, y)"
+            )
         object.__setattr__(self, "stops", tuple(made))
         if not is_whole(self.release, 0, MAX_RELEASE):
-            raise SettingError("TASK", shown(self.release), where="release", allowed="a tick, a whole number >= 0")
+            raise SettingError(
+                "TASK", shown(self.release), where="release", allowed="a tick, a whole number >= 0"
+            )
         if self.robot is not None and not is_whole(self.robot, 0):
-            raise SettingError("TASK", shown(self.robot), where="robot", allowed="the number of a robot, or None")
+            raise SettingError(
+                "TASK", shown(self.robot), where="robot", allowed="the number of a robot, or None"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -93,7 +99,7 @@ class LifelongTrace(Value):
     window: int
     seed: int
     xy: NDArray[np.int32]
-    tasks: tuple[Task, ...]
+    tasks: tuple[FleetTask, ...]
     robot: NDArray[np.int32]
     assigned: NDArray[np.int32]
     done: NDArray[np.int32]
@@ -107,9 +113,11 @@ class LifelongTrace(Value):
     def __post_init__(self) -> None:
         for name, kind in (("status", Status), ("grid", Grid)):
             if not isinstance(getattr(self, name), kind):
-                raise SettingError("LIFELONG_TRACE", shown(getattr(self, name)), where=name, allowed=kind.__name__)
+                raise SettingError(
+                    "LIFELONG_TRACE", shown(getattr(self, name)), where=name, allowed=kind.__name__
+                )
         given: Any = self.tasks
-        if not isinstance(given, tuple | list) or not all(isinstance(one, Task) for one in given):
+        if not isinstance(given, tuple | list) or not all(isinstance(one, FleetTask) for one in given):
             raise SettingError("LIFELONG_TRACE", shown(given), where="tasks", allowed="a list of tasks")
         object.__setattr__(self, "tasks", tuple(given))
         xy = numbers(self.xy, (None, None, 2))

@@ -41,7 +41,7 @@ def check_fleet_trace(trace: FleetTrace) -> Violation | None:
     cell, as planned), ``goal``, ``arrival``, ``waits`` (they and the driving add up to the arrival), ``fault`` (a robot that
     failed no longer drives).
     """
-    motion = Motion(trace)
+    motion = TracePositions(trace)
     found = _check_phases(trace) or _check_limits(trace) or _check_ends(trace)
     if found is not None:
         return found
@@ -83,7 +83,9 @@ def _check_phases(trace: FleetTrace) -> Violation | None:
         return _at(trace, int(early.argmax()) + 1, "phases", "begins before the one before it has ended")
     away = np.maximum(np.abs(trace.x[1:] - x[:-1]), np.abs(trace.y[1:] - y[:-1]))
     if (same & (away > scale)).any():
-        return _at(trace, int((same & (away > scale)).argmax()) + 1, "phases", "begins where the last did not end")
+        return _at(
+            trace, int((same & (away > scale)).argmax()) + 1, "phases", "begins where the last did not end"
+        )
     first = np.concatenate(([True], ~same))
     starts = trace.grid.to_metres(trace.starts)[who[first]]
     off = np.maximum(np.abs(trace.x[first] - starts[:, 0]), np.abs(trace.y[first] - starts[:, 1]))
@@ -99,7 +101,12 @@ def _check_phases(trace: FleetTrace) -> Violation | None:
     jump = np.where(rests, np.maximum(v[:-1], trace.v[1:]) > still, np.abs(trace.v[1:] - v[:-1]) > still)
     turns = (np.abs(trace.dx[1:] - trace.dx[:-1]) + np.abs(trace.dy[1:] - trace.dy[:-1])) > _SLACK
     if (same & jump).any():
-        return _at(trace, int((same & jump).argmax()) + 1, "phases", "begins with another speed than the last ended with")
+        return _at(
+            trace,
+            int((same & jump).argmax()) + 1,
+            "phases",
+            "begins with another speed than the last ended with",
+        )
     if (first[1:] & (trace.v[1:] > still)).any() or trace.v[0] > still:
         return Violation("phases", "trace", "a robot begins with a speed")
     fast = same & turns & (np.maximum(v[:-1], trace.v[1:]) > still)
@@ -118,20 +125,28 @@ def _at(trace: FleetTrace, row: int, rule: str, sentence: str) -> Violation:
 
 def _check_limits(trace: FleetTrace) -> Violation | None:
     top, rise, fall = (
-        np.array([getattr(one, name) for one in trace.robots])[trace.robot] for name in ("v_max", "a_max", "d_max")
+        np.array([getattr(one, name) for one in trace.robots])[trace.robot]
+        for name in ("v_max", "a_max", "d_max")
     )
     end = trace.v + trace.a * trace.duration
     slow = np.minimum(trace.v, end) < -1e-4 * top
     fast = (np.maximum(trace.v, end) > top * (1 + _SLACK)) | slow
     if fast.any():
         row = int(fast.argmax())
-        return _at(trace, row, "speed", f"drives at {max(trace.v[row], end[row]):.9g} m/s, allowed {top[row]:g}")
+        return _at(
+            trace, row, "speed", f"drives at {max(trace.v[row], end[row]):.9g} m/s, allowed {top[row]:g}"
+        )
     # Rounding may leave a few nanometres to brake in: what counts is the speed that is won or lost beyond the limit.
     beyond = np.maximum(trace.a - rise, -fall - trace.a) * trace.duration
     harsh = beyond > _SLACK * top
     if harsh.any() and trace.settings.policy == "order":
         row = int(harsh.argmax())
-        return _at(trace, row, "acceleration", f"has {trace.a[row]:.9g} m/s2, allowed -{fall[row]:g} to {rise[row]:g}")
+        return _at(
+            trace,
+            row,
+            "acceleration",
+            f"has {trace.a[row]:.9g} m/s2, allowed -{fall[row]:g} to {rise[row]:g}",
+        )
     return None
 
 
@@ -153,7 +168,9 @@ def _check_ends(trace: FleetTrace) -> Violation | None:
     others = np.ones(n, dtype=np.bool_)
     others[failed] = False
     if (trace.status is Status.FOUND) != bool(there[others].all()):
-        return Violation("arrival", "trace", f"{trace.status.value}, but {int(there.sum())} of {n} robots arrived")
+        return Violation(
+            "arrival", "trace", f"{trace.status.value}, but {int(there.sum())} of {n} robots arrived"
+        )
     for k, when in trace.faults:
         own = trace.robots[k]
         rows = trace.robot == k
@@ -172,12 +189,16 @@ def _check_ends(trace: FleetTrace) -> Violation | None:
     late &= trace.driving > 0.0
     if late.any():
         k = int(late.argmax())
-        return Violation("arrival", f"robot {k}", f"at {trace.arrivals[k]:.6f} s; its last phase ends at {ends[k]:.6f} s")
+        return Violation(
+            "arrival", f"robot {k}", f"at {trace.arrivals[k]:.6f} s; its last phase ends at {ends[k]:.6f} s"
+        )
     total = trace.driving + trace.waits.sum(axis=1)
     wrong = there & (np.abs(np.where(there, trace.arrivals, total) - total) > 1e-6 * (1 + total))
     if wrong.any():
         k = int(wrong.argmax())
-        return Violation("waits", f"robot {k}", f"drives and stands {total[k]:.6f} s until {trace.arrivals[k]:.6f} s")
+        return Violation(
+            "waits", f"robot {k}", f"drives and stands {total[k]:.6f} s until {trace.arrivals[k]:.6f} s"
+        )
     return None
 
 
@@ -233,7 +254,7 @@ def _gap_to_box(a: Floats, b: Floats, box: Floats) -> Floats:
     return least
 
 
-class Motion:
+class TracePositions:
     """Where the robots of a trace are at any moment."""
 
     def __init__(self, trace: FleetTrace) -> None:
@@ -299,7 +320,9 @@ class Motion:
         reach = 2.0 * float(self._radius.max()) + 2.0 * float(self._top.max()) * step * (1.0 + _SLACK)
         for middles in self._blocks(step, n):
             who, begin = np.tile(np.arange(n), len(middles)), middles - 0.5 * step
-            a, b = (self.places(who, np.repeat(t, n)).reshape(len(middles), n, 2) for t in (begin, begin + step))
+            a, b = (
+                self.places(who, np.repeat(t, n)).reshape(len(middles), n, 2) for t in (begin, begin + step)
+            )
             i, j, k = _near_pairs(a, reach)
             gap, move = a[k, i] - a[k, j], (b[k, i] - b[k, j]) - (a[k, i] - a[k, j])
             square = (move * move).sum(axis=1)
@@ -307,7 +330,9 @@ class Motion:
             gap = gap + share[:, None] * move
             touch = np.sqrt((gap * gap).sum(axis=1)) < (self._radius[i] + self._radius[j]) * (1.0 - _SLACK)
             times = begin[k] + share * step
-            for one, other, t in zip(i[touch].tolist(), j[touch].tolist(), times[touch].tolist(), strict=True):
+            for one, other, t in zip(
+                i[touch].tolist(), j[touch].tolist(), times[touch].tolist(), strict=True
+            ):
                 found.setdefault((one, other), t)
         return [(one, other, t) for (one, other), t in sorted(found.items())]
 
@@ -353,7 +378,9 @@ class Motion:
                     apart = np.sqrt((gap * gap).sum(axis=1))
                     touch = apart < near
                     drives = self.speeds(i[touch], middle[touch]) > 1e-6
-                    for k, t, fast in zip(i[touch].tolist(), middle[touch].tolist(), drives.tolist(), strict=True):
+                    for k, t, fast in zip(
+                        i[touch].tolist(), middle[touch].tolist(), drives.tolist(), strict=True
+                    ):
                         since, before = found.get((k, o), (t, False))
                         found[k, o] = since, before or fast
                     open_ = ~touch & (apart - top * half < near) & (top * half > 0.1 * _SLACK * near)

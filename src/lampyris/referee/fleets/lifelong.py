@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from lampyris.model.fleet.lifelong import LifelongTrace
@@ -25,7 +27,9 @@ def _check_motion(trace: LifelongTrace) -> Violation | None:
     walls = outside | grid.blocked[np.clip(y, 0, grid.height - 1), np.clip(x, 0, grid.width - 1)]
     if walls.any():
         t, k = np.argwhere(walls)[0].tolist()
-        return Violation("wall", f"robot {k}, tick {t}", f"({x[t, k]}, {y[t, k]}) is blocked or outside the map")
+        return Violation(
+            "wall", f"robot {k}, tick {t}", f"({x[t, k]}, {y[t, k]}) is blocked or outside the map"
+        )
     length = np.abs(np.diff(x, axis=0)) + np.abs(np.diff(y, axis=0))
     if (length > 1).any():
         t, k = np.argwhere(length > 1)[0].tolist()
@@ -39,7 +43,9 @@ def _check_motion(trace: LifelongTrace) -> Violation | None:
         on = dict(zip(cells, range(len(cells)), strict=True))
         if len(on) < len(cells):
             k = next(k for k, cell in enumerate(cells) if on[cell] != k)
-            return Violation("vertex", f"robots {k} and {on[cells[k]]}, tick {t}", f"both in {tuple(xy[t, k].tolist())}")
+            return Violation(
+                "vertex", f"robots {k} and {on[cells[k]]}, tick {t}", f"both in {tuple(xy[t, k].tolist())}"
+            )
         if t == 0:
             continue
         before = flat[t - 1].tolist()
@@ -54,7 +60,12 @@ def _check_motion(trace: LifelongTrace) -> Violation | None:
 def _check_tasks(trace: LifelongTrace) -> Violation | None:
     busy: dict[int, list[tuple[int, int, int]]] = {}
     for k, task in enumerate(trace.tasks):
-        robot, assigned, done, stops = int(trace.robot[k]), int(trace.assigned[k]), int(trace.done[k]), trace.stop_ticks[k]
+        robot, assigned, done, stops = (
+            int(trace.robot[k]),
+            int(trace.assigned[k]),
+            int(trace.done[k]),
+            trace.stop_ticks[k],
+        )
         where = f"task {k}"
         if (robot < 0) != (assigned < 0) or robot >= trace.robots or (robot < 0 and (done >= 0 or stops)):
             return Violation("task", where, "is done or assigned, but not by a robot")
@@ -65,7 +76,9 @@ def _check_tasks(trace: LifelongTrace) -> Violation | None:
         if assigned < task.release or any(b < a for a, b in zip((assigned, *stops), stops, strict=False)):
             return Violation("task", where, "is assigned before its release, or stops are out of order")
         if len(stops) > len(task.stops) or (len(stops) == len(task.stops)) != (done >= 0):
-            return Violation("task", where, f"{len(stops)} of {len(task.stops)} stops visited, done at {done}")
+            return Violation(
+                "task", where, f"{len(stops)} of {len(task.stops)} stops visited, done at {done}"
+            )
         if done >= 0 and done != stops[-1]:
             return Violation("task", where, f"done at {done}, but the last stop was visited at {stops[-1]}")
         for stop, tick in zip(task.stops, stops, strict=False):
@@ -74,7 +87,7 @@ def _check_tasks(trace: LifelongTrace) -> Violation | None:
         busy.setdefault(robot, []).append((assigned, done if done >= 0 else trace.ticks + 1, k))
     for robot, spans in busy.items():
         spans.sort()
-        for (_, end, first), (begin, _, second) in zip(spans, spans[1:], strict=False):
+        for (_, end, first), (begin, _, second) in pairwise(spans):
             if begin < end:
                 return Violation("task", f"robot {robot}", f"has tasks {first} and {second} at once")
     return None

@@ -59,7 +59,9 @@ def fleet_drive_film(
 
     sizes = 2.0 * np.array([one.radius for one in trace.robots]) / trace.grid.resolution
     wide = max((2.0 * one.radius / trace.grid.resolution for one in trace.obstacles), default=0.0)
-    stage = DiscRenderer(trace.grid, trace.goals.astype(np.float64), float(sizes.max()), wide, places, caption)
+    stage = DiscRenderer(
+        trace.grid, trace.goals.astype(np.float64), float(sizes.max()), wide, places, caption
+    )
     write_film(stage, shown, out, progress)
 
 
@@ -115,11 +117,15 @@ class DiscRenderer:
         self._paper[MARGIN : MARGIN + rows, self._left : self._left + columns] = raster.rgb
         self._places, self._words = places, caption
         self._disc = sprites.sprite("circle", (255, 255, 255), "", max(_LEAST, round(size * self._scale)))
-        self._other = sprites.sprite("circle", (255, 255, 255), "", max(_LEAST, round(obstacle_size * self._scale)))
+        self._other = sprites.sprite(
+            "circle", (255, 255, 255), "", max(_LEAST, round(obstacle_size * self._scale))
+        )
         dark = 1.0 - self._disc.rgb[..., 0].astype(np.float64) / 255
         self._rim = dark if len(dark) >= _RIMMED else np.zeros_like(dark)
         square = max(2, round(0.5 * self._scale))
-        self._stamp(self._paper, goals, _colours(len(goals)), np.ones((square, square)), np.zeros((square, square)))
+        self._stamp(
+            self._paper, goals, _colours(len(goals)), np.ones((square, square)), np.zeros((square, square))
+        )
 
     def frame(self, moment: float) -> Rgb:
         """The picture at a moment."""
@@ -146,7 +152,12 @@ class DiscRenderer:
         return np.array([*FLEET, OBSTACLE], dtype=np.uint8)
 
     def _stamp(
-        self, canvas: Rgb, places: Floats, colours: Floats, alpha: NDArray[np.float64], rim: NDArray[np.float64]
+        self,
+        canvas: Rgb,
+        places: Floats,
+        colours: Floats,
+        alpha: NDArray[np.float64],
+        rim: NDArray[np.float64],
     ) -> None:
         """Put one shape at many places, cells, each in its colour; ``rim`` is the share of ink in it."""
         n = len(alpha)

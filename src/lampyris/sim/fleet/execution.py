@@ -54,7 +54,7 @@ class Stage:
     arrivals : float64 (n,), seconds; NaN: not at the end of its path.
     waits : float64 (n, 6), seconds by cause of the kernel.
     end : seconds, when nothing more happens.
-    limited, halted : whether the time was over, or a robot had failed.
+    limited, faulted : whether the time was over, or a robot had failed.
     delayed, rings : how many moves were delayed and rings driven.
     """
 
@@ -66,7 +66,7 @@ class Stage:
     waits: Floats
     end: float
     limited: bool
-    halted: bool
+    faulted: bool
     delayed: int
     rings: int
 
@@ -128,7 +128,7 @@ def drive_plan(
         driven = _cut_off(driven, state, words, end)
     made = _stage(visits, driven, state, words, held, begin, end)
     made.between = state[:, kernels.S] > vert[visits.base[:-1] + made.reached, kernels.ALONG] + kernels.NEAR
-    made.limited, made.halted = bool(ending == kernels.LIMIT), bool(clock[2] == 2.0)
+    made.limited, made.faulted = bool(ending == kernels.LIMIT), bool(clock[2] == 2.0)
     return made
 
 
@@ -256,7 +256,9 @@ def _moving(hazards: Hazards | None) -> tuple[Floats, int, float, float, float, 
 def _cut_off(driven: Floats, state: Floats, words: NDArray[np.int32], end: float) -> Floats:
     """The log with the phases that were under way when the time was over."""
     rows = []
-    for k in np.flatnonzero((words[:, kernels.MODE] == kernels.MOVE) | (words[:, kernels.MODE] == kernels.RING)):
+    for k in np.flatnonzero(
+        (words[:, kernels.MODE] == kernels.MOVE) | (words[:, kernels.MODE] == kernels.RING)
+    ):
         s, v, a, t = (state[k, c] for c in (kernels.S, kernels.V, kernels.A, kernels.T0))
         if end > t:
             rows.append([k, words[k, kernels.AT], t, end - t, s, v, a])

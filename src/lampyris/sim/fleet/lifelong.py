@@ -1,7 +1,7 @@
 """Lifelong fleets: plan a window, drive it, give tasks to robots that have arrived, plan the next (RHCR).
 
-J. Li, A. Tinka, S. Kiesel, J. W. Durham, T. K. S. Kumar, S. Koenig, "Lifelong multi-agent path finding in large-scale warehouses",
-AAAI 2021; PIBT without an end: Okumura et al., AIJ 310, 2022, section 5.
+J. Li, A. Tinka, S. Kiesel, J. W. Durham, T. K. S. Kumar, S. Koenig, "Lifelong multi-agent path finding in large-scale
+warehouses", AAAI 2021; PIBT without an end: Okumura et al., AIJ 310, 2022, section 5.
 """
 
 from __future__ import annotations
@@ -113,7 +113,12 @@ class LifelongRun:
             self._pibt = PibtRun(self._tables, True, self._seed + self.tick)
         else:
             goals = [self._queue.goal(i) for i in self._active]
-            self._head_for([self.places[i] if goal is None else goal for i, goal in zip(self._active, goals, strict=True)])
+            self._head_for(
+                [
+                    self.places[i] if goal is None else goal
+                    for i, goal in zip(self._active, goals, strict=True)
+                ]
+            )
         run = self._pibt
         begin = run.tick
         run.solved = False
@@ -130,7 +135,11 @@ class LifelongRun:
         wanted = {i: self._queue.goal(i) for i in self._active}
         order = sorted(
             self._active,
-            key=lambda i: (wanted[i] is None, 0 if wanted[i] is None else _steps(self.places[i], wanted[i]), i),
+            key=lambda i: (
+                wanted[i] is None,
+                0 if wanted[i] is None else _steps(self.places[i], wanted[i]),
+                i,
+            ),
         )
         taken: dict[Cell, int] = {}
         for i in order:

@@ -37,7 +37,17 @@ class Phases:
         behind -= np.repeat(behind[visits.base[:-1]], np.diff(visits.base))
         share = (log[:, 4] - behind[row]) / long
         at = centres[row] + share[:, None] * step
-        columns = (log[:, 0], log[:, 2], log[:, 3], at[:, 0], at[:, 1], ahead[:, 0], ahead[:, 1], log[:, 5], log[:, 6])
+        columns = (
+            log[:, 0],
+            log[:, 2],
+            log[:, 3],
+            at[:, 0],
+            at[:, 1],
+            ahead[:, 0],
+            ahead[:, 1],
+            log[:, 5],
+            log[:, 6],
+        )
         self._parts.append(np.stack(columns, axis=1))
 
     def add_steps(self, xy: Floats, period: float) -> None:
@@ -54,10 +64,22 @@ class Phases:
         v = speed[step, who]
         ahead = moves[step, who] / (v * period)[:, None]
         at = xy[:-1][step, who]
-        columns = (who, step * period, np.full(len(v), period), at[:, 0], at[:, 1], ahead[:, 0], ahead[:, 1], v, 0.0 * v)
+        columns = (
+            who,
+            step * period,
+            np.full(len(v), period),
+            at[:, 0],
+            at[:, 1],
+            ahead[:, 0],
+            ahead[:, 1],
+            v,
+            0.0 * v,
+        )
         self._parts.append(np.stack(columns, axis=1))
 
-    def columns(self) -> tuple[NDArray[np.int32], Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
+    def columns(
+        self,
+    ) -> tuple[NDArray[np.int32], Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
         """All rows, robot by robot in time."""
         rows = np.concatenate(self._parts) if self._parts else np.zeros((0, 9))
         rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]

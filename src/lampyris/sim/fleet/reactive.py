@@ -51,7 +51,12 @@ class OrcaRun:
     """
 
     def __init__(
-        self, fleet: Fleet, robots: Sequence[Robot], settings: FleetDriveSettings, tables: FleetTables, last: int
+        self,
+        fleet: Fleet,
+        robots: Sequence[Robot],
+        settings: FleetDriveSettings,
+        tables: FleetTables,
+        last: int,
     ) -> None:
         grid, n, s = fleet.grid, len(robots), settings
         size = grid.resolution
@@ -71,9 +76,10 @@ class OrcaRun:
         self._grid, self._last, self._n = grid, last, n
         self.path = np.empty(last * n * 2)
         self._count = np.zeros(1, dtype=np.int64)
+        close = _close(grid, float(radius.max()) + s.wall_horizon * float(top.max()))
         lines = 4 * (s.neighbours + kernels.WALLS + 1)
         self._args = (
-            radius, top, blocked, _close(grid, float(radius.max()) + s.wall_horizon * float(top.max())), grid.width, grid.height, size, number.ravel(), tables.table, tables.graph.cells,
+            radius, top, blocked, close, grid.width, grid.height, size, number.ravel(), tables.table, tables.graph.cells,
             goals[:, 0].copy(), goals[:, 1].copy(), s.period, s.horizon, s.wall_horizon, s.neighbours,
             float(radius.max()), side, columns, rows, starts[:, 0].copy(), starts[:, 1].copy(), np.zeros(n),
             np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, -1, np.int64), np.zeros(n), np.zeros(n),
@@ -135,7 +141,11 @@ def drive_reactively(
         limit = 3.0 * float(finite.max(initial=0)) * fleet.grid.resolution / slowest + 60.0
     last = max(1, math.ceil(limit / s.period))
     needed = -(-last * len(robots) * _EACH // _MIB)
-    MEMORY.demand(needed, f"the trace of {len(robots):,} robots and {last:,} steps", instead="take a shorter drive_limit")
+    MEMORY.demand(
+        needed,
+        f"the trace of {len(robots):,} robots and {last:,} steps",
+        instead="take a shorter drive_limit",
+    )
     run = OrcaRun(fleet, robots, s, tables, last)
     while not run.go_on(run.done + _CHUNK) and run.done < last:
         if progress is not None:

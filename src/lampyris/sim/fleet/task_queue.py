@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lampyris.model.fleet.lifelong import Task
+from lampyris.model.fleet.lifelong import FleetTask
 from lampyris.typing import Cell, Cells
 
 Reach = Callable[[Cell, Cell], bool]
@@ -27,7 +27,7 @@ class TaskQueue:
     rng : of these draws.
     """
 
-    tasks: list[Task]
+    tasks: list[FleetTask]
     robots: int
     region: Cells | None
     rng: np.random.Generator
@@ -66,7 +66,7 @@ class TaskQueue:
         return True
 
     def fail(self, robot: int) -> None:
-        """A robot stops for good: another one begins its task anew."""
+        """A robot stops for good: another one begins its task from the start."""
         k = self.has[robot]
         if k >= 0:
             self.has[robot] = -1
@@ -83,7 +83,7 @@ class TaskQueue:
         tick : now.
         places : the cell of every robot.
         free : the robots that have not failed.
-        reach : which ways there are.
+        reach : which cells can be reached from which.
         """
         while self._next < len(self.tasks) and self.tasks[self._next].release <= tick:
             own = self.tasks[self._next].robot
@@ -116,7 +116,7 @@ class TaskQueue:
         for _ in range(100):
             x, y = self.region[int(self.rng.integers(len(self.region)))].tolist()
             if (x, y) != place and reach(place, (x, y)):
-                self.tasks.append(Task(((x, y),), tick))
+                self.tasks.append(FleetTask(((x, y),), tick))
                 self.robot.append(-1)
                 self.assigned.append(-1)
                 self.done.append(-1)

@@ -27,7 +27,8 @@ class Visits:
     base : int64 (n + 1,): where the rows of each robot begin.
     cells : int32 (rows, 2): the cells that it visits one after another.
     arrival, departure : int64 (rows,): the first and the last tick there; the departure of the last one is -1.
-    pred, need : int32 (rows,): the move that leaves a row may begin when robot ``pred`` (-1: none) has reached its visit ``need``.
+    pred, need : int32 (rows,): the move that leaves a row may begin when robot ``pred`` (-1: none) has reached its visit
+        ``need``.
     pred_b, need_b : the same for the crossing of a diagonal move.
     ring : int32 (rows,): the ring that the move that leaves a row belongs to; -1: none.
     rings : rows of the members of each ring.

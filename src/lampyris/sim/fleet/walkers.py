@@ -34,7 +34,9 @@ def walkers(
         cells, heading = [here], int(rng.integers(4))
         draws = rng.random((steps, 2))
         for go_on, other in draws.tolist():
-            open_ = [k for k in range(4) if not blocked[here[1] + _STEPS[k, 1] + 1, here[0] + _STEPS[k, 0] + 1]]
+            open_ = [
+                k for k in range(4) if not blocked[here[1] + _STEPS[k, 1] + 1, here[0] + _STEPS[k, 0] + 1]
+            ]
             if open_ and speed > 0.0:
                 if heading not in open_ or go_on > 0.8:
                     heading = open_[min(int(other * len(open_)), len(open_) - 1)]
@@ -49,6 +51,7 @@ def sampled(tracks: tuple[Track, ...], grid: Grid, period: float, duration: floa
     """Where obstacles are every ``period`` seconds, metres of the map frame, float64 (samples, m, 2)."""
     times = period * np.arange(int(np.ceil(duration / period)) + 2)
     cells = np.stack(
-        [np.stack([np.interp(times, one.t, one.xy[:, c]) for c in range(2)], axis=1) for one in tracks], axis=1
+        [np.stack([np.interp(times, one.t, one.xy[:, c]) for c in range(2)], axis=1) for one in tracks],
+        axis=1,
     )
     return grid.to_metres(cells)

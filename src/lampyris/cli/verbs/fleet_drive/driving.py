@@ -11,7 +11,13 @@ from lampyris.cli import text
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes
-from lampyris.cli.verbs.fleet_drive.options import FleetDriveOptions, delays_of, drive_settings, faults_of, robot_of
+from lampyris.cli.verbs.fleet_drive.options import (
+    FleetDriveOptions,
+    delays_of,
+    drive_settings,
+    faults_of,
+    robot_of,
+)
 from lampyris.errors import SettingError
 
 if TYPE_CHECKING:
@@ -20,6 +26,11 @@ if TYPE_CHECKING:
     from lampyris.model.fleet.fleet_trace import FleetTrace
     from lampyris.model.fleet.lifelong import LifelongTrace
     from lampyris.planning.base import Budget
+
+_POLICIES = {
+    "order": "order: the plan's order of visits at every cell",
+    "orca": "orca: no plan, each avoids its neighbours",
+}
 
 
 def execute(
@@ -64,7 +75,9 @@ def lifelong(
     faults = []
     for robot, tick in faults_of(options):
         if tick % 1:
-            raise SettingError.of("FAULTS", "faults", f"{robot}@{tick:g}", allowed="a whole tick with --lifelong")
+            raise SettingError.of(
+                "FAULTS", "faults", f"{robot}@{tick:g}", allowed="a whole tick with --lifelong"
+            )
         faults.append((robot, int(tick)))
     with counting(f"driving {len(fleet.robots)} robots", "ticks", quiet=json) as tick_:
         show = None if tick_ is None else (lambda done, _most: tick_(done))
@@ -96,7 +109,7 @@ def _print_drive(trace: FleetTrace) -> None:
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("robots", f"{len(trace.robots)} discs, the first of radius {one.radius:g} m, {one.v_max:g} m/s; seed {trace.seed}"),
-        ("policy", {"order": "order: the plan's order of visits at every cell", "orca": "orca: no plan, each avoids its neighbours"}[trace.settings.policy]),
+        ("policy", _POLICIES[trace.settings.policy]),
         ("contacts", touched),
         ("arrived", f"{trace.arrived} robots, the last after {np.nanmax(trace.arrivals):.1f} s" if trace.arrived else "nobody"),
     ]  # fmt: skip
@@ -104,8 +117,15 @@ def _print_drive(trace: FleetTrace) -> None:
     if len(late):
         words = f"{late.mean():.1f} s on average, {late.max():.1f} s at the most, beside a tick of {trace.tick:.2g} s"
         rows.append(("lateness", words))
-        spent = ", ".join(f"{cause} {seconds:.0f} s" for cause, seconds in trace.wait_totals().items() if seconds > 0)
-        rows.append(("waiting", f"{spent or 'none'}, all robots together; in motion {trace.utilisation:.0%} of the time"))
+        spent = ", ".join(
+            f"{cause} {seconds:.0f} s" for cause, seconds in trace.wait_totals().items() if seconds > 0
+        )
+        rows.append(
+            (
+                "waiting",
+                f"{spent or 'none'}, all robots together; in motion {trace.utilisation:.0%} of the time",
+            )
+        )
     if trace.delays.probability:
         rows.append(("delays", f"{trace.delayed:,} moves, {trace.delays.duration:g} s on average"))
     if trace.rotations:
@@ -113,7 +133,9 @@ def _print_drive(trace: FleetTrace) -> None:
     for robot, when in trace.faults:
         rows.append(("fault", f"robot {robot} stopped for good at {when:g} s"))
     if trace.obstacles:
-        met = f"{trace.obstacle_contacts} touched robots that stood, {trace.moving_contacts} robots that drove"
+        met = (
+            f"{trace.obstacle_contacts} touched robots that stood, {trace.moving_contacts} robots that drove"
+        )
         rows.append(("obstacles", f"{len(trace.obstacles)}; {met}"))
     _timed(rows, trace.timing)
     text.facts("", rows)
@@ -126,11 +148,16 @@ def _print_lifelong(trace: LifelongTrace) -> None:
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("robots", f"{trace.robots}, {trace.ticks:,} ticks, seed {trace.seed}"),
         ("planner", f"{trace.planner}, {trace.windows:,} windows of {trace.window} ticks"),
-        ("tasks", f"{trace.completed:,} of {len(trace.tasks):,} done, throughput {trace.throughput:.3f} tasks a tick"),
+        (
+            "tasks",
+            f"{trace.completed:,} of {len(trace.tasks):,} done, throughput {trace.throughput:.3f} tasks a tick",
+        ),
         ("utilisation", f"{trace.utilisation:.1%} of the time with a task, {trace.moving:.1%} in motion"),
     ]
     if len(service):
-        words = f"{service.mean():.1f} ticks on average from release to completion, {service.max()} at the most"
+        words = (
+            f"{service.mean():.1f} ticks on average from release to completion, {service.max()} at the most"
+        )
         rows.append(("service", words))
     for robot, when in trace.faults:
         rows.append(("fault", f"robot {robot} stopped for good at tick {when}"))

@@ -30,7 +30,9 @@ def _declared(kind: type, names: tuple[str, ...], default: str) -> list[tuple[st
         kind_of, typed = option.__origin__, option.__metadata__[0]
         usual = settings[name].none or f"{values[name]}"
         if default or "(default" not in typed.help:
-            typed.help = f"{typed.help.partition(' (default')[0].removesuffix('.')} (default: {default or usual})."
+            typed.help = (
+                f"{typed.help.partition(' (default')[0].removesuffix('.')} (default: {default or usual})."
+            )
         made.append((name, Annotated[kind_of | None, typed], field(default=None)))
     return made
 
@@ -145,7 +147,9 @@ def check_options(given: FleetDriveOptions) -> None:
         if name in _BOTH:
             there, wanted = given.execute or given.lifelong is not None, "--execute or --lifelong"
         if not there:
-            raise UsageError("OPTIONS", f"--{name.replace('_', '-')} without {wanted}", allowed=f"with {wanted}")
+            raise UsageError(
+                "OPTIONS", f"--{name.replace('_', '-')} without {wanted}", allowed=f"with {wanted}"
+            )
 
 
 def drive_settings(given: FleetDriveOptions) -> dict[str, Any]:
@@ -157,7 +161,9 @@ def robot_of(given: FleetDriveOptions, resolution: float) -> Robot | None:
     """The robot that was described; None: none was."""
     from lampyris.fleet_drives import RADIUS
 
-    own: Mapping[str, Any] = {name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None}
+    own: Mapping[str, Any] = {
+        name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None
+    }
     return Robot(**{"radius": RADIUS * resolution, **own}) if own else None
 
 
@@ -182,5 +188,7 @@ def faults_of(given: FleetDriveOptions) -> list[tuple[int, float]]:
         try:
             found.append((int(robot), float(time)))
         except ValueError:
-            raise SettingError.of("FAULTS", "faults", repr(text)[:40], allowed="ROBOT@TIME, such as 3@20") from None
+            raise SettingError.of(
+                "FAULTS", "faults", repr(text)[:40], allowed="ROBOT@TIME, such as 3@20"
+            ) from None
     return found
