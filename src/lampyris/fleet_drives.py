@@ -306,7 +306,7 @@ class _Run:
 
         motion = TracePositions(trace)
         met = motion.obstacle_contacts(trace.obstacles)
-        made = {"obstacle_contacts": len(met), "moving_contacts": sum(one[3] for one in met)}
+        made: dict[str, Any] = {"obstacle_contacts": len(met), "moving_contacts": sum(one[3] for one in met)}
         if trace.settings.policy == "orca":
             made |= {"contacts": len(motion.contacts()), "wall_contacts": len(wall_contacts(trace))}
         return replace(trace, **made)

@@ -98,7 +98,7 @@ def lifelong_fleet(
         raise SettingError.of("WINDOW", "window", shown(window), allowed=allowed)
     n, grid = len(fleet.robots), fleet.grid
     given = _tasks(tasks, fleet)
-    own = _tasks(
+    chains = _tasks(
         [FleetTask((stop,), 0, k) for k, one in enumerate(fleet.robots) for stop in one.tasks], fleet
     )
     failures = _faults(faults, n)
@@ -108,7 +108,7 @@ def lifelong_fleet(
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(2,))))
     # The goals of the fleet and the tasks of its agents are the first that each robot has.
     first = [FleetTask((one.goal,), 0, k) for k, one in enumerate(fleet.robots) if one.goal != one.start]
-    first = sorted([*first, *own], key=lambda one: one.robot or 0)
+    first = sorted([*first, *chains], key=lambda one: one.robot or 0)
     queue = TaskQueue([*first, *given], n, _region(grid) if tasks is None else None, rng)
     wide = WINDOWS[planner] if window is None else int(window)
     run = LifelongRun(grid, fleet.starts, queue, planner, wide, int(seed), failures)

@@ -150,7 +150,7 @@ class LifelongTrace(Value):
     @property
     def robots(self) -> int:
         """How many."""
-        return self.xy.shape[1]
+        return len(self.xy[0])
 
     @property
     def ticks(self) -> int:

@@ -341,7 +341,7 @@ class TracePositions:
         count = max(1, int(np.ceil(self._end / step)))
         each = max(1, _AT_ONCE // n)
         for k in range(0, count, each):
-            yield (np.arange(k, min(count, k + each)) + 0.5) * step
+            yield (np.arange(k, min(count, k + each), dtype=np.float64) + 0.5) * step
 
     def _refined(self, i: Pairs, j: Pairs, begin: Floats, end: Floats) -> list[tuple[int, int, float]]:
         """The pairs that touch within intervals."""
@@ -405,8 +405,8 @@ def _near_pairs(places: Floats, reach: float) -> tuple[Pairs, Pairs, Pairs]:
         k, pair = np.nonzero((gap * gap).sum(axis=2) < reach * reach)
         return i[pair], j[pair], k
     parts = []
-    for k in range(moments):
-        pairs = cKDTree(places[k]).query_pairs(reach, output_type="ndarray").astype(np.int64)
-        parts.append(np.concatenate((pairs, np.full((len(pairs), 1), k)), axis=1))
+    for moment in range(moments):
+        pairs = cKDTree(places[moment]).query_pairs(reach, output_type="ndarray").astype(np.int64)
+        parts.append(np.concatenate((pairs, np.full((len(pairs), 1), moment)), axis=1))
     made = np.concatenate(parts) if parts else np.zeros((0, 3), dtype=np.int64)
     return made[:, 0], made[:, 1], made[:, 2]

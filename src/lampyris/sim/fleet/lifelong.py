@@ -56,7 +56,7 @@ class LifelongRun:
     ) -> None:  # fmt: skip
         self._grid, self._queue, self._planner, self._window, self._seed = grid, queue, planner, window, seed
         self._faults = sorted(faults, key=lambda one: one[1])
-        self.places = [tuple(cell) for cell in starts]
+        self.places: list[Cell] = list(starts)
         self.xy = [np.array(starts, dtype=np.int32)]
         self.counts = Counts()
         self._gone: list[int] = []

@@ -66,14 +66,14 @@ class Phases:
         at = xy[:-1][step, who]
         columns = (
             who,
-            step * period,
+            step.astype(np.float64) * period,
             np.full(len(v), period),
             at[:, 0],
             at[:, 1],
             ahead[:, 0],
             ahead[:, 1],
             v,
-            0.0 * v,
+            np.zeros(len(v)),
         )
         self._parts.append(np.stack(columns, axis=1))
 

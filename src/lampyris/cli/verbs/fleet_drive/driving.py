@@ -70,6 +70,7 @@ def lifelong(
 ) -> LifelongTrace:  # fmt: skip
     """Drive a lifelong fleet and say what came of it."""
     from lampyris import lifelong as front
+    from lampyris.sim.fleet.lifelong import PLANNERS
 
     tasks = None if options.tasks is None else front.load_tasks(options.tasks, fleet.grid)
     faults = []
@@ -82,7 +83,7 @@ def lifelong(
     with counting(f"driving {len(fleet.robots)} robots", "ticks", quiet=json) as tick_:
         show = None if tick_ is None else (lambda done, _most: tick_(done))
         trace = front.lifelong_fleet(
-            fleet, options.lifelong, tasks=tasks, planner=front.PLANNERS[0] if planner is None else planner,
+            fleet, options.lifelong, tasks=tasks, planner=PLANNERS[0] if planner is None else planner,
             window=options.window, faults=faults, seed=seed, budget=budget, progress=show,
         )  # fmt: skip
     if film is not None:
