@@ -147,7 +147,7 @@ def samples() -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-NOT_FOR_CALLERS = frozenset(("SafeController", "RobotShape", "SimulatedMotions"))
+NOT_FOR_CALLERS = frozenset(("SafeController", "RobotShape", "SimulatedMotions", "TaskQueue"))
 """Classes with checks of their own that a drive makes, of what was checked."""
 
 

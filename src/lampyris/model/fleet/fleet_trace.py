@@ -140,10 +140,14 @@ class FleetTrace(Value):
                     "FLEET_TRACE", shown(getattr(self, name)), where=name, allowed=f"numbers {form}"
                 )
             object.__setattr__(self, name, frozen(array))
-        plans: Any = self.plans
-        object.__setattr__(
-            self, "plans", tuple(tuple(frozen(np.asarray(path, np.int32)) for path in one) for one in plans)
-        )
+        object.__setattr__(self, "plans", _plans(self.plans))
+        for name, kind in (("plan_times", float), ("faults", tuple), ("obstacles", Track)):
+            items: Any = getattr(self, name)
+            if not isinstance(items, tuple | list) or not all(isinstance(one, kind) for one in items):
+                raise SettingError(
+                    "FLEET_TRACE", shown(items), where=name, allowed=f"a list of {kind.__name__}"
+                )
+            object.__setattr__(self, name, tuple(items))
 
     def _brief(self) -> str:
         there = f"{self.arrived} of {len(self.robots)} robots arrived"
@@ -206,3 +210,17 @@ class FleetTrace(Value):
                 (self.x[rows] + far * self.dx[rows], self.y[rows] + far * self.dy[rows]), axis=1
             )
         return frozen(made)
+
+
+def _plans(given: Any) -> tuple[tuple[Cells, ...], ...]:
+    """Plans as they are stored: read-only arrays of cells."""
+    allowed = "plans, each a list of paths of cells (ticks + 1, 2)"
+    if not isinstance(given, tuple | list) or not all(isinstance(one, tuple | list) for one in given):
+        raise SettingError("FLEET_TRACE", shown(given), where="plans", allowed=allowed)
+    made = []
+    for one in given:
+        paths = [cells(path) for path in one]
+        if any(path is None or not len(path) for path in paths):
+            raise SettingError("FLEET_TRACE", shown(one), where="plans", allowed=allowed)
+        made.append(tuple(frozen(path) for path in paths if path is not None))
+    return tuple(made)

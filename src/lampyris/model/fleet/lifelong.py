@@ -127,11 +127,18 @@ class LifelongTrace(Value):
         object.__setattr__(self, "xy", frozen(flat.reshape(xy.shape).astype(np.int32)))
         for name in ("robot", "assigned", "done"):
             array = numbers(getattr(self, name), (len(self.tasks),))
-            if array is None or (array % 1 != 0).any():
+            if array is None or not ((array % 1 == 0) & (np.abs(array) < 2**31)).all():
                 allowed = f"whole numbers ({len(self.tasks)},)"
                 raise SettingError("LIFELONG_TRACE", shown(getattr(self, name)), where=name, allowed=allowed)
             object.__setattr__(self, name, frozen(array.astype(np.int32)))
-        object.__setattr__(self, "stop_ticks", tuple(tuple(one) for one in self.stop_ticks))
+        for name in ("stop_ticks", "faults"):
+            rows: Any = getattr(self, name)
+            right = isinstance(rows, tuple | list) and all(isinstance(one, tuple | list) for one in rows)
+            if not right or not all(is_whole(tick, 0) for one in rows for tick in one):
+                raise SettingError(
+                    "LIFELONG_TRACE", shown(rows), where=name, allowed="lists of whole numbers"
+                )
+            object.__setattr__(self, name, tuple(tuple(one) for one in rows))
 
     def _brief(self) -> str:
         return (
