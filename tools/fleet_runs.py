@@ -129,6 +129,8 @@ def orca(first: int, scenes: int) -> int:
         contacts += trace.contacts
         walls += trace.wall_contacts
         touched += trace.contacts > 0
+        if (number - first + 1) % 100 == 0:
+            print(number - first + 1, arrived, robots, contacts, touched, walls, flush=True)
     print(
         f"{scenes:,} scenes, {robots:,} robots: {arrived:,} arrived, all of them in {whole:,} scenes; "
         f"{contacts:,} pairs touched, in {touched:,} scenes; {walls:,} robots touched walls; "

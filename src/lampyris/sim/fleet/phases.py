@@ -89,6 +89,6 @@ class Phases:
 
 def _lengths(cells: NDArray[np.int32], resolution: float) -> Floats:
     """Metres between each cell and the next one of the table, 0 where that is another robot's."""
-    step = np.diff(cells.astype(np.int64), axis=0)
+    step = cells[1:].astype(np.int64) - cells[:-1]
     square = (step * step).sum(axis=1)
     return np.where(square <= 2, resolution * np.sqrt(square.astype(np.float64)), 0.0)

@@ -107,7 +107,8 @@ class OrcaRun:
     def arrivals(self, period: float) -> Floats:
         """Since when each has been at its goal, seconds."""
         gap = self.places() - self._goals[None]
-        there = (gap * gap).sum(axis=2) <= (HOME * self._grid.resolution) ** 2
+        near = HOME * self._grid.resolution
+        there = (gap * gap).sum(axis=2) <= near * near
         away = np.where(there, -1, np.arange(len(there))[:, None]).max(axis=0)
         return np.where(there[-1], (away + 1) * period, np.nan)
 

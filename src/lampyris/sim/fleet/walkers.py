@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage  # bits: labels, whole numbers
 
+from lampyris._core.elementary import interp
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import Track
 from lampyris.typing import Floats
@@ -51,7 +52,7 @@ def sampled(tracks: tuple[Track, ...], grid: Grid, period: float, duration: floa
     """Where obstacles are every ``period`` seconds, metres of the map frame, float64 (samples, m, 2)."""
     times = period * np.arange(int(np.ceil(duration / period)) + 2)
     cells = np.stack(
-        [np.stack([np.interp(times, one.t, one.xy[:, c]) for c in range(2)], axis=1) for one in tracks],
+        [np.stack([interp(times, one.t, one.xy[:, c]) for c in range(2)], axis=1) for one in tracks],
         axis=1,
     )
     return grid.to_metres(cells)
