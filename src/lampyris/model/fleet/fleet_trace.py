@@ -141,11 +141,11 @@ class FleetTrace(Value):
                 )
             object.__setattr__(self, name, frozen(array))
         object.__setattr__(self, "plans", _plans(self.plans))
-        for name, kind in (("plan_times", float), ("faults", tuple), ("obstacles", Track)):
+        for name, item in (("plan_times", float), ("faults", tuple), ("obstacles", Track)):
             items: Any = getattr(self, name)
-            if not isinstance(items, tuple | list) or not all(isinstance(one, kind) for one in items):
+            if not isinstance(items, tuple | list) or not all(isinstance(one, item) for one in items):
                 raise SettingError(
-                    "FLEET_TRACE", shown(items), where=name, allowed=f"a list of {kind.__name__}"
+                    "FLEET_TRACE", shown(items), where=name, allowed=f"a list of {item.__name__}"
                 )
             object.__setattr__(self, name, tuple(items))
 

@@ -28,7 +28,7 @@ class FleetDriveSettings:
     obstacle_info : what robots know of them: ``speed``: where they are and their top speed; ``track``: where they will be, too.
     period : seconds between two looks at the obstacles; with ``orca`` the length of a step.
     drive_limit : simulated seconds after which the drive ends.
-    horizon : with ``orca``, seconds for which velocities are free of collisions with robots.
+    robot_horizon : with ``orca``, seconds for which velocities are free of collisions with robots.
     wall_horizon : with ``orca``, the same with walls.
     neighbours : with ``orca``, nearest robots that each avoids.
 
@@ -46,7 +46,7 @@ class FleetDriveSettings:
     drive_limit: float | None = number(
         None, 1e-3, 1e9, unit="s", none="ten times as long as planned, and a minute"
     )
-    horizon: float = number(2.0, 1e-3, 1e3, unit="s")
+    robot_horizon: float = number(2.0, 1e-3, 1e3, unit="s")
     wall_horizon: float = number(0.5, 1e-3, 1e3, unit="s")
     neighbours: int = whole(10, 1, 64)
 

@@ -336,12 +336,25 @@ class TracePositions:
                 found.setdefault((one, other), t)
         return [(one, other, t) for (one, other), t in sorted(found.items())]
 
-    def _blocks(self, step: float, n: int) -> Iterator[Floats]:
-        """The middles of intervals that cover the whole time, so many at once."""
+    def _blocks(self, step: float, n: int, *, all_: bool = False) -> Iterator[Floats]:
+        """The middles of the intervals in which a robot moves, or of all, so many at once.
+
+        While all stand nothing changes: the first interval and those of the phases are enough for pairs of robots.
+        """
+        tr = self._trace
         count = max(1, int(np.ceil(self._end / step)))
         each = max(1, _AT_ONCE // n)
-        for k in range(0, count, each):
-            yield (np.arange(k, min(count, k + each), dtype=np.float64) + 0.5) * step
+        if all_:
+            for k in range(0, count, each):
+                yield (np.arange(k, min(count, k + each), dtype=np.float64) + 0.5) * step
+            return
+        first = np.clip(np.floor(tr.t / step) - 1.0, 0.0, count - 1.0).astype(np.int64)
+        last = np.clip(np.floor((tr.t + tr.duration) / step) + 1.0, 0.0, count - 1.0).astype(np.int64)
+        long = last - first + 1
+        within = np.arange(int(long.sum())) - np.repeat(np.cumsum(long) - long, long)
+        chosen = np.unique(np.concatenate((np.zeros(1, dtype=np.int64), np.repeat(first, long) + within)))
+        for k in range(0, len(chosen), each):
+            yield (chosen[k : k + each].astype(np.float64) + 0.5) * step
 
     def _refined(self, i: Pairs, j: Pairs, begin: Floats, end: Floats) -> list[tuple[int, int, float]]:
         """The pairs that touch within intervals."""
@@ -368,7 +381,7 @@ class TracePositions:
         for o, track in enumerate(tracks):
             top = float(self._top.max(initial=0.0)) + track.top_speed
             step = 0.5 * self._trace.grid.resolution / max(top, 1e-9)
-            for middles in self._blocks(step, n):
+            for middles in self._blocks(step, n, all_=True):
                 i = np.tile(np.arange(n), len(middles))
                 middle = np.repeat(middles, n)
                 half = np.full(len(i), 0.5 * step)

@@ -66,7 +66,7 @@ class OrcaRun:
         places = tables.graph.places
         number[places[:, 1], places[:, 0]] = np.arange(len(places), dtype=np.int32)
         blocked = np.ascontiguousarray(grid.blocked).view(np.uint8).ravel()
-        reach = 2.0 * float(radius.max()) + s.horizon * float(top.max())
+        reach = 2.0 * float(radius.max()) + s.robot_horizon * float(top.max())
         wide, high = grid.width * size, grid.height * size
         bins = max(64, _PER_BIN * n)
         side = max(reach / 3.0, math.sqrt(wide * high / bins), wide / bins, high / bins)
@@ -80,7 +80,7 @@ class OrcaRun:
         lines = 4 * (s.neighbours + kernels.WALLS + 1)
         self._args = (
             radius, top, blocked, close, grid.width, grid.height, size, number.ravel(), tables.table, tables.graph.cells,
-            goals[:, 0].copy(), goals[:, 1].copy(), s.period, s.horizon, s.wall_horizon, s.neighbours,
+            goals[:, 0].copy(), goals[:, 1].copy(), s.period, s.robot_horizon, s.wall_horizon, s.neighbours,
             float(radius.max()), side, columns, rows, starts[:, 0].copy(), starts[:, 1].copy(), np.zeros(n),
             np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, -1, np.int64), np.zeros(n), np.zeros(n),
             np.zeros(s.neighbours, np.int64), np.zeros(s.neighbours), np.zeros(lines), np.zeros(lines), np.zeros(2),
