@@ -99,6 +99,7 @@ def samples() -> dict[str, dict[str, Any]]:
         ("Profile", speeds), ("Curve", driven.curves[0]),
         ("SampledPath", lampyris.smooth(where, plan)), ("Moves", where.moves),
         ("SwarmTrace", lampyris.swarm_robots(where.grid, robots=2, iterations=2)),
+        ("FleetTrace", lampyris.simulate_fleet(fleet())), ("LifelongTrace", lampyris.lifelong_fleet(fleet(), 3)),
         ("PoseCurve", lampyris.drive(where, "lattice").curves[0]),
     )}  # fmt: skip
     return {
@@ -118,6 +119,9 @@ def samples() -> dict[str, dict[str, Any]]:
         "Agent": {"start": (0, 0), "goal": (4, 3)},
         "Fleet": {"grid": where.grid, "robots": (lampyris.Agent((0, 0), (4, 3)),)},
         "FleetPlan": {"status": lampyris.Status.FOUND, "planner": "lacam", "paths": (np.array([(0, 0), (0, 1)]),)},
+        "simulate_fleet": {"fleet": fleet(), "drive_settings": {"drive_limit": 5.0}},
+        "lifelong_fleet": {"fleet": fleet(), "ticks": 3},
+        "FleetTask": {"stops": ((0, 0),)}, "load_tasks": {"path": "tasks.csv", "grid": where.grid},
         "plan_fleet": {"fleet": fleet()}, "random_fleet": {"grid": where.grid, "robots": 2},
         "load_fleet": {"path": "agents.csv", "map_": where.grid},
         "export_fleet": {"plan": lampyris.plan_fleet(fleet()), "fleet": fleet(), "path": "fleet.scen"},
@@ -145,7 +149,7 @@ def samples() -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-NOT_FOR_CALLERS = frozenset(("SafeController", "RobotShape", "SimulatedMotions"))
+NOT_FOR_CALLERS = frozenset(("SafeController", "RobotShape", "SimulatedMotions", "TaskQueue"))
 """Classes with checks of their own that a drive makes, of what was checked."""
 
 

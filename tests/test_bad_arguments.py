@@ -61,6 +61,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     lampyris.save_primitives(samples()["save_primitives"]["primitives"], "right.mprim")
     Path("study.yaml").write_text(STUDY)
     Path("agents.csv").write_text("start_x,start_y,goal_x,goal_y\n0,0,4,3\n4,3,0,0\n")
+    Path("tasks.csv").write_text("release,x,y\n0,0,0\n")
     Path("sources.yaml").write_text("sources: [{kind: plume, at: [1, 2]}]\n")
     return tmp_path
 

@@ -55,6 +55,8 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "study": (("study", "t.yaml", "--store", "a.db"),),
     "fleet": (("fleet", "guide", "--robots", "4"),),
+    "fleet --execute": (("fleet", "guide", "--robots", "4", "--execute", "--fault", "1@2"),),
+    "fleet --lifelong": (("fleet", "guide", "--robots", "4", "--lifelong", "9", "--fault", "1@2"),),
     "swarm": (("swarm", "guide", "--robots", "6", "--iterations", "3"),),
 }  # fmt: skip
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {

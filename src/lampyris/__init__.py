@@ -38,6 +38,9 @@ _HOME = {
     "load_fleet": "lampyris.fleets",
     "plan_fleet": "lampyris.fleets",
     "random_fleet": "lampyris.fleets",
+    "simulate_fleet": "lampyris.fleet_drives",
+    "lifelong_fleet": "lampyris.lifelong",
+    "load_tasks": "lampyris.lifelong",
     "drawn_sources": "lampyris.swarms",
     "load_sources": "lampyris.swarms",
     "swarm_robots": "lampyris.swarms",
@@ -46,17 +49,20 @@ _HOME = {
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
     "Curve": "lampyris.model.curve",
+    "Delays": "lampyris.model.fleet.delays",
     "Drive": "lampyris.model.drive",
     "Edit": "lampyris.model.edit",
     "Field": "lampyris.model.field",
     "Fleet": "lampyris.model.fleet.fleet",
     "FleetPlan": "lampyris.model.fleet.fleet_plan",
+    "FleetTrace": "lampyris.model.fleet.fleet_trace",
     "Gate": "lampyris.model.field",
     "Grid": "lampyris.model.grid",
     "InverseSquare": "lampyris.model.swarm.sources",
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
+    "LifelongTrace": "lampyris.model.fleet.lifelong",
     "Motion": "lampyris.model.lattice.motion_primitives",
     "MotionPrimitives": "lampyris.model.lattice.motion_primitives",
     "Moves": "lampyris.model.moves",
@@ -77,6 +83,7 @@ _HOME = {
     "CancelToken": "lampyris._core.cancellation",
     "Study": "lampyris.study.design.study",
     "SwarmTrace": "lampyris.model.swarm.swarm_trace",
+    "FleetTask": "lampyris.model.fleet.lifelong",
     "ThreePeaks": "lampyris.model.swarm.sources",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.obstacles",
@@ -101,6 +108,7 @@ if TYPE_CHECKING:
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
+    from lampyris.fleet_drives import simulate_fleet as simulate_fleet
     from lampyris.fleets import export_fleet as export_fleet
     from lampyris.fleets import load_fleet as load_fleet
     from lampyris.fleets import plan_fleet as plan_fleet
@@ -110,15 +118,21 @@ if TYPE_CHECKING:
     from lampyris.io.primitives.load import load_primitives as load_primitives
     from lampyris.io.primitives.write import save_primitives as save_primitives
     from lampyris.io.scenario.scenario import Scenario as Scenario
+    from lampyris.lifelong import lifelong_fleet as lifelong_fleet
+    from lampyris.lifelong import load_tasks as load_tasks
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve
     from lampyris.model.drive import Drive as Drive
     from lampyris.model.edit import Edit as Edit
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
+    from lampyris.model.fleet.delays import Delays as Delays
     from lampyris.model.fleet.fleet import Agent as Agent
     from lampyris.model.fleet.fleet import Fleet as Fleet
     from lampyris.model.fleet.fleet_plan import FleetPlan as FleetPlan
+    from lampyris.model.fleet.fleet_trace import FleetTrace as FleetTrace
+    from lampyris.model.fleet.lifelong import FleetTask as FleetTask
+    from lampyris.model.fleet.lifelong import LifelongTrace as LifelongTrace
     from lampyris.model.grid import Grid as Grid
     from lampyris.model.lattice.motion_primitives import Motion as Motion
     from lampyris.model.lattice.motion_primitives import MotionPrimitives as MotionPrimitives

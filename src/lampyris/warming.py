@@ -20,16 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api, curves, fleets, kernels, swarms
+from lampyris import api, curves, fleet_drives, fleets, kernels, lifelong, swarms
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
+from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.fleet_drive import OBSTACLE_INFO
 from lampyris.model.settings.steering import CONTROLLERS
 from lampyris.model.settings.swarm import METHODS
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
@@ -222,6 +224,7 @@ def jobs() -> Iterator[Callable[[], object]]:
         yield partial(_driven, law)
     yield _watched
     yield _fleets
+    yield _fleet_drives
     yield _swarms
 
 
@@ -341,6 +344,22 @@ def _fleets() -> None:
             fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
             with wide_tables():
                 fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
+
+
+def _fleet_drives() -> None:
+    """A fleet that drives with delays and obstacles, a ring of robots, one that avoids by ORCA, a lifelong one."""
+    fleet = fleets.random_fleet(_grid(), 6)
+    for info in OBSTACLE_INFO:
+        fleet_drives.simulate_fleet(
+            fleet, planner="pibt", delays=Delays(0.5, 0.5), obstacles=2, obstacle_info=info, drive_limit=20.0
+        )
+    fleet_drives.simulate_fleet(fleet, planner="pibt", faults=[(0, 3.0)])
+    square = Grid(np.zeros((2, 2), dtype=bool))
+    cells = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    turned = Fleet(square, [Agent(a, b) for a, b in zip(cells, cells[1:] + cells[:1], strict=True)])
+    fleet_drives.simulate_fleet(turned, planner="pibt")
+    fleet_drives.simulate_fleet(fleet, policy="orca", drive_limit=2.0)
+    lifelong.lifelong_fleet(fleet, 4)
 
 
 def _swarms() -> None:

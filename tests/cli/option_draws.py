@@ -32,6 +32,8 @@ import typer.main
 from lampyris.cli import main
 from lampyris.cli.app import app, plain_help
 from lampyris.model.moves import MOVES
+from lampyris.model.robot import DRIVES
+from lampyris.model.settings.fleet_drive import OBSTACLE_INFO, POLICIES
 from lampyris.model.settings.swarm import METHODS
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
@@ -232,6 +234,8 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
         ]
     if name == "fleet" and rng.random() < 0.8 and not any("--robots" in option[0] for option in options):
         options.append(["--robots", "2"])
+    if name == "fleet" and rng.random() < 0.9:
+        options = _that_go_together(rng, options)
     options = [options[int(k)] for k in rng.permutation(len(options))]
     flat = [word for option in options for word in option]
     parts = [arguments, flat] if rng.random() < 0.5 else [flat, arguments]
@@ -243,6 +247,22 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
         words += choices[int(rng.integers(len(choices)))]
     # No argument of a process holds a zero byte.
     return tuple(word.replace("\0", "") for word in words)
+
+
+DRIVEN = (
+    "policy", "delays", "delay-duration", "fault", "drive-limit", "obstacles", "obstacle-radius", "obstacle-speed",
+    "obstacle-info", "radius", "v-max", "a-max", "d-max", "drive", "yaw-rate-max",
+)  # fmt: skip
+"""Options of ``fleet`` that go with ``--execute``."""
+
+
+def _that_go_together(rng: np.random.Generator, options: list[list[str]]) -> list[list[str]]:
+    """The options of ``fleet`` without those that would be refused beside the others."""
+    kind = str(rng.choice(["", "execute", "lifelong"], p=[0.5, 0.35, 0.15]))
+    kept = {"": (), "execute": DRIVEN, "lifelong": ("window", "tasks", "fault")}[kind]
+    out = {*DRIVEN, "window", "tasks", "execute", "lifelong"} - {*kept}
+    made = [one for one in options if one[0].partition("=")[0].removeprefix("--") not in out]
+    return made + {"": [], "execute": [["--execute"]], "lifelong": [["--lifelong", "7"]]}[kind]
 
 
 def _option(chance: Chance, parameter: Any) -> list[str]:
@@ -264,6 +284,12 @@ def _value(chance: Chance, parameter: Any) -> str:
     kind = str(parameter.type.name).partition(" ")[0]
     if name in NEVER:
         return _one(rng, NEVER[name])
+    if name == "fault":
+        return _one(
+            rng, ("0@1", "1@2") if good else ("0@1", "x", "@", "9@1", "0@nan", "0@-1", "0@1.5", f"{HUGE}@1")
+        )
+    if verb == "fleet" and name in ("policy", "obstacle_info", "drive") and good:
+        return _one(rng, {"policy": POLICIES, "obstacle_info": OBSTACLE_INFO, "drive": DRIVES[::2]}[name])
     if name == "robots" and good:  # as many as the files of a case have
         return _one(rng, ("1", "2"))
     if kind in ("int", "integer"):

@@ -63,8 +63,21 @@ def test_help_in_plain_text_has_the_panels_in_order() -> None:
     done = call("drive", "-h")
     assert done.stdout == call("drive", "--help").stdout
     lines = done.stdout.splitlines()
-    places = [lines.index(f"{panel}:") for panel in ("Arguments", *PANELS, REST)]
+    own = [panel for panel in PANELS if panel != "Execution and tasks"]
+    places = [lines.index(f"{panel}:") for panel in ("Arguments", *own, REST)]
     assert places == sorted(places)
+    fleet = call("fleet", "-h").stdout.splitlines()
+    driving = fleet[fleet.index("Execution and tasks:") : fleet.index("Output:")]
+    for option in (
+        "--execute",
+        "--policy order|orca",
+        "--delays",
+        "--fault",
+        "--lifelong",
+        "--window",
+        "--tasks",
+    ):
+        assert any(option in line for line in driving), option
     robot = lines[places[3] : places[4]]
     assert any("--v-max" in line for line in robot)
     assert any("--mobility random-walk|patrol|crossing|mixed" in line for line in lines)

@@ -64,7 +64,8 @@ def nouns() -> dict[type, Any]:
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
         lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
         PlannedTimes(np.arange(2.0), np.arange(2.0), np.arange(2.0) + 0.5),
-        fleet, fleet.robots[0], lampyris.plan_fleet(fleet),
+        fleet, fleet.robots[0], lampyris.plan_fleet(fleet), lampyris.Delays(0.1), lampyris.FleetTask([(1, 1)]),
+        lampyris.simulate_fleet(fleet, planner="pibt"), lampyris.lifelong_fleet(fleet, 5),
         primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))
@@ -80,7 +81,8 @@ def classes() -> Iterator[type]:
 
 
 KINDS = [
-    *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, MotionPrimitives, Motion,
+    *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, lampyris.Delays, lampyris.FleetTask, lampyris.FleetTrace,
+    lampyris.LifelongTrace, MotionPrimitives, Motion,
 ]  # fmt: skip
 
 

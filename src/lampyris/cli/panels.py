@@ -28,6 +28,9 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "obstacle-states",
             "obstacle-info", "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
         ),
+        "Execution and tasks": (
+            "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",
+        ),
         "Output": (
             "picture", "layer", "colour-by", "chart", "film", "csv", "out", "save-scenario", "explain",
             "json", "no-timing", "force",

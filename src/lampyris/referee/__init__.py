@@ -32,6 +32,8 @@ from lampyris.referee.verdict import Violation, demand
 if TYPE_CHECKING:
     from lampyris.referee.drive import check_drive as check_drive
     from lampyris.referee.fleets.fleet_plan import check_fleet_plan as check_fleet_plan
+    from lampyris.referee.fleets.fleet_trace import check_fleet_trace as check_fleet_trace
+    from lampyris.referee.fleets.lifelong import check_lifelong as check_lifelong
     from lampyris.referee.fleets.swarm import check_swarm as check_swarm
     from lampyris.referee.trace import check_trace as check_trace
 
@@ -41,6 +43,8 @@ __all__ = [
     "check_curve",
     "check_drive",
     "check_fleet_plan",
+    "check_fleet_trace",
+    "check_lifelong",
     "check_motion",
     "check_path",
     "check_plan",
@@ -55,6 +59,8 @@ __all__ = [
 _LATER = {
     "check_drive": "drive",
     "check_fleet_plan": "fleets.fleet_plan",
+    "check_fleet_trace": "fleets.fleet_trace",
+    "check_lifelong": "fleets.lifelong",
     "check_swarm": "fleets.swarm",
     "check_trace": "trace",
 }

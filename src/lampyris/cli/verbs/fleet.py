@@ -30,6 +30,7 @@ from lampyris.cli.options import (
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
+from lampyris.cli.verbs.fleet_drive.options import FleetDriveOptions, check_options
 
 if TYPE_CHECKING:
     from lampyris.io.fleet_files import FleetFile
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 def fleet(
     map_: Map,
+    driving: FleetDriveOptions,
     scen: Annotated[
         Path | None,
         typer.Option("--scen", metavar="FILE", help="Starts and goals: the first lines of a MovingAI .scen."),
@@ -61,13 +63,13 @@ def fleet(
         ),
     ] = None,
     planner: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--planner",
             metavar="lacam|lns|pibt|prioritised-sipp|cbs|eecbs",
-            help="lacam, lns, pibt, prioritised-sipp, cbs (least sum of costs) or eecbs (bounded).",
+            help="lacam, lns, pibt, prioritised-sipp, cbs (least sum of costs) or eecbs (bounded) (default: lacam).",
         ),
-    ] = "lacam",
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
@@ -120,17 +122,21 @@ def fleet(
     """Plan paths for many robots that never collide.
 
     The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to a
-    neighbouring cell or waits. Exit code 4: not solved.
+    neighbouring cell or waits. With --execute they drive the plan in continuous time, with --lifelong they get new tasks
+    without end. Exit code 4: not solved, or not all arrived.
     """
     from lampyris import fleets
     from lampyris.cli.option_groups import MapOptions
     from lampyris.cli.request import budget_of, load_document, parse_settings
+    from lampyris.errors import UsageError
     from lampyris.io.fleet_export import export_paths
     from lampyris.planning.base import Budget
     from lampyris.planning.fleet import registry
 
     exported = () if export is None else export_paths(export)
     outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film)
+    check_options(driving)
+    asked_planner, planner = planner, fleets.PLANNER if planner is None else planner
     given = parse_settings(planner, settings or [], registry)
     budget = budget_of("--seconds", seconds) or Budget()
     budget = Budget(_checked(iterations), budget.seconds)
@@ -148,11 +154,34 @@ def fleet(
     if seconds is not None:
         _load_kernels(planner, moves, quiet=json_)
     print_notes((*document.notes, *asked.notes))
+    if driving.lifelong is not None or driving.policy == "orca":
+        from lampyris.cli.verbs.fleet_drive import driving as drives
+
+        if settings or picture is not None or export is not None:
+            what = "--set" if settings else "--picture" if picture is not None else "--export"
+            raise UsageError("OPTIONS", f"{what} where nothing is planned to the end", allowed="without it")
+        more = {"json": json_, "no_timing": no_timing}
+        trace: Any
+        if driving.lifelong is not None:
+            trace = drives.lifelong(asked.fleet, asked_planner, driving, seed, budget, film, **more)
+        else:
+            trace = drives.execute(asked.fleet, None, planner, driving, seed, film, **more)
+        raise typer.Exit(0 if trace else NO_ANSWER)
     with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
         show = None if tick is None else (lambda done, _cost: tick(done))
         made = fleets.plan_fleet(
             asked.fleet, planner, moves=moves, seed=seed, budget=budget, progress=show, planner_settings=given
         )
+    if driving.execute and made:
+        from lampyris.cli.verbs.fleet_drive import driving as drives
+
+        _draw(made, asked.fleet, picture, None, quiet=json_)
+        if export is not None:
+            fleets.export_fleet(made, asked.fleet, export)
+        trace = drives.execute(
+            asked.fleet, made, planner, driving, seed, film, json=json_, no_timing=no_timing
+        )
+        raise typer.Exit(0 if trace else NO_ANSWER)
     _draw(made, asked.fleet, picture, film, quiet=json_)
     if export is not None:
         fleets.export_fleet(made, asked.fleet, export)

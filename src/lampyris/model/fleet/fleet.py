@@ -43,6 +43,7 @@ class Agent(Noun):
     robot : its size; None: a robot small enough for its cell. Only the radius counts, and it must be able to turn in place
         (all robots take one tick a step). Planners whose traits do not say ``sizes`` take robots up to
         :func:`most_radius`.
+    tasks : cells to visit after the goal, one after another, by a lifelong fleet (:func:`lampyris.lifelong_fleet`).
 
     Raises
     ------
@@ -52,10 +53,13 @@ class Agent(Noun):
     start: Cell
     goal: Cell
     robot: Robot | None = None
+    tasks: tuple[Cell, ...] = ()
 
     if TYPE_CHECKING:  # what is accepted; what is stored is declared above
 
-        def __init__(self, start: CellLike, goal: CellLike, robot: Robot | None = ...) -> None: ...
+        def __init__(
+            self, start: CellLike, goal: CellLike, robot: Robot | None = ..., tasks: Sequence[CellLike] = ...
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for what in ("start", "goal"):
@@ -69,6 +73,11 @@ class Agent(Noun):
         robot: Any = self.robot
         if robot is not None and not isinstance(robot, Robot):
             raise SettingError("TYPE", shown(robot), where="robot", allowed="a lampyris.Robot, or None")
+        given = self.tasks
+        stops = [cell_of(one) for one in given] if isinstance(given, tuple | list) else [None]
+        if None in stops:
+            raise SettingError("TYPE", shown(given), where="tasks", allowed="a list of cells (x, y)")
+        object.__setattr__(self, "tasks", tuple(stops))
 
 
 @dataclass(frozen=True, slots=True, repr=False)

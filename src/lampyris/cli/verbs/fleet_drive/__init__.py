@@ -1,0 +1,1 @@
+"""What ``lampyris fleet`` does with ``--execute`` and ``--lifelong``."""

@@ -1,0 +1,194 @@
+"""The options of ``lampyris fleet`` that have a fleet drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field, fields, make_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+import typer
+
+from lampyris._core.settings import defaults_of, meanings_of, settings_of
+from lampyris.cli.option_groups import option_of
+from lampyris.errors import SettingError, UsageError
+from lampyris.model.fleet.delays import Delays
+from lampyris.model.robot import Robot
+from lampyris.model.settings.fleet_drive import FleetDriveSettings
+
+_ROBOT = ("radius", "v_max", "a_max", "d_max", "drive", "yaw_rate_max")
+_DRIVE = ("policy", "obstacles", "obstacle_radius", "obstacle_speed", "obstacle_info", "drive_limit")
+_WORDS = {"drive": "differential turns in place before it goes on, omnidirectional need not"}
+
+
+def _declared(kind: type, names: tuple[str, ...], default: str) -> list[tuple[str, Any, Any]]:
+    """Options for settings; None where they are not given."""
+    meanings, settings, values = meanings_of(kind), settings_of(kind), defaults_of(kind)
+    made = []
+    for name in names:
+        option = option_of(name, settings[name], _WORDS.get(name, meanings[name]))
+        kind_of, typed = option.__origin__, option.__metadata__[0]
+        usual = settings[name].none or f"{values[name]}"
+        if default or "(default" not in typed.help:
+            typed.help = (
+                f"{typed.help.partition(' (default')[0].removesuffix('.')} (default: {default or usual})."
+            )
+        made.append((name, Annotated[kind_of | None, typed], field(default=None)))
+    return made
+
+
+_OWN: list[tuple[str, Any, Any]] = [
+    (
+        "execute",
+        Annotated[
+            bool,
+            typer.Option(
+                "--execute", help="Drive the plan in continuous time: robots keep its order of visits, and never touch."
+            ),
+        ],
+        field(default=False),
+    ),
+    (
+        "delays",
+        Annotated[
+            float | None,
+            typer.Option("--delays", metavar="P", help="Chance that a move is delayed: the robot brakes and stands."),
+        ],
+        field(default=None),
+    ),
+    (
+        "delay_duration",
+        Annotated[
+            float | None,
+            typer.Option("--delay-duration", metavar="S", help="Mean duration of a delay (default: 3.0)."),
+        ],
+        field(default=None),
+    ),
+    (
+        "fault",
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                "--fault", metavar="ROBOT@TIME",
+                help="Robot (from 0) that stops for good at a second, or at a tick of --lifelong; repeatable.",
+            ),
+        ],
+        field(default=None),
+    ),
+    (
+        "lifelong",
+        Annotated[
+            int | None,
+            typer.Option(
+                "--lifelong", metavar="TICKS",
+                help="Robots that have arrived get new tasks, for so many ticks (planners pibt, the default, and lacam).",
+            ),
+        ],
+        field(default=None),
+    ),
+    (
+        "window",
+        Annotated[
+            int | None,
+            typer.Option(
+                "--window", metavar="TICKS",
+                help="Ticks that are driven before planning again (default: 1 with pibt, 5 with lacam).",
+            ),
+        ],
+        field(default=None),
+    ),
+    (
+        "tasks",
+        Annotated[
+            Path | None,
+            typer.Option(
+                "--tasks", metavar="FILE",
+                help="Tasks of --lifelong (.csv): release, x, y, or release and pickup_x, pickup_y, delivery_x, delivery_y; "
+                "default: random cells without end.",
+            ),
+        ],
+        field(default=None),
+    ),
+]  # fmt: skip
+
+if TYPE_CHECKING:
+    FleetDriveOptions: TypeAlias = Any
+else:
+    FleetDriveOptions = make_dataclass(
+        "FleetDriveOptions",
+        [
+            *_OWN,
+            *_declared(FleetDriveSettings, _DRIVE, ""),
+            *_declared(Robot, _ROBOT[:1], "0.35 of a cell"),
+            *_declared(Robot, _ROBOT[1:], ""),
+        ],
+        frozen=True,
+    )
+
+_TASKS = ("window", "tasks")
+_BOTH = ("fault",)
+
+
+def check_options(given: FleetDriveOptions) -> None:
+    """Refuse options that do not go together.
+
+    Raises
+    ------
+    UsageError : ``OPTIONS``.
+    """
+    if given.execute and given.lifelong is not None:
+        raise UsageError("OPTIONS", "--execute and --lifelong both given", allowed="one of them")
+    for one in fields(given):
+        name = one.name
+        if name in ("execute", "lifelong") or getattr(given, name) in (None, []):
+            continue
+        wanted = "--lifelong" if name in _TASKS else "--execute"
+        there = given.lifelong is not None if name in _TASKS else given.execute
+        if name in _BOTH:
+            there, wanted = given.execute or given.lifelong is not None, "--execute or --lifelong"
+        if not there:
+            raise UsageError(
+                "OPTIONS", f"--{name.replace('_', '-')} without {wanted}", allowed=f"with {wanted}"
+            )
+
+
+def drive_settings(given: FleetDriveOptions) -> dict[str, Any]:
+    """The settings of the drive that were given, by name."""
+    return {name: getattr(given, name) for name in _DRIVE if getattr(given, name) is not None}
+
+
+def robot_of(given: FleetDriveOptions, resolution: float) -> Robot | None:
+    """The robot that was described; None: none was."""
+    from lampyris.fleet_drives import RADIUS
+
+    own: Mapping[str, Any] = {
+        name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None
+    }
+    return Robot(**{"radius": RADIUS * resolution, **own}) if own else None
+
+
+def delays_of(given: FleetDriveOptions) -> Delays:
+    """The delays that were described."""
+    own = {"probability": given.delays, "duration": given.delay_duration}
+    if given.delays is None and given.delay_duration is not None:
+        raise UsageError("OPTIONS", "--delay-duration without --delays", allowed="with --delays")
+    return Delays(**{name: value for name, value in own.items() if value is not None})
+
+
+def faults_of(given: FleetDriveOptions) -> list[tuple[int, float]]:
+    """Robots that stop for good, and when.
+
+    Raises
+    ------
+    SettingError : ``FAULTS``: no ROBOT@TIME.
+    """
+    found = []
+    for text in given.fault or ():
+        robot, _, time = text.partition("@")
+        try:
+            found.append((int(robot), float(time)))
+        except ValueError:
+            raise SettingError.of(
+                "FAULTS", "faults", repr(text)[:40], allowed="ROBOT@TIME, such as 3@20"
+            ) from None
+    return found

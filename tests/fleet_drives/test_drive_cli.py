@@ -1,0 +1,125 @@
+"""``lampyris fleet --execute`` and ``--lifelong``: text, JSON, films, exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import lampyris
+from in_process import call
+
+ROOMS = ("fleet", "rooms-20", "--robots", "8", "--seed", "1")
+
+
+def test_execute_prints_what_python_says() -> None:
+    words = (
+        *ROOMS,
+        "--execute",
+        "--delays",
+        "0.2",
+        "--delay-duration",
+        "2",
+        "--v-max",
+        "0.8",
+        "--json",
+        "--no-timing",
+    )
+    said = call(*words)
+    assert said.returncode == 0
+    record = json.loads(said.stdout)
+    fleet = lampyris.random_fleet(lampyris.load_grid("rooms-20"), 8, seed=1)
+    trace = lampyris.simulate_fleet(
+        fleet, lampyris.plan_fleet(fleet, seed=1), delays=lampyris.Delays(0.2, 2.0), seed=1,
+        robot=lampyris.Robot(radius=0.35, v_max=0.8),
+    )  # fmt: skip
+    assert record["arrivals_s"] == trace.arrivals.tolist()
+    assert record["lateness_s"] == trace.lateness.tolist()
+    assert record["waits_s"] == trace.wait_totals()
+    assert (record["contacts"], record["arrived"], record["delayed"]) == (0, 8, trace.delayed)
+    assert record["timing"] == {}
+    assert call(*words).stdout == said.stdout
+
+
+def test_text_and_film(tmp_path: Path) -> None:
+    said = call(
+        *ROOMS, "--execute", "--obstacles", "2", "--film", "a.webp", "--picture", "a.png", cwd=tmp_path
+    )
+    assert said.returncode in (0, 4), said.stderr
+    for word in ("contacts", "0 pairs", "lateness", "waiting", "obstacles", "order of visits"):
+        assert word in said.stdout, said.stdout
+    with Image.open(tmp_path / "a.webp") as film:
+        assert film.n_frames > 20
+        first = np.asarray(film.convert("RGB")).astype(int)
+        film.seek(film.n_frames - 1)
+        assert (np.asarray(film.convert("RGB")) != first).any()
+    assert (tmp_path / "a.png").stat().st_size > 1000
+
+
+def test_a_fault_that_blocks_the_only_way_is_exit_4(tmp_path: Path) -> None:
+    (tmp_path / "m.map").write_text("type octile\nheight 1\nwidth 9\nmap\n.........\n")
+    (tmp_path / "a.csv").write_text("start_x,start_y,goal_x,goal_y\n2,0,8,0\n0,0,7,0\n")
+    words = ("fleet", "m.map", "--agents", "a.csv", "--execute", "--fault", "0@2")
+    said = call(*words, cwd=tmp_path)
+    assert said.returncode == 4
+    assert "in the way of robot 1" in said.stdout
+    record = json.loads(call(*words, "--json", cwd=tmp_path).stdout)
+    assert record["faults"] == [{"robot": 0, "t_s": 2.0}]
+    assert record["arrivals_s"] == [None, None]
+
+
+def test_orca_counts_its_contacts() -> None:
+    said = call(*ROOMS, "--execute", "--policy", "orca", "--json")
+    record = json.loads(said.stdout)
+    assert record["settings"]["policy"] == "orca"
+    assert said.returncode == (0 if record["arrived"] == 8 else 4)
+    assert record["contacts"] >= 0
+    assert record["wall_contacts"] == 0
+
+
+def test_lifelong_prints_throughput(tmp_path: Path) -> None:
+    said = call(*ROOMS, "--lifelong", "40", "--film", "b.webp", cwd=tmp_path)
+    assert said.returncode == 0
+    for word in ("throughput", "utilisation", "service", "40 windows"):
+        assert word in said.stdout, said.stdout
+    assert (tmp_path / "b.webp").stat().st_size > 1000
+    record = json.loads(
+        call(*ROOMS, "--lifelong", "40", "--window", "4", "--planner", "lacam", "--json", cwd=tmp_path).stdout
+    )
+    assert (record["planner"], record["windows"], record["window"]) == ("lacam", 10, 4)
+    assert (
+        record["throughput"]
+        == record["completed"] / 40
+        == sum(one["done"] is not None for one in record["tasks"]) / 40
+    )
+    assert len(record["paths"]) == 8
+    assert len(record["paths"][0]) == 41
+    (tmp_path / "t.csv").write_text("release,x,y\n0,1,1\n5,2,1\n")
+    record = json.loads(call(*ROOMS, "--lifelong", "60", "--tasks", "t.csv", "--json", cwd=tmp_path).stdout)
+    assert len(record["tasks"]) == 10
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--delays", "0.1"), "--delays without --execute"),
+        (("--window", "3"), "--window without --lifelong"),
+        (("--execute", "--lifelong", "5"), "both given"),
+        (("--execute", "--delay-duration", "2"), "without --delays"),
+        (("--execute", "--fault", "x"), "ROBOT@TIME"),
+        (("--execute", "--fault", "99@3"), "robot 0 to 7"),
+        (("--execute", "--delays", "2"), "probability"),
+        (("--execute", "--radius", "0.5"), "fit into its cell"),
+        (("--lifelong", "5", "--planner", "cbs"), "plans no windows"),
+        (("--lifelong", "5", "--fault", "1@2.5"), "whole tick"),
+        (("--fault", "1@2"), "--execute or --lifelong"),
+        (("--execute", "--policy", "orca", "--obstacles", "2"), "policy orca"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(words: tuple[str, ...], said: str) -> None:
+    done = call(*ROOMS, *words)
+    assert done.returncode in (2, 3), done.stdout
+    assert said in done.stderr, done.stderr
