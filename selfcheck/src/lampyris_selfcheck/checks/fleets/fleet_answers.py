@@ -59,7 +59,9 @@ def cells_of(plan: FleetPlan) -> list[list[Cell]]:
     return [[(x, y) for x, y in path.tolist()] for path in plan.paths]
 
 
-def asked(fleet: Fleet, planner: str, seed: int, budget: int | None, settings: dict[str, Any]) -> FleetPlan | str:
+def asked(
+    fleet: Fleet, planner: str, seed: int, budget: int | None, settings: dict[str, Any]
+) -> FleetPlan | str:
     """The plan, or what the referee said."""
     try:
         return plan_fleet(
@@ -82,9 +84,9 @@ def plan_wrong(plan: FleetPlan, drawn: DrawnFleet, truth: FleetTruth) -> str:
         return f"answers {plan.status}: {plan.sentence}; robots' own shortest paths are {truth.alone}"
     if not lost and plan.shortest is not None and plan.shortest.tolist() != truth.alone:
         return f"says {plan.shortest.tolist()} are the shortest paths, they are {truth.alone}"
-    if drawn.is_tiny:
-        if (found and not truth.solvable) or (plan.status is Status.NO_PATH and truth.solvable):
-            return f"answers {plan.status}; there is {'a' if truth.solvable else 'no'} plan"
+    denied = plan.status is Status.NO_PATH
+    if drawn.is_tiny and ((found and not truth.solvable) or (denied and truth.solvable)):
+        return f"answers {plan.status}; there is {'a' if truth.solvable else 'no'} plan"
     if found and plan.sum_of_costs != sum(len(path) - 1 for path in plan.paths):
         return f"sum of costs {plan.sum_of_costs}"
     return ""

@@ -15,6 +15,8 @@ from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, distances
 
 STYLES = ("tiny", "few", "tiny", "walls", "open", "tiny", "few", "corridors", "full", "bay")
 """What fleets look like, by the last digit of their number."""
+TREE_STYLES = ("tiny", "few", "few", "bay")
+"""The same of searches of a constraint tree, by the number modulo four."""
 TINY_CELLS = 7
 """Free cells of a tiny fleet at most: 210 configurations of three robots."""
 MOST_ROBOTS = 40
@@ -51,10 +53,14 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
         return DrawnFleet(_tiny(rng), style)
     if style == "bay":
         return DrawnFleet(_bay(rng), style)
-    low, high = {"few": (3, 8), "walls": (5, 17), "open": (3, 13), "corridors": (5, 13), "full": (2, 5)}[style]
+    low, high = {"few": (4, 8), "walls": (5, 17), "open": (3, 13), "corridors": (5, 13), "full": (2, 5)}[
+        style
+    ]
     width, height = (int(n) for n in rng.integers(low, high, size=2))
     if style == "corridors":
         blocked = _tree(rng, width, height)
+    elif style == "few":
+        blocked = rng.random((height, width)) < 0.2 * rng.random()
     elif style == "open" or (style == "full" and rng.random() < 0.7):
         blocked = np.zeros((height, width), dtype=np.bool_)
     else:
@@ -64,7 +70,13 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
         blocked = np.zeros((height, width), dtype=np.bool_)
         region = _largest(blocked)
     cells = len(region)
-    most = {"few": 4, "walls": cells // 4, "open": cells // 2, "corridors": cells // 5, "full": cells}[style]
+    most = {
+        "few": min(4, cells // 3),
+        "walls": cells // 4,
+        "open": cells // 2,
+        "corridors": cells // 5,
+        "full": cells,
+    }[style]
     least = max(1, cells - 3) if style == "full" else 1
     robots = int(rng.integers(least, max(least, min(most, MOST_ROBOTS)) + 1))
     return DrawnFleet(_placed(rng, blocked, region, robots), style)

@@ -83,7 +83,9 @@ def related_wrong(drawn: DrawnFleet, relation: str, rng: np.random.Generator) ->
         if plan.status is Status.NO_PATH:
             intervals.append((np.inf, np.inf))
         else:
-            intervals.append((plan.lower_bound or 0, np.inf if plan.sum_of_costs is None else plan.sum_of_costs))
+            intervals.append(
+                (plan.lower_bound or 0, np.inf if plan.sum_of_costs is None else plan.sum_of_costs)
+            )
     (low, high), (other_low, other_high) = intervals
     known = low == high and other_low == other_high
     if relation == "a robot less":

@@ -84,7 +84,11 @@ def paths_wrong(rng: np.random.Generator) -> tuple[str, str, dict[str, object]]:
     case = {"rows": fleet.grid.blocked.tolist(), "starts": fleet.starts, "goals": fleet.goals, "paths": paths}
     word = "judged right" if not rules else "judged wrong"
     if verdict is None:
-        return (f"the referee passes paths that break {', '.join(sorted(rules))}" if rules else ""), word, case
+        return (
+            (f"the referee passes paths that break {', '.join(sorted(rules))}" if rules else ""),
+            word,
+            case,
+        )
     # Paths that jump, or end elsewhere, are shorter than the shortest path as well.
     if verdict.rule not in rules:
         return f"the referee says {verdict}; broken are {', '.join(sorted(rules)) or 'no rules'}", word, case
@@ -124,7 +128,7 @@ def figures_wrong(rng: np.random.Generator, number: int) -> tuple[str, str, dict
     elif kind == "factor":
         bound = plan.lower_bound or 0
         factor = costs / bound - 0.01 if bound else 1.0
-        kind = kind if bound else "none"
+        kind = kind if costs else "none"
     verdict = check_fleet_plan(plan, fleet, every=True, factor=factor)
     case = {"rows": fleet.grid.blocked.tolist(), "starts": fleet.starts, "goals": fleet.goals, "paths": paths}
     told = "nothing" if verdict is None else str(verdict)

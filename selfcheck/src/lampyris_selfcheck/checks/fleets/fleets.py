@@ -1,8 +1,9 @@
-"""Fleets: no conflict by the referee and by the definitions; what planners promise, beside brute force.
+"""Fleets and swarms of robots: no conflict by the referee and by the definitions; what planners promise, beside brute force.
 
-Case n of every planner is the same fleet. Of tiny fleets (up to three robots on seven cells) all is known from
-the space of all configurations: whether there is a plan, the least sum of costs, the least sum of loss. Of others the
-rules, the planners' bounds and each other's answers are compared.
+Case n is the same fleet for ``lacam``, ``lns``, ``pibt`` and ``prioritised-sipp``, and another one for ``cbs`` and ``eecbs``.
+Of tiny fleets (up to three robots on seven cells) all is known from the space of all configurations: whether there is a
+plan, the least sum of costs, the least sum of loss. Of others the rules, the planners' bounds and each other's answers are
+compared.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.fleets import fleet_answers as answers
-from lampyris_selfcheck.checks.fleets.fleet_draws import STYLES, DrawnFleet, biconnected, draw
+from lampyris_selfcheck.checks.fleets.fleet_draws import STYLES, TREE_STYLES, DrawnFleet, biconnected, draw
 from lampyris_selfcheck.checks.fleets.fleet_related import RELATIONS, related_wrong
 from lampyris_selfcheck.checks.fleets.fleet_spoiled import figures_wrong, paths_wrong
+from lampyris_selfcheck.checks.fleets.swarm_cases import motion_wrong, swarm_wrong, trace_wrong
 
 WEIGHTS = (1.0, 1.05, 1.1, 1.3, 2.0)
 REACH_TICKS = 200_000
@@ -28,9 +30,14 @@ REACH_ROBOTS = 200
 
 
 @lru_cache(maxsize=8)
-def drawn_fleet(ask: Ask, number: int) -> DrawnFleet:
-    """The fleet of case ``number`` of every planner."""
-    return draw(ask.rng("fleets", "fleet", number), STYLES[number % len(STYLES)])
+def drawn_fleet(ask: Ask, number: int, styles: tuple[str, ...]) -> DrawnFleet:
+    """The fleet of case ``number`` of every planner with these styles."""
+    return draw(ask.rng("fleets", "fleet", number), styles[number % len(styles)])
+
+
+def styles_of(planner: str) -> tuple[str, ...]:
+    """``cbs`` and ``eecbs`` get fleets that they can solve."""
+    return TREE_STYLES if planner in ("cbs", "eecbs") else STYLES
 
 
 def settings_of(planner: str, number: int, drawn: DrawnFleet) -> tuple[dict[str, Any], int | None, float]:
@@ -48,13 +55,13 @@ def settings_of(planner: str, number: int, drawn: DrawnFleet) -> tuple[dict[str,
         return sizes, None if drawn.is_tiny else 600, 1.0
     switches = {"disjoint": bool(rng.integers(2)), "bypass": bool(rng.integers(2))}
     if planner == "cbs":
-        return switches, 300, 1.0
+        return switches, 200, 1.0
     weight = float(rng.choice(WEIGHTS))
     return switches | {"weight": weight}, 200, weight
 
 
 def _planned_wrong(ask: Ask, planner: str, number: int, tally: Tally) -> str:
-    drawn = drawn_fleet(ask, number)
+    drawn = drawn_fleet(ask, number, styles_of(planner))
     truth = answers.FleetTruth(drawn)
     settings, budget, weight = settings_of(planner, number, drawn)
     plan = answers.asked(drawn.fleet, planner, number, budget, settings)
@@ -100,6 +107,16 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         tally.count(word)
         if fault:
             tally.fail(number, fault, **case)
+    elif kind == "swarm-robots":
+        fault, word = swarm_wrong(rng, number)
+        tally.count(word)
+        if fault:
+            tally.fail(number, fault)
+    elif kind == "swarm-referee":
+        fault, word = motion_wrong(rng) if number % 2 == 0 else trace_wrong(rng, number)
+        tally.count(word)
+        if fault:
+            tally.fail(number, fault)
     elif kind == "reaches":
         side = REACH_SIDES[number % len(REACH_SIDES)]
         fleet = biconnected(rng, side, REACH_ROBOTS)
@@ -118,7 +135,9 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         tally.count("both known", int(known))
         _tell(tally, number, drawn, fault)
     else:
-        _tell(tally, number, drawn_fleet(ask, number), _planned_wrong(ask, kind, number, tally))
+        _tell(
+            tally, number, drawn_fleet(ask, number, styles_of(kind)), _planned_wrong(ask, kind, number, tally)
+        )
 
 
 def _kind(what: str, commit: int, nightly: int, chunk: int, **least: float) -> Kind:
@@ -129,21 +148,41 @@ KINDS = {
     "lacam": _kind(
         "lacam: no conflict; a plan of a tiny fleet exactly if there is one", 60, 20_000, 500, found=0.5
     ),
-    "lns": _kind("lns: no conflict; never dearer or longer than the plan it begins with", 40, 20_000, 500, found=0.5),
+    "lns": _kind(
+        "lns: no conflict; never dearer or longer than the plan it begins with", 40, 20_000, 500, found=0.5
+    ),
     "pibt": _kind("pibt: no conflict, also in plans that are not finished", 60, 20_000, 500, found=0.4),
     "prioritised-sipp": _kind(
-        "prioritised-sipp: no conflict; in one order each robot arrives as early as can be", 60, 20_000, 500, found=0.3
+        "prioritised-sipp: no conflict; in one order each robot arrives as early as can be",
+        60,
+        20_000,
+        500,
+        found=0.3,
     ),
-    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 40, 15_000, 200, found=0.3),
-    "eecbs": _kind("eecbs: within its factor of a bound that is one", 40, 15_000, 200, found=0.4),
+    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 80, 15_000, 200, found=0.3),
+    "eecbs": _kind("eecbs: within its factor of a bound that is one", 80, 15_000, 200, found=0.4),
     "exhausted": _kind("lacam to its end: the least sum of loss", 20, 2_000, 100),
     "reaches": _kind(
-        "pibt without the swap rule, biconnected maps, up to 200 robots: each has been on its goal", 8, 1_000, 20
+        "pibt without the swap rule, biconnected maps, up to 200 robots: each has been on its goal",
+        8,
+        1_000,
+        20,
     ),
     "related": _kind(
         "cbs on maps that are turned, robots in another order, a robot less, a wall more", 40, 5_000, 200
     ),
-    "referee": _kind("the referee's verdict on right and spoiled plans is that of the definitions", 400, 100_000, 5_000),
+    "referee": _kind(
+        "the referee's verdict on right and spoiled plans is that of the definitions", 400, 100_000, 5_000
+    ),
+    "swarm-robots": _kind(
+        "robots of a swarm: the same bytes again, no contact at any moment, by the referee and the definition",
+        16,
+        3_000,
+        100,
+    ),
+    "swarm-referee": _kind(
+        "the referee of swarms: contacts as by the definition; spoiled traces are refused", 120, 20_000, 500
+    ),
 }
 CHECK = Check(
     "fleets",

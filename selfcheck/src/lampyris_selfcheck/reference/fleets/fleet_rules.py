@@ -14,7 +14,9 @@ def neighbours(blocked: Rows, cell: Cell) -> list[Cell]:
     """The free cells that a step leads to."""
     x, y = cell
     near = ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
-    return [(u, v) for u, v in near if 0 <= v < len(blocked) and 0 <= u < len(blocked[0]) and not blocked[v][u]]
+    return [
+        (u, v) for u, v in near if 0 <= v < len(blocked) and 0 <= u < len(blocked[0]) and not blocked[v][u]
+    ]
 
 
 def distances(blocked: Rows, goal: Cell) -> dict[Cell, int]:
@@ -30,7 +32,12 @@ def distances(blocked: Rows, goal: Cell) -> dict[Cell, int]:
 
 
 def broken(
-    blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell], paths: Sequence[Sequence[Cell]], *, whole: bool = True
+    blocked: Rows,
+    starts: Sequence[Cell],
+    goals: Sequence[Cell],
+    paths: Sequence[Sequence[Cell]],
+    *,
+    whole: bool = True,
 ) -> set[str]:
     """The names of all rules that paths break; a robot stays at the end of its path.
 
