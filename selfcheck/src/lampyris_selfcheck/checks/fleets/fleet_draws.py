@@ -13,13 +13,15 @@ from lampyris_selfcheck.checks.paths import drawn_maps
 from lampyris_selfcheck.reference.fleets.biconnected import is_biconnected
 from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, distances
 
-STYLES = ("tiny", "few", "tiny", "walls", "open", "tiny", "few", "corridors", "full", "bay")
+STYLES = ("tiny", "few", "puzzle", "walls", "open", "tiny", "puzzle", "corridors", "full", "bay")
 """What fleets look like, by the last digit of their number."""
-TREE_STYLES = ("tiny", "few", "few", "bay")
-"""The same of searches of a constraint tree, by the number modulo four."""
+TREE_STYLES = ("tiny", "few", "crowd", "few", "bay")
+"""The same of searches of a constraint tree, by the number modulo five."""
 TINY_CELLS = 7
 """Free cells of a tiny fleet at most: 210 configurations of three robots."""
 MOST_ROBOTS = 40
+FEW, CROWD = 4, 10
+"""Robots of fleets of these styles at most; the least cost of few is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,22 +46,29 @@ class DrawnFleet:
     @property
     def is_tiny(self) -> bool:
         """Whether brute force is possible."""
-        return self.style == "tiny"
+        return self.style in ("tiny", "puzzle")
 
 
 def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
     """A fleet of a style."""
     if style == "tiny":
         return DrawnFleet(_tiny(rng), style)
+    if style == "puzzle":
+        return DrawnFleet(_puzzle(rng), style)
     if style == "bay":
         return DrawnFleet(_bay(rng), style)
-    low, high = {"few": (4, 8), "walls": (5, 17), "open": (3, 13), "corridors": (5, 13), "full": (2, 5)}[
-        style
-    ]
+    low, high = {
+        "few": (3, 7),
+        "crowd": (5, 9),
+        "walls": (5, 17),
+        "open": (3, 13),
+        "corridors": (5, 13),
+        "full": (2, 5),
+    }[style]
     width, height = (int(n) for n in rng.integers(low, high, size=2))
     if style == "corridors":
         blocked = _tree(rng, width, height)
-    elif style == "few":
+    elif style in ("few", "crowd"):
         blocked = rng.random((height, width)) < 0.2 * rng.random()
     elif style == "open" or (style == "full" and rng.random() < 0.7):
         blocked = np.zeros((height, width), dtype=np.bool_)
@@ -70,20 +79,19 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
         blocked = np.zeros((height, width), dtype=np.bool_)
         region = _largest(blocked)
     cells = len(region)
-    most = {
-        "few": min(4, cells // 3),
-        "walls": cells // 4,
-        "open": cells // 2,
-        "corridors": cells // 5,
-        "full": cells,
-    }[style]
-    least = max(1, cells - 3) if style == "full" else 1
-    robots = int(rng.integers(least, max(least, min(most, MOST_ROBOTS)) + 1))
+    shares = {"few": 3, "crowd": 3, "walls": 4, "open": 2, "corridors": 5, "full": 1}
+    most = min({"few": FEW, "crowd": CROWD}.get(style, MOST_ROBOTS), cells // shares[style])
+    least = {"full": cells - 3, "few": 2, "crowd": FEW + 1}.get(style, 1)
+    least = max(1, min(least, most))
+    robots = int(rng.integers(least, max(least, most) + 1))
     return DrawnFleet(_placed(rng, blocked, region, robots), style)
 
 
-def biconnected(rng: np.random.Generator, side: int, robots: int) -> Fleet:
-    """A fleet on a map where neighbouring free cells lie on a common cycle; a robot fewer than cells at most."""
+def biconnected(rng: np.random.Generator, side: int, robots: int, *, dense: bool) -> Fleet:
+    """A fleet on a map where neighbouring free cells lie on a common cycle; a robot fewer than cells at most.
+
+    Dense ones have four fifths of that and more.
+    """
     width, height = (int(n) for n in rng.integers(3, side + 1, size=2))
     blocked = np.zeros((height, width), dtype=np.bool_)
     for flat in rng.permutation(width * height)[: width * height // 5].tolist():
@@ -92,7 +100,8 @@ def biconnected(rng: np.random.Generator, side: int, robots: int) -> Fleet:
         if not is_biconnected(blocked.tolist()):
             blocked[y, x] = False
     region = _largest(blocked)
-    return _placed(rng, blocked, region, int(rng.integers(1, min(robots, len(region) - 1) + 1)))
+    most = min(robots, len(region) - 1)
+    return _placed(rng, blocked, region, int(rng.integers(max(1, 4 * most // 5) if dense else 1, most + 1)))
 
 
 def _tiny(rng: np.random.Generator) -> Fleet:
@@ -106,6 +115,19 @@ def _tiny(rng: np.random.Generator) -> Fleet:
         free = [(x, y) for y, x in np.argwhere(~blocked).tolist()]
         if len(free) >= 2:
             return _placed(rng, blocked, free, int(rng.integers(1, min(3, len(free)) + 1)))
+
+
+def _puzzle(rng: np.random.Generator) -> Fleet:
+    """Four robots, or a cell fewer, on five or six cells: mostly no robot can go to its goal at once."""
+    while True:
+        blocked = np.zeros((2, int(rng.integers(3, 5))), dtype=np.bool_)
+        blocked.flat[rng.permutation(blocked.size)[: blocked.size - int(rng.integers(5, 7))]] = True
+        region = _largest(blocked)
+        if len(region) >= 5:
+            break
+    if rng.random() < 0.5:
+        blocked, region = np.ascontiguousarray(blocked.T), [(y, x) for x, y in region]
+    return _placed(rng, blocked, region, int(rng.integers(3, 5)))
 
 
 def _bay(rng: np.random.Generator) -> Fleet:
