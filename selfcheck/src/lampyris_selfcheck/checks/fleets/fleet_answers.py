@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from lampyris.errors import InternalFault
 from lampyris.fleets import plan_fleet
+from lampyris.kernels.fleet.space_time import AT_MOST, LONGER, MUST_AT, NOT_AT, NOT_FROM, NOT_STEP
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
@@ -15,10 +18,11 @@ from lampyris.planning.base import Budget
 from lampyris.planning.fleet.distance_tables import tables_of
 from lampyris.planning.fleet.lacam import LacamSearch
 from lampyris.planning.fleet.pibt import PibtRun
+from lampyris.planning.fleet.space_time import SpaceTime
 from lampyris_selfcheck.checks.fleets.fleet_draws import FEW, DrawnFleet
-from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, broken, distances
+from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, broken, distances, neighbours
 from lampyris_selfcheck.reference.fleets.joint_space import is_solvable, least_sum_of_costs, least_sum_of_loss
-from lampyris_selfcheck.reference.fleets.one_by_one import earliest_arrival
+from lampyris_selfcheck.reference.fleets.one_by_one import earliest_allowed, earliest_arrival
 from lampyris_selfcheck.reference.paths.joint_plans import least_sum_of_costs as least_by_shares
 
 BEYOND = 2
@@ -186,3 +190,68 @@ def reaches_wrong(fleet: Fleet, seed: int, ticks: int) -> tuple[str, int]:
     paths = [[(x, y) for x, y in graph[row].tolist()] for row in track]
     faults = broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, whole=False)
     return f"breaks {', '.join(sorted(faults))}" if faults else "", int(run.visited.max())
+
+
+KINDS = {
+    "not at": NOT_AT, "not step": NOT_STEP, "must be at": MUST_AT, "later": LONGER, "by": AT_MOST, "not from": NOT_FROM,
+}  # fmt: skip
+"""Constraints of one robot's path, as the reference and the search call them."""
+
+
+def _keeps(way: list[Cell], kind: str, cell: Cell, then: Cell, tick: int) -> bool:
+    """Whether a path, which stays at its end, keeps to a constraint."""
+    at, before = way[min(tick, len(way) - 1)], way[min(tick - 1, len(way) - 1)]
+    if kind == "must be at":
+        return at == cell
+    if kind == "not step":
+        return not (before == cell and at == then)
+    if kind == "not from":
+        return cell not in way[tick:] and way[-1] != cell
+    if kind == "later":
+        return len(way) - 1 > tick
+    return len(way) - 1 <= tick if kind == "by" else at != cell
+
+
+def constrained_wrong(rng: np.random.Generator, drawn: DrawnFleet) -> tuple[str, str]:
+    """The path of one robot under constraints is as short as the reference's, and its bound is its cost."""
+    fleet, rows = drawn.fleet, drawn.rows
+    tables = tables_of(fleet)
+    if tables.cut_off is not None:
+        return "", "cut off"
+    start, goal = fleet.starts[0], fleet.goals[0]
+    cells = sorted(distances(rows, goal))
+    given: list[tuple[str, Cell, Cell, int]] = []
+    for _ in range(int(rng.integers(1, 9))):
+        cell = cells[int(rng.integers(len(cells)))]
+        kind, tick = (
+            str(rng.choice(["not at", "not at", "not step", "not step", "not from"])),
+            int(rng.integers(1, 9)),
+        )
+        near = neighbours(rows, cell)
+        if kind == "not step" and near:
+            given.append((kind, cell, near[int(rng.integers(len(near)))], tick))
+        elif kind != "not from" or cell != goal:
+            given.append(("not at" if kind == "not step" else kind, cell, cell, tick))
+    draw = rng.random()
+    if draw < 0.4:
+        cell = cells[int(rng.integers(len(cells)))]
+        given.append(("must be at", cell, cell, int(rng.integers(1, 9))))
+    elif draw < 0.6:
+        given.append(("later" if draw < 0.5 else "by", goal, goal, int(rng.integers(2, 12))))
+    numbers = {
+        cell: int(number) for cell, number in zip(cells, tables.graph.numbers(tuple(cells)), strict=True)
+    }
+    places = {number: cell for cell, number in numbers.items()}
+    path = SpaceTime(tables, 4).find(0, [(KINDS[k], numbers[u], numbers[v], t) for k, u, v, t in given])
+    least = earliest_allowed(rows, start, goal, given, last=60)
+    cost = None if path is None else path.cost
+    if cost != least:
+        return f"the path costs {cost}, the least is {least}: {given}", "wrong"
+    if path is not None:
+        way = [places[number] for number in path.cells]
+        broken_ones = [one for one in given if not _keeps(way, *one)]
+        if broken_ones:
+            return f"the path {way} does not keep to {broken_ones}", "wrong"
+    if path is not None and path.bound != path.cost:
+        return f"the path costs {cost}, its bound is {path.bound}: {given}", "wrong"
+    return "", "no path" if path is None else "path"

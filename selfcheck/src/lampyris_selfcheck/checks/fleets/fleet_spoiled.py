@@ -27,7 +27,7 @@ def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
     rows = blocked.tolist()
     free = [(x, y) for y, x in np.argwhere(~blocked).tolist()]
     robots = int(rng.integers(1, min(4, len(free)) + 1))
-    careful = rng.random() < 0.7
+    careful = rng.random() < 0.6
     while True:
         paths: list[list[Cell]] = [[free[k]] for k in rng.permutation(len(free))[:robots].tolist()]
         for path in paths:
@@ -36,8 +36,15 @@ def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
                 path.append(ways[int(rng.integers(len(ways)))])
             while len(path) > 1 and path[-1] == path[-2]:
                 path.pop()
+        facing = robots > 1 and not careful and rng.random() < 0.5
+        if facing:
+            paths[1] = paths[0][::-1]  # the two meet, in a cell or between two
         starts, goals = [path[0] for path in paths], [path[-1] for path in paths]
-        if len(set(goals)) == robots and not (careful and broken(rows, starts, goals, paths)):
+        if (
+            len(set(starts)) == robots
+            and len(set(goals)) == robots
+            and not (careful and broken(rows, starts, goals, paths))
+        ):
             break
     fleet = Fleet(Grid(blocked), [Agent(a, b) for a, b in zip(starts, goals, strict=True)])
     return fleet, _spoiled(rng, rows, paths)

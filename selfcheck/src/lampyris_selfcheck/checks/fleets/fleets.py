@@ -129,6 +129,11 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         while len(drawn.fleet) > 2:
             drawn = draw(rng, "tiny")
         _tell(tally, number, drawn, answers.exhausted_wrong(drawn, number))
+    elif kind == "constrained":
+        drawn = draw(rng, ("tiny", "few", "few")[number % 3])
+        fault, word = answers.constrained_wrong(rng, drawn)
+        tally.count(word)
+        _tell(tally, number, drawn, fault)
     elif kind == "related":
         drawn = draw(rng, ("tiny", "few")[number // len(RELATIONS) % 2])
         relation = RELATIONS[number % len(RELATIONS)]
@@ -161,14 +166,17 @@ KINDS = {
         500,
         found=0.3,
     ),
-    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 80, 15_000, 200, found=0.3),
-    "eecbs": _kind("eecbs: within its factor of a bound that is one", 80, 15_000, 200, found=0.4),
+    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 120, 15_000, 200, found=0.3),
+    "eecbs": _kind("eecbs: within its factor of a bound that is one", 120, 15_000, 200, found=0.4),
     "exhausted": _kind("lacam to its end: the least sum of loss", 60, 4_000, 100),
     "reaches": _kind(
         "pibt without the swap rule, biconnected maps, up to 200 robots: each has been on its goal",
         8,
         1_000,
         20,
+    ),
+    "constrained": _kind(
+        "the low level of cbs: one robot's shortest path under constraints", 200, 100_000, 2_000
     ),
     "related": _kind(
         "cbs on maps that are turned, robots in another order, a robot less, a wall more", 40, 5_000, 200

@@ -117,11 +117,22 @@ def _least_gap(begin: Floats, end: Floats, rows: list[list[bool]], radius: float
     return min([*gaps, *(wall_gap(p, q, rows, CELL) - radius for p, q in zip(a, b, strict=True))])
 
 
+def _past_a_corner(rng: np.random.Generator, walls: Any) -> tuple[Floats, Floats, Floats]:
+    """One disc that drives past a corner of a wall, nearest to it in the middle of its motion."""
+    y, x = walls[int(rng.integers(len(walls)))].tolist()
+    right, low = (int(v) for v in rng.integers(2, size=2))
+    out = np.array([rng.random() * (2 * right - 1), rng.random() * (2 * low - 1)])
+    out /= max(1e-9, float(np.sqrt((out * out).sum())))
+    nearest = (np.array([x + right, y + low]) * CELL) + out * rng.uniform(0.06, 0.15)
+    along = np.array([-out[1], out[0]])
+    return (nearest - 0.095 * along)[np.newaxis], np.arctan2(along[1:], along[:1]), np.array([0.19])
+
+
 def motion_wrong(rng: np.random.Generator) -> tuple[str, str]:
     """The judge of motions beside the definition, on discs that drive anywhere for one small step."""
     width, height = (int(n) for n in rng.integers(4, 8, size=2))
     grid = Grid(rng.random((height, width)) < 0.15, resolution=CELL)
-    settings = SwarmSettings.of({"radius": 0.12, "step": 0.1, "small_step": 0.1}).on(grid)
+    settings = SwarmSettings.of({"radius": 0.12, "step": 0.2, "small_step": 0.2}).on(grid)
     radius, rows = 0.12, grid.blocked.tolist()
     n = int(rng.integers(1, 5))
     for _ in range(50):  # what is apart at first, mostly
@@ -130,7 +141,10 @@ def motion_wrong(rng: np.random.Generator) -> tuple[str, str]:
             begin[1] = begin[0] + rng.uniform(-0.35, 0.35, 2)
         if _least_gap(begin, begin, rows, radius) > 0:
             break
-    angle, length = rng.uniform(0, 2 * np.pi, n), 0.1 * np.sqrt(rng.random(n))
+    angle, length = rng.uniform(0, 2 * np.pi, n), 0.2 * np.sqrt(rng.random(n))
+    walls = np.argwhere(grid.blocked)
+    if len(walls) and rng.random() < 0.4:
+        begin, angle, length = _past_a_corner(rng, walls)
     end = begin + np.stack((np.cos(angle), np.sin(angle)), axis=1) * length[:, np.newaxis]
     least = _least_gap(begin, end, rows, radius)
     if abs(least) < 2e-3:  # too near for distances that are taken at some places
