@@ -91,7 +91,7 @@ def _by_name(found: Any) -> Cells | None:
 
 
 class Pathplanning:
-    """EECBS or LaCAM* of pathplanning, in C++. Its search alone is timed: not the graph that it makes, nor its own check in Python."""
+    """EECBS or LaCAM* of pathplanning, in C++. Its search alone is timed, not the making of its graph nor its check in Python."""
 
     def __init__(self, planner: str) -> None:
         self.planner, self.name = planner, f"pathplanning {planner}"

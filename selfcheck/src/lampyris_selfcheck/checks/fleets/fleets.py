@@ -153,12 +153,12 @@ def _kind(what: str, commit: int, nightly: int, chunk: int, **least: float) -> K
 
 KINDS = {
     "lacam": _kind(
-        "lacam: no conflict; a plan of a tiny fleet exactly if there is one", 60, 20_000, 500, found=0.5
+        "lacam: no conflict; a plan of a tiny fleet exactly if there is one", 30, 20_000, 500, found=0.5
     ),
     "lns": _kind(
-        "lns: no conflict; never dearer or longer than the plan it begins with", 40, 20_000, 500, found=0.5
+        "lns: no conflict; never dearer or longer than the plan it begins with", 16, 20_000, 500, found=0.5
     ),
-    "pibt": _kind("pibt: no conflict, also in plans that are not finished", 60, 20_000, 500, found=0.4),
+    "pibt": _kind("pibt: no conflict, also in plans that are not finished", 40, 20_000, 500, found=0.4),
     "prioritised-sipp": _kind(
         "prioritised-sipp: no conflict; in one order each robot arrives as early as can be",
         60,
@@ -166,9 +166,9 @@ KINDS = {
         500,
         found=0.3,
     ),
-    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 120, 15_000, 200, found=0.3),
-    "eecbs": _kind("eecbs: within its factor of a bound that is one", 120, 15_000, 200, found=0.4),
-    "exhausted": _kind("lacam to its end: the least sum of loss", 60, 4_000, 100),
+    "cbs": _kind("cbs: the least sum of costs, by two independent searches", 100, 15_000, 200, found=0.3),
+    "eecbs": _kind("eecbs: within its factor of a bound that is one", 100, 15_000, 200, found=0.4),
+    "exhausted": _kind("lacam to its end: the least sum of loss", 40, 4_000, 100),
     "reaches": _kind(
         "pibt without the swap rule, biconnected maps, up to 200 robots: each has been on its goal",
         8,
@@ -186,12 +186,12 @@ KINDS = {
     ),
     "swarm-robots": _kind(
         "robots of a swarm: the same bytes again, no contact at any moment, by the referee and the definition",
-        16,
+        8,
         3_000,
         100,
     ),
     "swarm-referee": _kind(
-        "the referee of swarms: contacts as by the definition; spoiled traces are refused", 120, 20_000, 500
+        "the referee of swarms: contacts as by the definition; spoiled traces are refused", 60, 20_000, 500
     ),
 }
 CHECK = Check(
