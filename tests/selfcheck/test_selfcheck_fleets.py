@@ -133,7 +133,7 @@ def _through_each_other(plan: FleetPlan) -> FleetPlan:
     return replace(plan, paths=tuple(paths), improvements=())
 
 
-def _dearer(plan: FleetPlan) -> FleetPlan:
+def _more_costly(plan: FleetPlan) -> FleetPlan:
     """One robot comes, goes back and comes again where it has a step to do so."""
     longest = max(range(len(plan.paths)), key=lambda k: len(plan.paths[k]))
     path = plan.paths[longest]
@@ -148,7 +148,7 @@ def _dearer(plan: FleetPlan) -> FleetPlan:
     ("kind", "change", "words"),
     [
         ("lacam", _through_each_other, "breaks"),
-        ("cbs", _dearer, "its bound is|the least is|breaks"),
+        ("cbs", _more_costly, "its bound is|the least is|breaks"),
         ("eecbs", lambda p: replace(p, bound=p.sum_of_costs), "has the lower bound"),
         (
             "lns",
@@ -157,7 +157,7 @@ def _dearer(plan: FleetPlan) -> FleetPlan:
         ),
         ("pibt", lambda p: replace(p, shortest=p.shortest + 1), "shortest paths"),
         ("lacam", lambda p: FleetPlan(Status.NO_PATH, p.planner, (), p.shortest), "there is a plan"),
-        ("prioritised-sipp", _dearer, "it can at|breaks"),
+        ("prioritised-sipp", _more_costly, "it can at|breaks"),
     ],
 )
 def test_a_wrong_answer_is_seen(kind: str, change: Any, words: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,12 +15,12 @@ from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, distances
 
 STYLES = ("tiny", "few", "puzzle", "walls", "open", "tiny", "puzzle", "corridors", "full", "bay")
 """What fleets look like, by the last digit of their number."""
-TREE_STYLES = ("tiny", "few", "crowd", "few", "bay")
+TREE_STYLES = ("tiny", "few", "dense", "few", "bay")
 """The same of searches of a constraint tree, by the number modulo five."""
 TINY_CELLS = 7
 """Free cells of a tiny fleet at most: 210 configurations of three robots."""
 MOST_ROBOTS = 40
-FEW, CROWD = 4, 10
+FEW, DENSE = 4, 10
 """Robots of fleets of these styles at most; the least cost of few is looked for."""
 
 
@@ -59,7 +59,7 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
         return DrawnFleet(_bay(rng), style)
     low, high = {
         "few": (3, 7),
-        "crowd": (5, 9),
+        "dense": (5, 9),
         "walls": (5, 17),
         "open": (3, 13),
         "corridors": (5, 13),
@@ -68,7 +68,7 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
     width, height = (int(n) for n in rng.integers(low, high, size=2))
     if style == "corridors":
         blocked = _tree(rng, width, height)
-    elif style in ("few", "crowd"):
+    elif style in ("few", "dense"):
         blocked = rng.random((height, width)) < 0.2 * rng.random()
     elif style == "open" or (style == "full" and rng.random() < 0.7):
         blocked = np.zeros((height, width), dtype=np.bool_)
@@ -79,9 +79,9 @@ def draw(rng: np.random.Generator, style: str) -> DrawnFleet:
         blocked = np.zeros((height, width), dtype=np.bool_)
         region = _largest(blocked)
     cells = len(region)
-    shares = {"few": 3, "crowd": 3, "walls": 4, "open": 2, "corridors": 5, "full": 1}
-    most = min({"few": FEW, "crowd": CROWD}.get(style, MOST_ROBOTS), cells // shares[style])
-    least = {"full": cells - 3, "few": 2, "crowd": FEW + 1}.get(style, 1)
+    shares = {"few": 3, "dense": 3, "walls": 4, "open": 2, "corridors": 5, "full": 1}
+    most = min({"few": FEW, "dense": DENSE}.get(style, MOST_ROBOTS), cells // shares[style])
+    least = {"full": cells - 3, "few": 2, "dense": FEW + 1}.get(style, 1)
     least = max(1, min(least, most))
     robots = int(rng.integers(least, max(least, most) + 1))
     return DrawnFleet(_placed(rng, blocked, region, robots), style)
@@ -158,7 +158,8 @@ def _tree(rng: np.random.Generator, width: int, height: int) -> BoolGrid:
 
 def _largest(blocked: BoolGrid) -> list[Cell]:
     """The cells of the largest connected region."""
-    rows, best, seen = blocked.tolist(), [], set()
+    rows, seen = blocked.tolist(), set()
+    best: list[Cell] = []
     for y, x in np.argwhere(~blocked).tolist():
         if (x, y) not in seen:
             region = list(distances(rows, (x, y)))

@@ -156,7 +156,11 @@ KINDS = {
         "lacam: no conflict; a plan of a tiny fleet exactly if there is one", 30, 20_000, 500, found=0.5
     ),
     "lns": _kind(
-        "lns: no conflict; never dearer or longer than the plan it begins with", 16, 20_000, 500, found=0.5
+        "lns: no conflict; never costs more or takes longer than the plan it begins with",
+        16,
+        20_000,
+        500,
+        found=0.5,
     ),
     "pibt": _kind("pibt: no conflict, also in plans that are not finished", 40, 20_000, 500, found=0.4),
     "prioritised-sipp": _kind(

@@ -206,7 +206,7 @@ SPOILED: dict[str, Callable[[SwarmTrace], dict[str, Any]]] = {
     "no leaders": lambda t: {"leaders": np.full_like(t.leaders, -1)},
     "a neighbour more": _neighbour_more,
     "groups of one": lambda t: {"groups": np.broadcast_to(np.arange(t.robots), t.groups.shape).copy()},
-    "held by one more": lambda t: {"held": _put(t.held, (-1, 0), lambda old: old + 1)},
+    "a count of one more": lambda t: {"held": _put(t.held, (-1, 0), lambda old: old + 1)},
     "encounters": lambda t: {"encounters": t.robots * t.iterations + 1},
 }
 """Traces that the referee must refuse; of traces in which robots follow each other."""
