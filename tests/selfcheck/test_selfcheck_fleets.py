@@ -149,7 +149,7 @@ def _more_costly(plan: FleetPlan) -> FleetPlan:
     [
         ("lacam", _through_each_other, "breaks"),
         ("cbs", _more_costly, "its bound is|the least is|breaks"),
-        ("eecbs", lambda p: replace(p, bound=p.sum_of_costs), "has the lower bound"),
+        ("eecbs", lambda p: replace(p, bound=p.sum_of_costs + 1), "has the lower bound"),
         (
             "lns",
             lambda p: replace(p, improvements=((1, p.sum_of_costs), (2, p.sum_of_costs))),
