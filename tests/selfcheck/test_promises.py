@@ -60,7 +60,7 @@ NIGHT = {
     "swarm": ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar-lpso", "dstar16-lpso"),
 }
 """Kinds of checks that are for the night; without a name all of the check's."""
-EVERY_COMMIT = ("planner", "repair", "profile", "sim", "parsers", "referee")
+EVERY_COMMIT = ("planner", "repair", "profile", "sim", "parsers", "referee", "fleets")
 """Groups of seeded defects that the suite of every commit must detect; the others every night."""
 
 

@@ -29,6 +29,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "oserrors": "checks.studies.oserrors",
         "mutants": "checks.process.mutants",
         "swarm": "checks.paths.swarm",
+        "fleets": "checks.fleets.fleets",
         "determinism": "checks.process.determinism",
         "scen": "checks.paths.scen",
         "referee": "checks.paths.referee",

@@ -179,6 +179,16 @@ class LacamSearch:
         """How many configurations are known."""
         return int(self._state[kernels.NODES])
 
+    @property
+    def loss(self) -> int | None:
+        """The sum of loss of the plan that the search has come to: ticks of robots that do not rest on their goals."""
+        node = int(self._state[kernels.GOAL])
+        if node < 0:
+            return None
+        track = self._track_to(node)
+        away = track != self._tables.goals
+        return int(np.count_nonzero(away[1:] | away[:-1]))
+
     def go_on(self, most: int) -> int:
         """Search until the plan became better, or to iteration ``most``; the ending, FULL if memory is used up."""
         t, w = self._tables, self._work

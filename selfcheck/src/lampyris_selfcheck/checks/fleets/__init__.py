@@ -1,0 +1,1 @@
+"""Checks of multi-robot planning and of robot swarms."""

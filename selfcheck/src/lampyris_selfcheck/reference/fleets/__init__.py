@@ -1,0 +1,1 @@
+"""References for multi-robot planning: rules, joint spaces, searches of one robot among others."""
