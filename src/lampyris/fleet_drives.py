@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.kernels import loading
 from lampyris.model.fleet.delays import Delays
-from lampyris.model.fleet.fleet import MOST_RADIUS, Agent, Fleet
+from lampyris.model.fleet.fleet import Agent, Fleet, most_radius
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.obstacles import Track
@@ -37,8 +38,8 @@ from lampyris.sim.fleet.reactive import drive_reactively
 from lampyris.sim.fleet.walkers import sampled, walkers
 from lampyris.typing import Cells, Floats
 
-RADIUS = 0.35
-"""Radius of a robot that nobody has stated, in cells."""
+RADIUS = MappingProxyType({"four-connected": 0.35, "octile": 0.22})
+"""Radius of a robot that nobody has stated, in cells, by the moves of the plan."""
 OBSTACLE_RADIUS = 0.3
 _CAUSES = 6
 _LAST = (5, 1, 4, 2, 3)
@@ -80,7 +81,7 @@ def simulate_fleet(
     fleet : the map and the robots. An agent's own robot states its size and limits.
     plan : that is driven; found for this fleet. None: ``planner`` makes one.
     planner : where there is no plan, and after a fault; see :func:`lampyris.plan_fleet`.
-    robot : of agents without one; None: a disc of 0.35 of a cell with the usual limits.
+    robot : of agents without one; None: a disc of 0.35 of a cell, of 0.22 with an octile plan, with the usual limits.
     delays : random delays; None: none.
     faults : pairs (robot, seconds): each stops for good then, and the others get a new plan around it.
     tracks : of moving obstacles, discs; None: as many random ones as the setting ``obstacles`` says.
@@ -106,7 +107,7 @@ def simulate_fleet(
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     chosen = _settings(drive_settings, settings)
-    robots = _robots(fleet, robot)
+    robots = _robots(fleet, robot, fleets.MOVES if plan is None else plan.moves)
     failures = _faults(faults, len(robots), chosen)
     given = None if tracks is None else _tracks(tracks)
     began, loaded = loading.wall(), loading.seconds()
@@ -323,15 +324,16 @@ def _settings(given: Any, more: Mapping[str, Any]) -> FleetDriveSettings:
     return FleetDriveSettings.of({**(given or {}), **more})
 
 
-def _robots(fleet: Fleet, robot: Robot | None) -> tuple[Robot, ...]:
-    usual = Robot(radius=RADIUS * fleet.grid.resolution) if robot is None else robot
+def _robots(fleet: Fleet, robot: Robot | None, moves: str) -> tuple[Robot, ...]:
+    usual = Robot(radius=RADIUS[moves] * fleet.grid.resolution) if robot is None else robot
     robots = tuple(usual if one.robot is None else one.robot for one in fleet.robots)
-    most = MOST_RADIUS * fleet.grid.resolution
+    least = most_radius(moves)
+    most = least * fleet.grid.resolution
     for k, one in enumerate(robots):
         if one.radius > most * (1.0 + 1e-12):
             raise SettingError(
                 "FLEET_ROBOT", f"a radius of {one.radius:g} m", where=f"robots[{k}].robot",
-                allowed=f"at most {MOST_RADIUS:.3g} cells, {most:.4g} m: a robot that drives has to fit into its cell",
+                allowed=f"at most {least:.3g} cells, {most:.4g} m: robots that follow each other must not touch",
             )  # fmt: skip
         if one.drive == "ackermann":
             raise SettingError(

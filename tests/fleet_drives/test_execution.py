@@ -186,3 +186,18 @@ def test_what_is_given_is_checked() -> None:
     with pytest.raises(SettingError) as caught:
         lampyris.Delays(1.5)
     assert caught.value.code == "DELAYS"
+
+
+def test_octile_plans_are_driven_without_contact_by_robots_that_follow_round_corners() -> None:
+    """Of 0.3 cells, robots of a ring touched where one followed another at an angle of 45 degrees."""
+    grid = lampyris.load_grid("rooms-20")
+    for seed in range(6):
+        fleet = lampyris.random_fleet(grid, 12, seed=seed)
+        plan = lampyris.plan_fleet(fleet, moves="octile", seed=seed)
+        trace = lampyris.simulate_fleet(
+            fleet, plan, delays=lampyris.Delays(0.2), faults=[(0, 6.0)], seed=seed
+        )
+        assert trace.contacts == 0
+        assert trace.robots[0].radius == pytest.approx(0.22)
+        with pytest.raises(lampyris.SettingError, match="follow each other"):
+            lampyris.simulate_fleet(fleet, plan, robot=lampyris.Robot(radius=0.3))

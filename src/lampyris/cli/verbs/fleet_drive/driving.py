@@ -39,12 +39,13 @@ def execute(
 ) -> FleetTrace:  # fmt: skip
     """Drive a plan, or without one, and say what came of it."""
     from lampyris import fleet_drives
+    from lampyris.fleets import MOVES
 
-    robots = len(fleet.robots)
+    robots, moves = len(fleet.robots), MOVES if plan is None else plan.moves
     with counting(f"driving {robots} robots", "", quiet=json) as tick:
         show = None if tick is None else (lambda done, _most: tick(done))
         trace = fleet_drives.simulate_fleet(
-            fleet, plan, planner=planner, robot=robot_of(options, fleet.grid.resolution), delays=delays_of(options),
+            fleet, plan, planner=planner, robot=robot_of(options, fleet.grid.resolution, moves), delays=delays_of(options),
             faults=faults_of(options), seed=seed, progress=show, drive_settings=drive_settings(options),
         )  # fmt: skip
     if film is not None:

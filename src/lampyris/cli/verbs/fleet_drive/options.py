@@ -119,7 +119,7 @@ else:
         [
             *_OWN,
             *_declared(FleetDriveSettings, _DRIVE, ""),
-            *_declared(Robot, _ROBOT[:1], "0.35 of a cell"),
+            *_declared(Robot, _ROBOT[:1], "0.35 of a cell; 0.22 for octile plans"),
             *_declared(Robot, _ROBOT[1:], ""),
         ],
         frozen=True,
@@ -157,14 +157,14 @@ def drive_settings(given: FleetDriveOptions) -> dict[str, Any]:
     return {name: getattr(given, name) for name in _DRIVE if getattr(given, name) is not None}
 
 
-def robot_of(given: FleetDriveOptions, resolution: float) -> Robot | None:
-    """The robot that was described; None: none was."""
+def robot_of(given: FleetDriveOptions, resolution: float, moves: str) -> Robot | None:
+    """The robot that was described, for a plan with these moves; None: none was."""
     from lampyris.fleet_drives import RADIUS
 
     own: Mapping[str, Any] = {
         name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None
     }
-    return Robot(**{"radius": RADIUS * resolution, **own}) if own else None
+    return Robot(**{"radius": RADIUS[moves] * resolution, **own}) if own else None
 
 
 def delays_of(given: FleetDriveOptions) -> Delays:
