@@ -144,6 +144,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "inflate": {"grid": where.grid, "robot": lampyris.Robot(), "inflation_radius": 1.0},
         "inflation_costs": {"grid": where.grid, "inscribed_radius": 0.0, "inflation_radius": 1.0},
         "load_study": {"path": "study.yaml"}, "run_study": {"study": "study.yaml"},
+        "PlannedTimes": {"s": [0.0, 1.0], "reach": [0.0, 1.0], "leave": [0.5, 1.0]},
         "node_table": {"scene": scene(), "path": path()},
         "dissertation_speeds": {"cells": path().cells, "ring1": [0, 0, 0], "ring2": [0, 0, 0]},
     }  # fmt: skip

@@ -398,7 +398,6 @@ ASKED: dict[str, str] = {
     "io.maps.formats.pgm.HEADER_BYTES": LIMITS_PY,
     "model.fleet.fleet.MOST_RADIUS": "fleet/test_fleet_files.py",
     "model.fleet.lifelong.MAX_RELEASE": "fleet_drives/test_lifelong.py",
-    "lifelong.MAX_TICKS": "fleet_drives/test_lifelong.py",
     "lifelong.MAX_WINDOW": "fleet_drives/test_lifelong.py",
     "referee.fleets.fleet_trace._AT_ONCE": NOT_INPUT + "places that are worked out in one go",
     "io.fleet_files.YAML_BYTES": HERE,

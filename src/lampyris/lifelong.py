@@ -26,12 +26,12 @@ from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.lifelong import FleetTask, LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
+from lampyris.model.settings.simulation import MAX_TICKS
 from lampyris.planning.base import Budget
 from lampyris.sim.fleet.lifelong import PLANNERS, WINDOWS, LifelongRun, drive_on
 from lampyris.sim.fleet.task_queue import TaskQueue
 from lampyris.typing import Cells
 
-MAX_TICKS = 1_000_000
 MAX_WINDOW = 10_000
 _EACH = 24
 """Bytes of a robot and a tick."""

@@ -45,6 +45,23 @@ NEEDS = {
     ("swarm", "--source-count"): ("--sources", "drawn"),
     ("speed", "--spacing"): ("--smooth", "straight"),
     ("speed", "--obstacle-radius"): ("--track", "t.csv"),
+    ("fleet", "--window"): ("--lifelong", "5"),
+    ("fleet", "--delay-duration"): ("--execute", "--delays", "0.1"),
+    **{
+        ("fleet", f"--{name}"): ("--execute",)
+        for name in (
+            "delays",
+            "obstacles",
+            "obstacle-radius",
+            "obstacle-speed",
+            "drive-limit",
+            "radius",
+            "v-max",
+            "a-max",
+            "d-max",
+            "yaw-rate-max",
+        )
+    },
 }
 """What an option has to stand beside."""
 

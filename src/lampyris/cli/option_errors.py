@@ -38,6 +38,8 @@ OPTIONS: Mapping[str, str] = {
     "traffic.count": "obstacles",
     "traffic.rate": "rate",
     "traffic.radius": "obstacle_radius",
+    "delays.probability": "delays",
+    "delays.duration": "delay_duration",
     "width": "size",
     "height": "size",
 }

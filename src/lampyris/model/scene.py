@@ -169,10 +169,9 @@ class Scene(Value):
 
     def _via(self, given: Any) -> tuple[Cell, ...]:
         """The via points, each a cell of the map."""
-        try:
-            listed = list(given)
-        except TypeError:
-            raise SettingError("TYPE", shown(given), where="via", allowed="a list of cells") from None
+        if not isinstance(given, list | tuple) and (not isinstance(given, np.ndarray) or given.ndim != 2):
+            raise SettingError("TYPE", shown(given), where="via", allowed="a list of cells")
+        listed = list(given)
         if len(listed) > MAX_VIA:
             raise LimitError("VIA", f"{len(listed)} via points", allowed=f"at most {MAX_VIA}", setting="via")
         cells = [cell_of(one) for one in listed]

@@ -15,6 +15,7 @@ from lampyris.errors import SettingError, UsageError
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.robot import Robot
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
+from lampyris.model.settings.simulation import MAX_TICKS
 
 _ROBOT = ("radius", "v_max", "a_max", "d_max", "drive", "yaw_rate_max")
 _DRIVE = ("policy", "obstacles", "obstacle_radius", "obstacle_speed", "obstacle_info", "drive_limit")
@@ -80,7 +81,7 @@ _OWN: list[tuple[str, Any, Any]] = [
         Annotated[
             int | None,
             typer.Option(
-                "--lifelong", metavar="TICKS",
+                "--lifelong", metavar="TICKS", min=1, max=MAX_TICKS,
                 help="Robots that have arrived get new tasks, for so many ticks (planners pibt, the default, and lacam).",
             ),
         ],
