@@ -8,7 +8,7 @@ from bad_inputs.pictures import LIMIT
 HEAD = b"type octile\nheight 2\nwidth 4\nmap\n"
 ROWS = b"....\n.@@.\n"
 CELLS = ("....", ".##.")
-CHARACTERS = ". G S @ O T W"
+CHARACTERS = ". G S E @ O T W"
 
 
 def _header(old: bytes, new: bytes) -> bytes:

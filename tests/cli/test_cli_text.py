@@ -94,14 +94,23 @@ def test_a_comb_of_gates_is_summed_up(tmp_path: Path, here: Callable[..., Outcom
 @pytest.mark.parametrize(
     ("words", "columns"),
     [
-        (("plan", "guide"), "x_m,y_m,yaw,v,t_s,s,a,cause,x,y,why"),
-        (("plan", "guide", "--preset", "dissertation"), "x_m,y_m,yaw,v,t_transfers,s,a,cause,x,y,why"),
+        (
+            ("plan", "guide"),
+            "x_m,y_m,yaw,v,t_s,s,a,cause,x,y,why,ring1,ring2,obstacle_velocity,angle_deg,angle_velocity",
+        ),
+        (
+            ("plan", "guide", "--preset", "dissertation"),
+            "x_m,y_m,yaw,v,t_transfers,s,a,cause,x,y,why,ring1,ring2,obstacle_velocity,angle_deg,angle_velocity",
+        ),
         (("simulate", "guide", "--obstacles", "1"), "x_m,y_m,yaw,v,tick,cause,x,y,event"),
         (("drive", "guide", "--obstacles", "0"), "t_s,x_m,y_m,yaw,v,a,s,leg,cause,why"),
         (("speed", "guide"), "x_m,y_m,yaw,v,t_s,s,a,cause,why"),
         (("compare", "guide", "--planners", "astar"), None),
         (("movingai", "q.scen"), None),
-        (("run", "s.yaml"), "x_m,y_m,yaw,v,t_s,s,a,cause,x,y,why"),
+        (
+            ("run", "s.yaml"),
+            "x_m,y_m,yaw,v,t_s,s,a,cause,x,y,why,ring1,ring2,obstacle_velocity,angle_deg,angle_velocity",
+        ),
     ],
 )
 def test_csv_to_standard_output(

@@ -57,7 +57,7 @@ BAD = {
     "long row": (HEAD + b".......\n........\n", "MAP_ROW", "line 6: 8 cells; allowed: 7, the width"),
     "shifted rows": (HEAD + b"......\n........\n", "MAP_TRUNCATED", "line 5: row 1 has 6 of 7"),
     "more rows": (HEAD + b".......\n" * 3, "MAP_ROW", "line 7: 3 rows"),
-    "X": (HEAD + b".......\n..X....\n", "MAP_CELL", "line 6 column 3: 'X'; allowed: one of . G S @ O T W"),
+    "X": (HEAD + b".......\n..X....\n", "MAP_CELL", "line 6 column 3: 'X'; allowed: one of . G S E @ O T W"),
     "digit": (HEAD + b"0......\n.......\n", "MAP_CELL", "line 5 column 1: '0'"),
     "NUL": (HEAD + b".......\n......\0\n", "MAP_CELL", "line 6 column 7: byte 0"),
     "not ASCII": (HEAD + b".......\n.....\xc3\xa9\n", "MAP_CELL", "line 6 column 6: byte 195"),
