@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 import typer.main
 
+from lampyris._core.defaults import VIA_ORDERS
 from lampyris.cli import main
 from lampyris.cli.app import app, plain_help
 from lampyris.model.moves import MOVES
@@ -249,6 +250,12 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
     return tuple(word.replace("\0", "") for word in words)
 
 
+RIGHT = {
+    "via_order": VIA_ORDERS,
+    "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
+    "export": ("new.scen", "new.json", "new.txt"),
+}
+"""Good values of options whose kind does not tell them."""
 DRIVEN = (
     "policy", "delays", "delay-duration", "fault", "drive-limit", "obstacles", "obstacle-radius", "obstacle-speed",
     "obstacle-info", "radius", "v-max", "a-max", "d-max", "drive", "yaw-rate-max",
@@ -288,6 +295,8 @@ def _value(chance: Chance, parameter: Any) -> str:
         return _one(
             rng, ("0@1", "1@2") if good else ("0@1", "x", "@", "9@1", "0@nan", "0@-1", "0@1.5", f"{HUGE}@1")
         )
+    if good and name in RIGHT:
+        return _one(rng, RIGHT[name])
     if verb == "fleet" and name in ("policy", "obstacle_info", "drive") and good:
         return _one(rng, {"policy": POLICIES, "obstacle_info": OBSTACLE_INFO, "drive": DRIVES[::2]}[name])
     if name == "robots" and good:  # as many as the files of a case have
