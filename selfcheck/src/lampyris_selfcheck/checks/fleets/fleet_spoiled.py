@@ -18,7 +18,7 @@ SPOILED = ("paths", "figures")
 FIGURES = ("shortest more", "shortest less", "bound", "rising", "last", "factor", "none")
 
 
-def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
+def drawn_paths(rng: np.random.Generator, *, octile: bool = False) -> tuple[Fleet, list[list[Cell]]]:
     """Two to four robots that walk at random on a small map, mostly without a conflict, and sometimes break a rule."""
     width, height = (int(n) for n in rng.integers(2, 6, size=2))
     blocked = rng.random((height, width)) < 0.15
@@ -32,7 +32,7 @@ def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
         paths: list[list[Cell]] = [[free[k]] for k in rng.permutation(len(free))[:robots].tolist()]
         for path in paths:
             for _ in range(int(rng.integers(0, 7))):
-                ways = [path[-1], *neighbours(rows, path[-1])]
+                ways = [path[-1], *neighbours(rows, path[-1], octile=octile)]
                 path.append(ways[int(rng.integers(len(ways)))])
             while len(path) > 1 and path[-1] == path[-2]:
                 path.pop()
@@ -43,7 +43,7 @@ def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
         if (
             len(set(starts)) == robots
             and len(set(goals)) == robots
-            and not (careful and broken(rows, starts, goals, paths))
+            and not (careful and broken(rows, starts, goals, paths, octile=octile))
         ):
             break
     fleet = Fleet(Grid(blocked), [Agent(a, b) for a, b in zip(starts, goals, strict=True)])
@@ -74,19 +74,24 @@ def _spoiled(rng: np.random.Generator, rows: list[list[bool]], paths: list[list[
     return paths
 
 
-def plan_of(fleet: Fleet, paths: list[list[Cell]], status: Status = Status.FOUND) -> FleetPlan:
+def plan_of(
+    fleet: Fleet, paths: list[list[Cell]], status: Status = Status.FOUND, *, octile: bool = False
+) -> FleetPlan:
     """A plan by hand, its figures those of its paths."""
     rows = fleet.grid.blocked.tolist()
-    shortest = [distances(rows, one.goal).get(one.start, 0) for one in fleet.robots]
-    return FleetPlan(status, "by hand", tuple(np.array(path) for path in paths), np.array(shortest))
+    shortest = [distances(rows, one.goal, octile=octile).get(one.start, 0) for one in fleet.robots]
+    moves = "octile" if octile else "four-connected"
+    return FleetPlan(
+        status, "by hand", tuple(np.array(path) for path in paths), np.array(shortest), moves=moves
+    )
 
 
-def paths_wrong(rng: np.random.Generator) -> tuple[str, str, dict[str, object]]:
+def paths_wrong(rng: np.random.Generator, *, octile: bool = False) -> tuple[str, str, dict[str, object]]:
     """What of the referee's verdict on drawn paths is wrong; what they are, and the case."""
-    fleet, paths = drawn_paths(rng)
+    fleet, paths = drawn_paths(rng, octile=octile)
     whole = rng.random() < 0.8
-    plan = plan_of(fleet, paths, Status.FOUND if whole else Status.ITERATION_LIMIT)
-    rules = broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, whole=whole)
+    plan = plan_of(fleet, paths, Status.FOUND if whole else Status.ITERATION_LIMIT, octile=octile)
+    rules = broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, whole=whole, octile=octile)
     verdict = check_fleet_plan(plan, fleet, every=bool(rng.integers(2)))
     case = {"rows": fleet.grid.blocked.tolist(), "starts": fleet.starts, "goals": fleet.goals, "paths": paths}
     word = "judged right" if not rules else "judged wrong"
@@ -102,13 +107,15 @@ def paths_wrong(rng: np.random.Generator) -> tuple[str, str, dict[str, object]]:
     return "", word, case
 
 
-def figures_wrong(rng: np.random.Generator, number: int) -> tuple[str, str, dict[str, object]]:
+def figures_wrong(
+    rng: np.random.Generator, number: int, *, octile: bool = False
+) -> tuple[str, str, dict[str, object]]:
     """What of the referee's verdict is wrong on right paths with a figure that is wrong."""
     while True:
-        fleet, paths = drawn_paths(rng)
-        if not broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths):
+        fleet, paths = drawn_paths(rng, octile=octile)
+        if not broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, octile=octile):
             break
-    plan = plan_of(fleet, paths)
+    plan = plan_of(fleet, paths, octile=octile)
     costs = plan.sum_of_costs
     assert costs is not None
     assert plan.shortest is not None
