@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,12 +34,15 @@ def drawn_paths(rng: np.random.Generator, *, octile: bool = False) -> tuple[Flee
         for path in paths:
             for _ in range(int(rng.integers(0, 7))):
                 ways = [path[-1], *neighbours(rows, path[-1], octile=octile)]
+                if octile and not careful:
+                    ways += _past_corners(rows, path[-1])
                 path.append(ways[int(rng.integers(len(ways)))])
             while len(path) > 1 and path[-1] == path[-2]:
                 path.pop()
         facing = robots > 1 and not careful and rng.random() < 0.5
         if facing:
-            paths[1] = paths[0][::-1]  # the two meet, in a cell or between two
+            # The two meet, in a cell or between two.
+            paths[1] = _across(rows, paths[0]) if octile and rng.random() < 0.5 else paths[0][::-1]
         starts, goals = [path[0] for path in paths], [path[-1] for path in paths]
         if (
             len(set(starts)) == robots
@@ -48,6 +52,26 @@ def drawn_paths(rng: np.random.Generator, *, octile: bool = False) -> tuple[Flee
             break
     fleet = Fleet(Grid(blocked), [Agent(a, b) for a, b in zip(starts, goals, strict=True)])
     return fleet, _spoiled(rng, rows, paths)
+
+
+def _past_corners(rows: list[list[bool]], cell: Cell) -> list[Cell]:
+    """Free cells that lie diagonally, past a blocked one."""
+    x, y = cell
+    allowed = neighbours(rows, cell, octile=True)
+    return [
+        (u, v)
+        for u in (x - 1, x + 1)
+        for v in (y - 1, y + 1)
+        if 0 <= u < len(rows[0]) and 0 <= v < len(rows) and not rows[v][u] and (u, v) not in allowed
+    ]
+
+
+def _across(rows: list[list[bool]], path: list[Cell]) -> list[Cell]:
+    """A path that crosses the first diagonal step of another one, either way; that one's reverse if it has none."""
+    for t, ((x, y), (u, v)) in enumerate(pairwise(path)):
+        if x != u and y != v and not (rows[v][x] or rows[y][u]):
+            return [*[(x, v)] * (t + 1), (u, y)] if t % 2 == 0 else [*[(u, y)] * (t + 1), (x, v)]
+    return path[::-1]
 
 
 def _spoiled(rng: np.random.Generator, rows: list[list[bool]], paths: list[list[Cell]]) -> list[list[Cell]]:

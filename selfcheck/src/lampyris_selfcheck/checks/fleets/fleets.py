@@ -1,7 +1,7 @@
 """Fleets and swarms of robots: no conflict by the referee and by the definitions; what planners promise, beside brute force.
 
 Case n is the same fleet for ``lacam``, ``lns``, ``pibt`` and ``prioritised-sipp``, and another one for ``cbs`` and ``eecbs``.
-Robots have four-connected moves, in the kinds ``octile`` and ``octile-referee`` octile ones.
+Robots have four-connected moves, in kinds that begin with ``octile`` octile ones.
 Of tiny fleets (up to three robots on seven cells) all is known from the space of all configurations: whether there is a
 plan, the least sum of costs, the least sum of loss. Of others the rules, the planners' bounds and each other's answers are
 compared.
@@ -29,8 +29,8 @@ REACH_TICKS = 2_000
 REACH_SIDES = (4, 6, 12, 18)
 """Greatest sides of biconnected maps, in turn."""
 REACH_ROBOTS = 200
-OCTILE = ("lacam", "lns", "pibt", "prioritised-sipp", "cbs", "eecbs", "constrained", "exhausted")
-"""With octile moves: of case n the kind at n % 8, and that kind's case n // 8."""
+OCTILE = ("lacam", "lns", "pibt", "prioritised-sipp", "cbs", "eecbs", "exhausted")
+"""With octile moves: of case n the kind at n % 7, and that kind's case n // 7."""
 
 
 @lru_cache(maxsize=8)
@@ -137,17 +137,27 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         tally.count(relation)
         tally.count("both known", int(known))
         _tell(tally, number, drawn, fault)
+    elif kind == "octile-constrained":
+        _searched(ask, "constrained", number, tally, rng, octile=True)
     elif kind == "octile":
-        _searched(ask, OCTILE[number % len(OCTILE)], number, tally, rng, octile=True)
+        kind = OCTILE[number % len(OCTILE)]
+        _searched(ask, kind, number, tally, rng, own=number // len(OCTILE), octile=True)
     else:
         _searched(ask, kind, number, tally, rng, octile=False)
 
 
 def _searched(
-    ask: Ask, kind: str, number: int, tally: Tally, rng: np.random.Generator, *, octile: bool
+    ask: Ask,
+    kind: str,
+    number: int,
+    tally: Tally,
+    rng: np.random.Generator,
+    *,
+    octile: bool,
+    own: int | None = None,
 ) -> None:
-    """A case of a planner or of a search, with one step set or the other."""
-    own = number // len(OCTILE) if octile else number
+    """A case of a planner or of a search, with one step set or the other; ``own``: its number among those of this kind."""
+    own = number if own is None else own
     if kind == "exhausted":
         drawn = draw(rng, "tiny")
         while len(drawn.fleet) > 2:
@@ -209,11 +219,14 @@ KINDS = {
         "the referee's verdict on right and spoiled plans is that of the definitions", 400, 100_000, 5_000
     ),
     "octile": _kind(
-        "octile moves: every planner and search beside brute force, each one case in eight",
+        "octile moves: every planner and search beside brute force, each one case in seven",
         160,
         40_000,
         400,
         found=0.3,
+    ),
+    "octile-constrained": _kind(
+        "octile moves: one robot's shortest path under constraints", 200, 50_000, 2_000
     ),
     "octile-referee": _kind(
         "octile moves: the referee's verdict is that of the definitions", 400, 50_000, 5_000
