@@ -63,17 +63,38 @@ def test_rules_by_hand(rules: set[str], one: Any, other: Any) -> None:
     assert broken(OPEN, starts, goals, [one]) == {"paths"}
 
 
+def test_octile_rules_by_hand() -> None:
+    def rules(one: Any, other: Any, rows: Any = OPEN) -> set[str]:
+        ends = [one[0], other[0]], [one[-1], other[-1]]
+        return broken(rows, *ends, [one, other], octile=True)
+
+    step = [(0, 0), (1, 1)]
+    assert rules(step, [(3, 2)]) == set()
+    assert rules(step, [(1, 0), (0, 1)]) == rules(step, [(0, 1), (1, 0)]) == {"crossing"}
+    assert rules(step, [(1, 0), (1, 0), (0, 1)]) == set()  # a tick later
+    assert rules(step, [(1, 0), (2, 1)]) == set()  # beside it
+    assert rules(step, step[::-1]) == {"swap"}
+    assert rules([(0, 0), (2, 1)], [(3, 2)]) == {"step"}
+    wall = [[False, True], [False, False]]
+    assert rules(step, [(0, 1)], wall) == {"wall"}
+    assert distances(wall, (1, 1), octile=True)[0, 0] == 2
+    assert distances(OPEN, (3, 2), octile=True)[0, 0] == 3
+    assert earliest_arrival(OPEN, (0, 0), (1, 1), [[(1, 0), (0, 1)]], last=5, octile=True) == 2
+
+
+@pytest.mark.parametrize("octile", [False, True])
 @pytest.mark.parametrize("seed", some(range(40), 8))
-def test_the_searches_of_the_joint_space_agree(seed: int) -> None:
+def test_the_searches_of_the_joint_space_agree(seed: int, octile: bool) -> None:
     drawn = draw(np.random.default_rng(seed), "tiny")
     rows, starts, goals = drawn.rows, drawn.fleet.starts, drawn.fleet.goals
-    least = least_sum_of_costs(rows, starts, goals)
-    loss = least_sum_of_loss(rows, starts, goals)
-    assert is_solvable(rows, starts, goals) == (least is not None) == (loss is not None)
+    least = least_sum_of_costs(rows, starts, goals, octile=octile)
+    loss = least_sum_of_loss(rows, starts, goals, octile=octile)
+    assert is_solvable(rows, starts, goals, octile=octile) == (least is not None) == (loss is not None)
     if least is not None and loss is not None:
-        alone = sum(distances(rows, b)[a] for a, b in zip(starts, goals, strict=True))
+        alone = sum(distances(rows, b, octile=octile)[a] for a, b in zip(starts, goals, strict=True))
         assert alone <= loss <= least
-        assert least_by_shares(rows, starts, goals, 3) == (least if least <= alone + 3 else None)
+        by_shares = least_by_shares(rows, starts, goals, 3, octile=octile)
+        assert by_shares == (least if least <= alone + 3 else None)
 
 
 def test_one_robot_among_others() -> None:
@@ -158,6 +179,8 @@ def _more_costly(plan: FleetPlan) -> FleetPlan:
         ("pibt", lambda p: replace(p, shortest=p.shortest + 1), "shortest paths"),
         ("lacam", lambda p: FleetPlan(Status.NO_PATH, p.planner, (), p.shortest), "there is a plan"),
         ("prioritised-sipp", _more_costly, "it can at|breaks"),
+        ("octile", _through_each_other, "breaks"),
+        ("octile", lambda p: replace(p, shortest=p.shortest + 1), "shortest paths"),
     ],
 )
 def test_a_wrong_answer_is_seen(kind: str, change: Any, words: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,23 +41,24 @@ class FleetTruth:
     def alone(self) -> list[int | None]:
         """Steps of each robot's own shortest path."""
         fleet = self.drawn.fleet
-        return [distances(self.drawn.rows, one.goal).get(one.start) for one in fleet.robots]
+        octile = self.drawn.octile
+        return [distances(self.drawn.rows, one.goal, octile=octile).get(one.start) for one in fleet.robots]
 
     @cached_property
     def solvable(self) -> bool:
         """Whether there is a plan; of tiny fleets."""
         fleet = self.drawn.fleet
-        return is_solvable(self.drawn.rows, fleet.starts, fleet.goals)
+        return is_solvable(self.drawn.rows, fleet.starts, fleet.goals, octile=self.drawn.octile)
 
     @cached_property
     def least(self) -> int | None:
         """The least sum of costs; None: there is no plan, or (of a larger fleet) it is not known."""
-        rows, fleet = self.drawn.rows, self.drawn.fleet
+        rows, fleet, octile = self.drawn.rows, self.drawn.fleet, self.drawn.octile
         if self.drawn.is_tiny:
-            return least_sum_of_costs(rows, fleet.starts, fleet.goals)
+            return least_sum_of_costs(rows, fleet.starts, fleet.goals, octile=octile)
         if len(fleet) > FEW:
             return None
-        return least_by_shares(rows, fleet.starts, fleet.goals, BEYOND)
+        return least_by_shares(rows, fleet.starts, fleet.goals, BEYOND, octile=octile)
 
 
 def cells_of(plan: FleetPlan) -> list[list[Cell]]:
@@ -66,13 +67,18 @@ def cells_of(plan: FleetPlan) -> list[list[Cell]]:
 
 
 def asked(
-    fleet: Fleet, planner: str, seed: int, budget: int | None, settings: dict[str, Any]
+    fleet: Fleet,
+    planner: str,
+    seed: int,
+    budget: int | None,
+    settings: dict[str, Any],
+    moves: str = "four-connected",
 ) -> FleetPlan | str:
     """The plan, or what the referee said."""
     try:
         return plan_fleet(
             fleet, planner, seed=seed, budget=None if budget is None else Budget(expansions=budget),
-            planner_settings=settings,
+            planner_settings=settings, moves=moves,
         )  # fmt: skip
     except InternalFault as error:
         return f"the referee: {error}"
@@ -82,7 +88,9 @@ def plan_wrong(plan: FleetPlan, drawn: DrawnFleet, truth: FleetTruth) -> str:
     """What every plan must have: no conflicts, figures that are those of its paths, bounds that are true."""
     fleet, found = drawn.fleet, plan.status is Status.FOUND
     if plan.paths:
-        faults = broken(drawn.rows, fleet.starts, fleet.goals, cells_of(plan), whole=found)
+        faults = broken(
+            drawn.rows, fleet.starts, fleet.goals, cells_of(plan), whole=found, octile=drawn.octile
+        )
         if faults:
             return f"breaks {', '.join(sorted(faults))}"
     lost = None in truth.alone
@@ -138,7 +146,7 @@ def order_wrong(plan: FleetPlan, drawn: DrawnFleet, truth: FleetTruth) -> str:
     for n, k in enumerate(order):
         others = [paths[j] for j in order[:n]]
         earliest = earliest_arrival(
-            drawn.rows, fleet.starts[k], fleet.goals[k], others, last=len(paths[k]) - 1
+            drawn.rows, fleet.starts[k], fleet.goals[k], others, last=len(paths[k]) - 1, octile=drawn.octile
         )
         if earliest != len(paths[k]) - 1:
             return f"robot {k} arrives at tick {len(paths[k]) - 1}, it can at {earliest}"
@@ -149,7 +157,7 @@ def improved_wrong(plan: FleetPlan, drawn: DrawnFleet, seed: int) -> str:
     """Of ``lns``: it costs no more than the plan it began with, and takes no longer."""
     if not plan:
         return ""
-    first = asked(drawn.fleet, "lacam", seed, None, {"improve": False})
+    first = asked(drawn.fleet, "lacam", seed, None, {"improve": False}, drawn.moves)
     if isinstance(first, str):
         return first
     costs = [cost for _, cost in plan.improvements]
@@ -163,13 +171,13 @@ def improved_wrong(plan: FleetPlan, drawn: DrawnFleet, seed: int) -> str:
 def exhausted_wrong(drawn: DrawnFleet, seed: int) -> str:
     """A search by LaCAM* that has come to its end has the plan with the least sum of loss."""
     fleet = drawn.fleet
-    tables = tables_of(fleet)
+    tables = tables_of(fleet, drawn.moves)
     if tables.cut_off is not None:
         return ""
     search = LacamSearch(tables, True, 1, seed)
     while not search.exhausted:
         search.go_on(ENDLESS)
-    least = least_sum_of_loss(drawn.rows, fleet.starts, fleet.goals)
+    least = least_sum_of_loss(drawn.rows, fleet.starts, fleet.goals, octile=drawn.octile)
     if search.loss != least:
         return f"the search ends with a sum of loss of {search.loss}; the least is {least}"
     return ""
@@ -215,11 +223,11 @@ def _keeps(way: list[Cell], kind: str, cell: Cell, then: Cell, tick: int) -> boo
 def constrained_wrong(rng: np.random.Generator, drawn: DrawnFleet) -> tuple[str, str]:
     """The path of one robot under constraints is as short as the reference's, and its bound is its cost."""
     fleet, rows = drawn.fleet, drawn.rows
-    tables = tables_of(fleet)
+    tables = tables_of(fleet, drawn.moves)
     if tables.cut_off is not None:
         return "", "cut off"
     start, goal = fleet.starts[0], fleet.goals[0]
-    cells = sorted(distances(rows, goal))
+    cells = sorted(distances(rows, goal, octile=drawn.octile))
     given: list[tuple[str, Cell, Cell, int]] = []
     for _ in range(int(rng.integers(1, 9))):
         cell = cells[int(rng.integers(len(cells)))]
@@ -227,7 +235,7 @@ def constrained_wrong(rng: np.random.Generator, drawn: DrawnFleet) -> tuple[str,
             str(rng.choice(["not at", "not at", "not step", "not step", "not from"])),
             int(rng.integers(1, 9)),
         )
-        near = neighbours(rows, cell)
+        near = neighbours(rows, cell, octile=drawn.octile)
         if kind == "not step" and near:
             given.append((kind, cell, near[int(rng.integers(len(near)))], tick))
         elif kind != "not from" or cell != goal:
@@ -243,7 +251,7 @@ def constrained_wrong(rng: np.random.Generator, drawn: DrawnFleet) -> tuple[str,
     }
     places = {number: cell for cell, number in numbers.items()}
     path = SpaceTime(tables, 4).find(0, [(KINDS[k], numbers[u], numbers[v], t) for k, u, v, t in given])
-    least = earliest_allowed(rows, start, goal, given, last=60)
+    least = earliest_allowed(rows, start, goal, given, last=60, octile=drawn.octile)
     cost = None if path is None else path.cost
     if cost != least:
         return f"the path costs {cost}, the least is {least}: {given}", "wrong"

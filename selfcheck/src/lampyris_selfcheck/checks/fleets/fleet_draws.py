@@ -32,16 +32,23 @@ class DrawnFleet:
     ----------
     fleet : the fleet.
     style : of :data:`STYLES`.
+    octile : whether the robots have octile moves.
     """
 
     fleet: Fleet
     style: str
+    octile: bool = False
 
     @property
     def rows(self) -> list[list[bool]]:
         """The map's blocked cells as lists."""
         rows: list[list[bool]] = self.fleet.grid.blocked.tolist()
         return rows
+
+    @property
+    def moves(self) -> str:
+        """The step set's name."""
+        return "octile" if self.octile else "four-connected"
 
     @property
     def is_tiny(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,7 +19,7 @@ SPOILED = ("paths", "figures")
 FIGURES = ("shortest more", "shortest less", "bound", "rising", "last", "factor", "none")
 
 
-def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
+def drawn_paths(rng: np.random.Generator, *, octile: bool = False) -> tuple[Fleet, list[list[Cell]]]:
     """Two to four robots that walk at random on a small map, mostly without a conflict, and sometimes break a rule."""
     width, height = (int(n) for n in rng.integers(2, 6, size=2))
     blocked = rng.random((height, width)) < 0.15
@@ -32,22 +33,45 @@ def drawn_paths(rng: np.random.Generator) -> tuple[Fleet, list[list[Cell]]]:
         paths: list[list[Cell]] = [[free[k]] for k in rng.permutation(len(free))[:robots].tolist()]
         for path in paths:
             for _ in range(int(rng.integers(0, 7))):
-                ways = [path[-1], *neighbours(rows, path[-1])]
+                ways = [path[-1], *neighbours(rows, path[-1], octile=octile)]
+                if octile and not careful:
+                    ways += _past_corners(rows, path[-1])
                 path.append(ways[int(rng.integers(len(ways)))])
             while len(path) > 1 and path[-1] == path[-2]:
                 path.pop()
         facing = robots > 1 and not careful and rng.random() < 0.5
         if facing:
-            paths[1] = paths[0][::-1]  # the two meet, in a cell or between two
+            # The two meet, in a cell or between two.
+            paths[1] = _across(rows, paths[0]) if octile and rng.random() < 0.5 else paths[0][::-1]
         starts, goals = [path[0] for path in paths], [path[-1] for path in paths]
         if (
             len(set(starts)) == robots
             and len(set(goals)) == robots
-            and not (careful and broken(rows, starts, goals, paths))
+            and not (careful and broken(rows, starts, goals, paths, octile=octile))
         ):
             break
     fleet = Fleet(Grid(blocked), [Agent(a, b) for a, b in zip(starts, goals, strict=True)])
     return fleet, _spoiled(rng, rows, paths)
+
+
+def _past_corners(rows: list[list[bool]], cell: Cell) -> list[Cell]:
+    """Free cells that lie diagonally, past a blocked one."""
+    x, y = cell
+    allowed = neighbours(rows, cell, octile=True)
+    return [
+        (u, v)
+        for u in (x - 1, x + 1)
+        for v in (y - 1, y + 1)
+        if 0 <= u < len(rows[0]) and 0 <= v < len(rows) and not rows[v][u] and (u, v) not in allowed
+    ]
+
+
+def _across(rows: list[list[bool]], path: list[Cell]) -> list[Cell]:
+    """A path that crosses the first diagonal step of another one, either way; that one's reverse if it has none."""
+    for t, ((x, y), (u, v)) in enumerate(pairwise(path)):
+        if x != u and y != v and not (rows[v][x] or rows[y][u]):
+            return [*[(x, v)] * (t + 1), (u, y)] if t % 2 == 0 else [*[(u, y)] * (t + 1), (x, v)]
+    return path[::-1]
 
 
 def _spoiled(rng: np.random.Generator, rows: list[list[bool]], paths: list[list[Cell]]) -> list[list[Cell]]:
@@ -74,19 +98,24 @@ def _spoiled(rng: np.random.Generator, rows: list[list[bool]], paths: list[list[
     return paths
 
 
-def plan_of(fleet: Fleet, paths: list[list[Cell]], status: Status = Status.FOUND) -> FleetPlan:
+def plan_of(
+    fleet: Fleet, paths: list[list[Cell]], status: Status = Status.FOUND, *, octile: bool = False
+) -> FleetPlan:
     """A plan by hand, its figures those of its paths."""
     rows = fleet.grid.blocked.tolist()
-    shortest = [distances(rows, one.goal).get(one.start, 0) for one in fleet.robots]
-    return FleetPlan(status, "by hand", tuple(np.array(path) for path in paths), np.array(shortest))
+    shortest = [distances(rows, one.goal, octile=octile).get(one.start, 0) for one in fleet.robots]
+    moves = "octile" if octile else "four-connected"
+    return FleetPlan(
+        status, "by hand", tuple(np.array(path) for path in paths), np.array(shortest), moves=moves
+    )
 
 
-def paths_wrong(rng: np.random.Generator) -> tuple[str, str, dict[str, object]]:
+def paths_wrong(rng: np.random.Generator, *, octile: bool = False) -> tuple[str, str, dict[str, object]]:
     """What of the referee's verdict on drawn paths is wrong; what they are, and the case."""
-    fleet, paths = drawn_paths(rng)
+    fleet, paths = drawn_paths(rng, octile=octile)
     whole = rng.random() < 0.8
-    plan = plan_of(fleet, paths, Status.FOUND if whole else Status.ITERATION_LIMIT)
-    rules = broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, whole=whole)
+    plan = plan_of(fleet, paths, Status.FOUND if whole else Status.ITERATION_LIMIT, octile=octile)
+    rules = broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, whole=whole, octile=octile)
     verdict = check_fleet_plan(plan, fleet, every=bool(rng.integers(2)))
     case = {"rows": fleet.grid.blocked.tolist(), "starts": fleet.starts, "goals": fleet.goals, "paths": paths}
     word = "judged right" if not rules else "judged wrong"
@@ -102,13 +131,15 @@ def paths_wrong(rng: np.random.Generator) -> tuple[str, str, dict[str, object]]:
     return "", word, case
 
 
-def figures_wrong(rng: np.random.Generator, number: int) -> tuple[str, str, dict[str, object]]:
+def figures_wrong(
+    rng: np.random.Generator, number: int, *, octile: bool = False
+) -> tuple[str, str, dict[str, object]]:
     """What of the referee's verdict is wrong on right paths with a figure that is wrong."""
     while True:
-        fleet, paths = drawn_paths(rng)
-        if not broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths):
+        fleet, paths = drawn_paths(rng, octile=octile)
+        if not broken(fleet.grid.blocked.tolist(), fleet.starts, fleet.goals, paths, octile=octile):
             break
-    plan = plan_of(fleet, paths)
+    plan = plan_of(fleet, paths, octile=octile)
     costs = plan.sum_of_costs
     assert costs is not None
     assert plan.shortest is not None

@@ -1,6 +1,7 @@
 """Fleets and swarms of robots: no conflict by the referee and by the definitions; what planners promise, beside brute force.
 
 Case n is the same fleet for ``lacam``, ``lns``, ``pibt`` and ``prioritised-sipp``, and another one for ``cbs`` and ``eecbs``.
+Robots have four-connected moves, in kinds that begin with ``octile`` octile ones.
 Of tiny fleets (up to three robots on seven cells) all is known from the space of all configurations: whether there is a
 plan, the least sum of costs, the least sum of loss. Of others the rules, the planners' bounds and each other's answers are
 compared.
@@ -8,6 +9,7 @@ compared.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -27,6 +29,8 @@ REACH_TICKS = 2_000
 REACH_SIDES = (4, 6, 12, 18)
 """Greatest sides of biconnected maps, in turn."""
 REACH_ROBOTS = 200
+OCTILE = ("lacam", "lns", "pibt", "prioritised-sipp", "cbs", "eecbs", "exhausted")
+"""With octile moves: of case n the kind at n % 7, and that kind's case n // 7."""
 
 
 @lru_cache(maxsize=8)
@@ -60,11 +64,10 @@ def settings_of(planner: str, number: int, drawn: DrawnFleet) -> tuple[dict[str,
     return switches | {"weight": weight}, 200, weight
 
 
-def _planned_wrong(ask: Ask, planner: str, number: int, tally: Tally) -> str:
-    drawn = drawn_fleet(ask, number, styles_of(planner))
+def _planned_wrong(planner: str, number: int, drawn: DrawnFleet, tally: Tally) -> str:
     truth = answers.FleetTruth(drawn)
     settings, budget, weight = settings_of(planner, number, drawn)
-    plan = answers.asked(drawn.fleet, planner, number, budget, settings)
+    plan = answers.asked(drawn.fleet, planner, number, budget, settings, drawn.moves)
     tally.count(drawn.style)
     if not isinstance(plan, FleetPlan):
         return f"{settings}: {plan}"
@@ -102,8 +105,11 @@ def _run(ask: Ask, part: Part) -> Outcome:
 
 def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     rng = ask.rng("fleets", kind, number)
-    if kind == "referee":
-        fault, word, case = paths_wrong(rng) if number % 2 == 0 else figures_wrong(rng, number)
+    if kind in ("referee", "octile-referee"):
+        octile = kind == "octile-referee"
+        fault, word, case = (
+            paths_wrong(rng, octile=octile) if number % 2 == 0 else figures_wrong(rng, number, octile=octile)
+        )
         tally.count(word)
         if fault:
             tally.fail(number, fault, **case)
@@ -124,16 +130,6 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         _tell(tally, number, DrawnFleet(fleet, kind), fault)
         tally.measure("ticks until each has been on its goal", ticks)
         tally.measure("robots", len(fleet))
-    elif kind == "exhausted":
-        drawn = draw(rng, "tiny")
-        while len(drawn.fleet) > 2:
-            drawn = draw(rng, "tiny")
-        _tell(tally, number, drawn, answers.exhausted_wrong(drawn, number))
-    elif kind == "constrained":
-        drawn = draw(rng, ("tiny", "few", "few")[number % 3])
-        fault, word = answers.constrained_wrong(rng, drawn)
-        tally.count(word)
-        _tell(tally, number, drawn, fault)
     elif kind == "related":
         drawn = draw(rng, ("tiny", "few")[number // len(RELATIONS) % 2])
         relation = RELATIONS[number % len(RELATIONS)]
@@ -141,10 +137,44 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         tally.count(relation)
         tally.count("both known", int(known))
         _tell(tally, number, drawn, fault)
+    elif kind == "octile-constrained":
+        _searched(ask, "constrained", number, tally, rng, octile=True)
+    elif kind == "octile":
+        kind = OCTILE[number % len(OCTILE)]
+        _searched(ask, kind, number, tally, rng, own=number // len(OCTILE), octile=True)
     else:
-        _tell(
-            tally, number, drawn_fleet(ask, number, styles_of(kind)), _planned_wrong(ask, kind, number, tally)
-        )
+        _searched(ask, kind, number, tally, rng, octile=False)
+
+
+def _searched(
+    ask: Ask,
+    kind: str,
+    number: int,
+    tally: Tally,
+    rng: np.random.Generator,
+    *,
+    octile: bool,
+    own: int | None = None,
+) -> None:
+    """A case of a planner or of a search, with one step set or the other; ``own``: its number among those of this kind."""
+    own = number if own is None else own
+    if kind == "exhausted":
+        drawn = draw(rng, "tiny")
+        while len(drawn.fleet) > 2:
+            drawn = draw(rng, "tiny")
+    elif kind == "constrained":
+        drawn = draw(rng, ("tiny", "few", "few")[own % 3])
+    else:
+        drawn = drawn_fleet(ask, own, styles_of(kind))
+    drawn = replace(drawn, octile=octile)
+    if kind == "exhausted":
+        fault = answers.exhausted_wrong(drawn, own)
+    elif kind == "constrained":
+        fault, word = answers.constrained_wrong(rng, drawn)
+        tally.count(word)
+    else:
+        fault = _planned_wrong(kind, own, drawn, tally)
+    _tell(tally, number, drawn, f"{kind}, {drawn.moves}: {fault}" if fault and octile else fault)
 
 
 def _kind(what: str, commit: int, nightly: int, chunk: int, **least: float) -> Kind:
@@ -187,6 +217,19 @@ KINDS = {
     ),
     "referee": _kind(
         "the referee's verdict on right and spoiled plans is that of the definitions", 400, 100_000, 5_000
+    ),
+    "octile": _kind(
+        "octile moves: every planner and search beside brute force, each one case in seven",
+        160,
+        40_000,
+        400,
+        found=0.3,
+    ),
+    "octile-constrained": _kind(
+        "octile moves: one robot's shortest path under constraints", 200, 50_000, 2_000
+    ),
+    "octile-referee": _kind(
+        "octile moves: the referee's verdict is that of the definitions", 400, 50_000, 5_000
     ),
     "swarm-robots": _kind(
         "robots of a swarm: the same bytes again, no contact at any moment, by the referee and the definition",

@@ -6,36 +6,43 @@ import heapq
 from collections.abc import Sequence
 from itertools import product
 
-from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, Rows, neighbours
+from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, Rows, cross, neighbours
 
 Joint = tuple[Cell, ...]
 
 
-def _steps(blocked: Rows, cells: Joint, still: Sequence[bool] = ()) -> list[Joint]:
+def _steps(blocked: Rows, cells: Joint, still: Sequence[bool] = (), *, octile: bool = False) -> list[Joint]:
     """What a tick can lead to without a conflict; robots that are ``still`` do not move."""
     ways = [
-        [cell] if still and still[k] else [cell, *neighbours(blocked, cell)] for k, cell in enumerate(cells)
+        [cell] if still and still[k] else [cell, *neighbours(blocked, cell, octile=octile)]
+        for k, cell in enumerate(cells)
     ]
     pairs = [(i, j) for i in range(len(cells)) for j in range(i)]
     return [
         new
         for new in product(*ways)
-        if len(set(new)) == len(new) and not any(new[i] == cells[j] and new[j] == cells[i] for i, j in pairs)
+        if len(set(new)) == len(new)
+        and not any(new[i] == cells[j] and new[j] == cells[i] for i, j in pairs)
+        and not (octile and any(cross(cells[i], new[i], cells[j], new[j]) for i, j in pairs))
     ]
 
 
-def is_solvable(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell]) -> bool:
+def is_solvable(
+    blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell], *, octile: bool = False
+) -> bool:
     """Whether the robots can reach their goals, by a search over all configurations."""
     first, last = tuple(starts), tuple(goals)
     seen, front = {first}, [first]
     while front and last not in seen:
-        fresh = {new for cells in front for new in _steps(blocked, cells)} - seen
+        fresh = {new for cells in front for new in _steps(blocked, cells, octile=octile)} - seen
         seen |= fresh
         front = list(fresh)
     return last in seen
 
 
-def least_sum_of_costs(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell]) -> int | None:
+def least_sum_of_costs(
+    blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell], *, octile: bool = False
+) -> int | None:
     """The least sum of the ticks from which each robot stays at its goal; None: there is no plan.
 
     Dijkstra over cells and which robots have stopped: one that is on its goal may stop for good at any tick, and
@@ -57,7 +64,7 @@ def least_sum_of_costs(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Ce
             if cells[k] == goals[k] and not still[k]
         ]
         paid = cost + n - sum(still)
-        following += [(paid, (new, still)) for new in _steps(blocked, cells, still)]
+        following += [(paid, (new, still)) for new in _steps(blocked, cells, still, octile=octile)]
         for price, then in following:
             if price < best.get(then, price + 1):
                 best[then] = price
@@ -65,7 +72,9 @@ def least_sum_of_costs(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Ce
     return None
 
 
-def least_sum_of_loss(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell]) -> int | None:
+def least_sum_of_loss(
+    blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cell], *, octile: bool = False
+) -> int | None:
     """The least number of robots and ticks in which a robot is not on its goal before and after; None: no plan."""
     first, last = tuple(starts), tuple(goals)
     best, queue = {first: 0}, [(0, first)]
@@ -75,7 +84,7 @@ def least_sum_of_loss(blocked: Rows, starts: Sequence[Cell], goals: Sequence[Cel
             continue
         if cells == last:
             return cost
-        for new in _steps(blocked, cells):
+        for new in _steps(blocked, cells, octile=octile):
             price = cost + sum(not u == v == w for u, v, w in zip(cells, new, last, strict=True))
             if price < best.get(new, price + 1):
                 best[new] = price

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, Rows, neighbours
+from lampyris_selfcheck.reference.fleets.fleet_rules import Cell, Rows, cross, neighbours
 
 
 def earliest_arrival(
-    blocked: Rows, start: Cell, goal: Cell, others: Sequence[Sequence[Cell]], *, last: int
+    blocked: Rows,
+    start: Cell,
+    goal: Cell,
+    others: Sequence[Sequence[Cell]],
+    *,
+    last: int,
+    octile: bool = False,
 ) -> int | None:
     """The first tick from which the robot can stay at its goal; None: later than ``last``, or never.
 
@@ -31,16 +37,22 @@ def earliest_arrival(
         layer = {
             v
             for u in layer
-            for v in (u, *neighbours(blocked, u))
+            for v in (u, *neighbours(blocked, u, octile=octile))
             if v not in then
             and not (v == goal and t + 1 <= passed)
-            and not any(a == v and b == u for a, b in zip(now, then, strict=True))
+            and not any((a == v and b == u) or cross(u, v, a, b) for a, b in zip(now, then, strict=True))
         }
     return None
 
 
 def earliest_allowed(
-    blocked: Rows, start: Cell, goal: Cell, constraints: Sequence[tuple[str, Cell, Cell, int]], *, last: int
+    blocked: Rows,
+    start: Cell,
+    goal: Cell,
+    constraints: Sequence[tuple[str, Cell, Cell, int]],
+    *,
+    last: int,
+    octile: bool = False,
 ) -> int | None:
     """The first tick from which the robot can stay at its goal and keeps to constraints; None: later than ``last``, or never.
 
@@ -70,5 +82,7 @@ def earliest_allowed(
     for t in range(min(last, latest) + 1):
         if goal in layer and t >= earliest and all(allowed(goal, goal, s) for s in range(t + 1, span + 2)):
             return t
-        layer = {v for u in layer for v in (u, *neighbours(blocked, u)) if allowed(u, v, t + 1)}
+        layer = {
+            v for u in layer for v in (u, *neighbours(blocked, u, octile=octile)) if allowed(u, v, t + 1)
+        }
     return None

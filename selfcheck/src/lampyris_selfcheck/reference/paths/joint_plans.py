@@ -14,23 +14,32 @@ Cell = tuple[int, int]
 
 
 def least_sum_of_costs(
-    blocked: Sequence[Sequence[bool]], starts: Sequence[Cell], goals: Sequence[Cell], most: int
+    blocked: Sequence[Sequence[bool]],
+    starts: Sequence[Cell],
+    goals: Sequence[Cell],
+    most: int,
+    *,
+    octile: bool = False,
 ) -> int | None:
-    """The least sum of the ticks at which each robot comes to its goal for good; four-connected steps and waits.
+    """The least sum of the ticks at which each robot comes to its goal for good.
 
     Parameters
     ----------
     blocked : rows of the map.
     starts, goals : cells (x, y).
     most : how much more than the sum of the shortest paths is tried.
+    octile : whether robots also step diagonally, past free cells only, and two not across each other.
 
     None : more is needed, or there is no plan.
     """
+    steps = [(i, j) for i in (0, 1, -1) for j in (0, 1, -1) if octile or not (i and j)]
     near = {
         (x, y): [
-            (u, v)
-            for u, v in ((x, y), (x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
-            if 0 <= v < len(blocked) and 0 <= u < len(blocked[0]) and not blocked[v][u]
+            (x + i, y + j)
+            for i, j in steps
+            if 0 <= y + j < len(blocked)
+            and 0 <= x + i < len(blocked[0])
+            and not (blocked[y + j][x + i] or blocked[y][x + i] or blocked[y + j][x])
         ]
         for y, row in enumerate(blocked)
         for x, wall in enumerate(row)
@@ -69,6 +78,14 @@ def _shares(total: int, parts: int) -> Iterator[tuple[int, ...]]:
             yield (first, *rest)
 
 
+def _is_diagonal(a: Cell, b: Cell) -> bool:
+    return a[0] != b[0] and a[1] != b[1]
+
+
+def _middle(a: Cell, b: Cell) -> Cell:
+    return a[0] + b[0], a[1] + b[1]
+
+
 def _is_possible(
     near: dict[Cell, list[Cell]], far: list[dict[Cell, int]], starts: tuple[Cell, ...], ends: list[int]
 ) -> bool:
@@ -84,7 +101,10 @@ def _is_possible(
             for new in product(*choices):
                 apart = len(set(new)) == len(new)
                 if apart and not any(
-                    new[i] == old[j] and new[j] == old[i] for i in range(len(new)) for j in range(i)
+                    (new[i] == old[j] and new[j] == old[i])
+                    or (_is_diagonal(old[i], new[i]) and _middle(old[i], new[i]) == _middle(old[j], new[j]))
+                    for i in range(len(new))
+                    for j in range(i)
                 ):
                     following.add(new)
         layer = following
