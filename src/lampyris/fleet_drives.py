@@ -332,12 +332,12 @@ def _robots(fleet: Fleet, robot: Robot | None, moves: str) -> tuple[Robot, ...]:
     for k, one in enumerate(robots):
         if one.radius > most * (1.0 + 1e-12):
             raise SettingError(
-                "FLEET_ROBOT", f"a radius of {one.radius:g} m", where=f"robots[{k}].robot",
+                "FLEET_ROBOT", f"a radius of {one.radius:g} m", where=f"robots[{k}].robot", setting="robot.radius",
                 allowed=f"at most {least:.3g} cells, {most:.4g} m: robots that follow each other must not touch",
             )  # fmt: skip
         if one.drive == "ackermann":
             raise SettingError(
-                "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot",
+                "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot", setting="robot.drive",
                 allowed="differential or omnidirectional: robots of fleets turn in place",
             )  # fmt: skip
     return robots
@@ -357,9 +357,15 @@ def _faults(given: Any, robots: int, settings: FleetDriveSettings) -> list[tuple
             or not is_whole(float(pair[0]).__trunc__(), 0, robots - 1)
             or pair[0] % 1
         ):
-            raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed)
+            raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed, setting="faults")
         if int(pair[0]) in found:
-            raise SettingError("FAULTS", f"robot {int(pair[0])} twice", where=f"faults[{k}]", allowed=allowed)
+            raise SettingError(
+                "FAULTS",
+                f"robot {int(pair[0])} twice",
+                where=f"faults[{k}]",
+                allowed=allowed,
+                setting="faults",
+            )
         found[int(pair[0])] = float(pair[1])
     if found and settings.policy == "orca":
         raise SettingError.of("FAULTS", "faults", shown(given), allowed="none with policy orca")

@@ -47,13 +47,13 @@ NEEDS = {
     ("speed", "--obstacle-radius"): ("--track", "t.csv"),
     ("fleet", "--window"): ("--lifelong", "5"),
     ("fleet", "--delay-duration"): ("--execute", "--delays", "0.1"),
+    ("fleet", "--obstacle-radius"): ("--execute", "--obstacles", "1"),
+    ("fleet", "--obstacle-speed"): ("--execute", "--obstacles", "1"),
     **{
         ("fleet", f"--{name}"): ("--execute",)
         for name in (
             "delays",
             "obstacles",
-            "obstacle-radius",
-            "obstacle-speed",
             "drive-limit",
             "radius",
             "v-max",

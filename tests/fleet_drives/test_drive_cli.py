@@ -99,7 +99,7 @@ def test_lifelong_prints_throughput(tmp_path: Path) -> None:
     assert len(record["paths"][0]) == 41
     (tmp_path / "t.csv").write_text("release,x,y\n0,1,1\n5,2,1\n")
     record = json.loads(call(*ROOMS, "--lifelong", "60", "--tasks", "t.csv", "--json", cwd=tmp_path).stdout)
-    assert len(record["tasks"]) == 10
+    assert len(record["tasks"]) == 2  # and not the goals that are drawn without a file
 
 
 @pytest.mark.parametrize(
@@ -123,3 +123,28 @@ def test_options_that_do_not_go_together_are_refused(words: tuple[str, ...], sai
     done = call(*ROOMS, *words)
     assert done.returncode in (2, 3), done.stdout
     assert said in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--policy", "orca", "--delays", "0.1"), "--delays with --policy orca"),
+        (("--fault", "9@3"), "--fault: (9, 3.0)"),
+        (("--fault", "1@-3"), "--fault: (1, -3.0)"),
+        (("--radius", "0.5"), "--radius: "),
+        (("--drive", "ackermann"), "--drive: "),
+        (("--obstacle-radius", "1"), "--obstacle-radius without --obstacles"),
+    ],
+)
+def test_wrong_values_and_options_without_effect_are_exit_2(words: tuple[str, ...], says: str) -> None:
+    done = call("fleet", "guide", "--robots", "3", "--execute", *words)
+    assert done.returncode == 2
+    assert says in done.stderr
+
+
+def test_tasks_of_a_file_are_all_that_is_counted(tmp_path: Path) -> None:
+    file = tmp_path / "tasks.csv"
+    file.write_text("release,x,y\n0,4,4\n500,1,9\n")
+    done = call("fleet", "guide", "--robots", "3", "--lifelong", "60", "--tasks", str(file), "--json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["completed"] == 1

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import lampyris
+from in_process import call
 from lampyris.errors import LampyrisError
 from lampyris.planning import visiting_order
 from lampyris.planning.visiting_order import best_order
@@ -171,12 +172,23 @@ def test_wrong_via_points_are_refused_with_their_place() -> None:
     with pytest.raises(LampyrisError, match="given, best"):
         scene.through([(1, 1)], "worst")
     through = scene.through([(1, 1)])
-    for call in (lampyris.simulate, lampyris.drive):
+    for run in (lampyris.simulate, lampyris.drive):
         with pytest.raises(LampyrisError, match="VIA"):
-            call(through)
+            run(through)
     for planner in ("sipp", "lattice"):
         with pytest.raises(LampyrisError, match="takes no via points"):
             lampyris.plan(through, planner)
+
+
+def test_points_in_cells_and_in_metres_have_no_order_together() -> None:
+    words = ("plan", "guide", "--via-m", "1.5,2.5", "--via", "4,4")
+    refused = call(*words)
+    assert refused.returncode == 2
+    assert "--via and --via-m both given" in refused.stderr
+    assert call(*words, "--via-order", "best").returncode == 0
+    alone = call("plan", "guide", "--via-order", "best")
+    assert alone.returncode == 2
+    assert "without via points" in alone.stderr
 
 
 def test_a_scenario_keeps_its_via_points(tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ OPTIONS: Mapping[str, str] = {
     "traffic.count": "obstacles",
     "traffic.rate": "rate",
     "traffic.radius": "obstacle_radius",
+    "faults": "fault",
     "delays.probability": "delays",
     "delays.duration": "delay_duration",
     "width": "size",

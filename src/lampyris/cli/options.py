@@ -53,7 +53,7 @@ Via = Annotated[
 ]
 ViaM = Annotated[
     list[str] | None,
-    typer.Option("--via-m", metavar="X,Y", help="The same in metres of the map frame, after those of --via."),
+    typer.Option("--via-m", metavar="X,Y", help="The same in metres of the map frame."),
 ]
 ViaOrder = Annotated[
     str,

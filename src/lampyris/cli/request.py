@@ -149,7 +149,14 @@ class Request:
 
     def through(self, scenario: Scenario, options: ViaOptions) -> Scenario:
         """The scenario with the via points of the options."""
-        check_choice("VIA_ORDER", "--via-order", options.via_order, VIA_ORDERS)
+        order = check_choice("VIA_ORDER", "--via-order", options.via_order, VIA_ORDERS)
+        if options.via and options.via_m and order == "given":
+            what = "--via and --via-m both given, which have no order together"
+            raise UsageError("OPTIONS", what, allowed="one of them, or --via-order best")
+        if order != "given" and not (options.via or options.via_m):
+            raise UsageError(
+                "OPTIONS", f"--via-order {order} without via points", allowed="with --via or --via-m"
+            )
         scene, grid = scenario.scene, scenario.scene.grid
         cells: list[Any] = [_pair(word, "--via", int) for word in options.via or ()]
         for cell in cells:

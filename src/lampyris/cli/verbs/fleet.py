@@ -163,7 +163,10 @@ def fleet(
         more = {"json": json_, "no_timing": no_timing}
         trace: Any
         if driving.lifelong is not None:
-            trace = drives.lifelong(asked.fleet, asked_planner, driving, seed, budget, film, **more)
+            fleet_ = asked.fleet
+            if driving.tasks is not None and agents is None and scen is None:
+                fleet_ = drives.without_goals(fleet_)  # the drawn ones would be tasks that nobody gave
+            trace = drives.lifelong(fleet_, asked_planner, driving, seed, budget, film, **more)
         else:
             trace = drives.execute(asked.fleet, None, planner, driving, seed, film, **more)
         raise typer.Exit(0 if trace else NO_ANSWER)

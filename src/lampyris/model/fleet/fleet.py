@@ -93,7 +93,8 @@ class Fleet(Noun):
     ------
     SettingError : ``TYPE``: no grid or no agents; ``FLEET``: no robot at all, or two with one start or one goal, or that
         overlap there; ``FLEET_ROBOT``: a robot that cannot turn in place. They name the robot by its index, from 0.
-    SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``, with the robot's index.
+    SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``TASK_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``,
+        ``TASK_OCCUPIED``, with the robot's index.
     """
 
     grid: Grid
@@ -117,9 +118,11 @@ class Fleet(Noun):
             if not isinstance(one, Agent):
                 raise SettingError("TYPE", shown(one), where=f"robots[{k}]", allowed="a lampyris.Agent")
             self._check_size(k, one)
+            for i, stop in enumerate(one.tasks):
+                self._check_end(k, "task", stop, f"tasks[{i}]")
             for what in ("start", "goal"):
                 cell: Cell = getattr(one, what)
-                self._check_end(k, what, cell)
+                self._check_end(k, what, cell, what)
                 other = taken[what].setdefault(cell, k)
                 if other != k:
                     raise SettingError(
@@ -155,8 +158,8 @@ class Fleet(Noun):
                 allowed="differential or omnidirectional: paths of fleets turn in place",
             )  # fmt: skip
 
-    def _check_end(self, k: int, what: str, cell: Cell) -> None:
-        where, grid = f"robots[{k}].{what}", self.grid
+    def _check_end(self, k: int, what: str, cell: Cell, place: str) -> None:
+        where, grid = f"robots[{k}].{place}", self.grid
         if not grid.contains(cell):
             allowed = f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}"
             raise SceneError(

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.predicates import cell_of
 from lampyris.errors import SettingError, of_kind, shown
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import NodeTable
 from lampyris.model.scene import Scene
 from lampyris.motion.laws import dissertation
-from lampyris.motion.laws.rings import count, headings
+from lampyris.motion.laws.rings import as_cells, count, headings
 from lampyris.typing import Cell
 
 
@@ -32,12 +33,12 @@ def node_table(
     ----------
     scene : the map.
     path : a path of cells, or a plan that found one, by whatever planner.
-    obstacles : cells that moving obstacles cover.
+    obstacles : cells that moving obstacles cover; those off the map are ignored.
     law : its settings: which cells count, and the velocities.
 
     Raises
     ------
-    SettingError : ``PROFILE``: a plan without a path.
+    SettingError : ``PROFILE``: a plan without a path; ``TYPE``: obstacles that are not cells, another law.
 
     Examples
     --------
@@ -49,13 +50,15 @@ def node_table(
     Source: dissertation, Algorithms 3.11 and 3.12, Tables 4.12 to 4.17.
     """
     of_kind("scene", scene, Scene)
+    of_kind("law", law, dissertation.DissertationLaw)
+    around = cells_given(obstacles)
     given = path.path if isinstance(path, Plan) else path
     if not isinstance(given, Path):
         raise SettingError("PROFILE", shown(path), where="path", allowed="a path, or a plan that found one")
     cells = given.cells.astype(np.int64)
     steps = headings(cells, None)
     one, two = count(
-        cells, steps, scene.grid.blocked, obstacles, law.ring1, law.ring2, law.outside1, law.outside2
+        cells, steps, scene.grid.blocked, around, law.ring1, law.ring2, law.outside1, law.outside2
     )
     by_rings, by_angle = dissertation.node_caps(steps, one, two, law, came=False)
     by_angle[np.isinf(by_angle)] = np.nan
@@ -69,3 +72,18 @@ def node_table(
 def nodes_of(scene: Scene, found: Plan) -> NodeTable | None:
     """The table of a plan's path of cells; None where there is none."""
     return None if found.path is None or found.pose_path is not None else node_table(scene, found)
+
+
+def cells_given(obstacles: Any) -> NDArray[np.int64]:
+    """Cells as int64 (m, 2).
+
+    Raises
+    ------
+    SettingError : ``TYPE``: no list of cells.
+    """
+    listed = obstacles.tolist() if isinstance(obstacles, np.ndarray) else obstacles
+    if isinstance(listed, list | tuple | set | frozenset):
+        cells = [cell_of(one) for one in listed]
+        if None not in cells:
+            return as_cells([cell for cell in cells if cell is not None])
+    raise SettingError("TYPE", shown(obstacles), where="obstacles", allowed="a list of cells (x, y)")

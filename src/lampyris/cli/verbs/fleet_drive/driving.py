@@ -19,9 +19,9 @@ from lampyris.cli.verbs.fleet_drive.options import (
     robot_of,
 )
 from lampyris.errors import SettingError
+from lampyris.model.fleet.fleet import Agent, Fleet
 
 if TYPE_CHECKING:
-    from lampyris.model.fleet.fleet import Fleet
     from lampyris.model.fleet.fleet_plan import FleetPlan
     from lampyris.model.fleet.fleet_trace import FleetTrace
     from lampyris.model.fleet.lifelong import LifelongTrace
@@ -63,6 +63,11 @@ def execute(
         _print_drive(trace)
         print_written(None, film)
     return trace
+
+
+def without_goals(fleet: Fleet) -> Fleet:
+    """The robots, each at its start until it has a task."""
+    return Fleet(fleet.grid, [Agent(one.start, one.start, one.robot) for one in fleet.robots])
 
 
 def lifelong(

@@ -11,7 +11,7 @@ import typer
 
 from lampyris._core.settings import defaults_of, meanings_of, settings_of
 from lampyris.cli.option_groups import option_of
-from lampyris.errors import SettingError, UsageError
+from lampyris.errors import UsageError
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.robot import Robot
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
@@ -139,6 +139,23 @@ def check_options(given: FleetDriveOptions) -> None:
     """
     if given.execute and given.lifelong is not None:
         raise UsageError("OPTIONS", "--execute and --lifelong both given", allowed="one of them")
+    for name in (
+        "delays",
+        "delay_duration",
+        "fault",
+        "obstacles",
+        "obstacle_radius",
+        "obstacle_speed",
+        "obstacle_info",
+    ):
+        if given.policy == "orca" and getattr(given, name) not in (None, []):
+            what = f"--{name.replace('_', '-')} with --policy orca"
+            raise UsageError("OPTIONS", what, allowed="with --policy order")
+    for name in ("obstacle_radius", "obstacle_speed", "obstacle_info"):
+        if getattr(given, name) is not None and not given.obstacles and given.execute:
+            raise UsageError(
+                "OPTIONS", f"--{name.replace('_', '-')} without --obstacles", allowed="with --obstacles"
+            )
     for one in fields(given):
         name = one.name
         if name in ("execute", "lifelong") or getattr(given, name) in (None, []):
@@ -181,7 +198,7 @@ def faults_of(given: FleetDriveOptions) -> list[tuple[int, float]]:
 
     Raises
     ------
-    SettingError : ``FAULTS``: no ROBOT@TIME.
+    UsageError : ``FAULTS``: no ROBOT@TIME.
     """
     found = []
     for text in given.fault or ():
@@ -189,7 +206,7 @@ def faults_of(given: FleetDriveOptions) -> list[tuple[int, float]]:
         try:
             found.append((int(robot), float(time)))
         except ValueError:
-            raise SettingError.of(
-                "FAULTS", "faults", repr(text)[:40], allowed="ROBOT@TIME, such as 3@20"
+            raise UsageError(
+                "FAULTS", repr(text)[:40], where="--fault", allowed="ROBOT@TIME, such as 3@20"
             ) from None
     return found
