@@ -206,7 +206,7 @@ class _Run:
             times.append(stage.end)
             plans.append(tuple(paths))
         columns = phases.columns()
-        arrivals = self._arrivals(columns, [k for k, _ in done])
+        arrivals = self._arrivals(columns, np.isnan(stage.arrivals), [k for k, _ in done])
         if done:
             # Robots that stood at their goals, before they had to make way for a new plan or until there was one.
             driven = np.bincount(columns[0], weights=columns[2], minlength=n)
@@ -231,15 +231,22 @@ class _Run:
         if waiting:
             notes.append(late_faults(waiting, "s", stage.end))
         if stage.stalled:
-            notes.append(f"the drive was cut off at {stage.end:.6g} s: events followed each other without time passing")
+            notes.append(
+                f"the drive was cut off at {stage.end:.6g} s: events followed each other without time passing"
+            )
         return self._trace(
             status, phases, tick=tick, arrivals=arrivals, planned=planned, waits=waits[:, 1:], plans=tuple(plans),
             plan_times=tuple(times), faults=tuple(done), delayed=delayed, rotations=rings, detail=detail,
             notes=tuple(notes),
         )  # fmt: skip
 
-    def _arrivals(self, columns: tuple[NDArray[Any], ...], failed: list[int]) -> Floats:
-        """When each robot came to its goal for good; NaN: it did not, or it failed."""
+    def _arrivals(
+        self, columns: tuple[NDArray[Any], ...], under_way: NDArray[np.bool_], failed: list[int]
+    ) -> Floats:
+        """When each robot came to its goal for good; NaN: it did not, or it failed.
+
+        A robot that is under way may stand on its goal: its path may pass it, to let others through.
+        """
         who, t, long, x, y, dx, dy, v, a = columns
         places, ends = self._fleet.grid.to_metres(self._fleet.starts), np.zeros(len(self._robots))
         far = long * (v + 0.5 * a * long)
@@ -247,6 +254,7 @@ class _Run:
         ends[who] = t + long
         gap = np.abs(places - self._fleet.grid.to_metres(self._fleet.goals)).max(axis=1)
         ends[gap > 1e-6 * self._fleet.grid.resolution] = np.nan
+        ends[under_way] = np.nan
         ends[failed] = np.nan
         return ends
 

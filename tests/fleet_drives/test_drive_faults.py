@@ -7,7 +7,7 @@ import pytest
 from drive_checks import least_gap, places
 
 import lampyris
-from lampyris.kernels.fleet_motion import execution
+from lampyris.sim.fleet import execution
 from sizes import sized
 
 
@@ -111,6 +111,24 @@ def test_short_braking_distances_end_at_the_limit(seed: int) -> None:
     assert trace.notes == ()
 
 
+def test_a_robot_that_only_passes_its_goal_has_not_arrived_when_the_time_is_over() -> None:
+    grid = lampyris.Grid(np.array([[False] * 6, [True, True, False, True, True, True]]))
+    fleet = lampyris.Fleet(grid, [lampyris.Agent((1, 0), (2, 0)), lampyris.Agent((0, 0), (5, 0))])
+    first = np.array([(1, 0), (2, 0), (2, 0), (2, 1), (2, 1), (2, 1), (2, 0)])
+    second = np.array([(0, 0), (0, 0), (1, 0), (1, 0), (2, 0), (3, 0), (4, 0), (5, 0)])
+    plan = lampyris.FleetPlan(lampyris.Status.FOUND, "pibt", (first, second))
+    on_goal = []
+    for limit in np.arange(1.0, 24.0, 0.25):
+        trace = lampyris.simulate_fleet(fleet, plan, drive_limit=float(limit))
+        off = np.abs(trace.at(1e3) - fleet.grid.to_metres(fleet.goals)).max(axis=1)
+        on_goal += [limit] if off[0] < 1e-9 and np.isnan(trace.arrivals[0]) else []
+        if trace:
+            assert off.max() < 1e-6
+            break
+    assert trace
+    assert on_goal
+
+
 @sized("count", 15, 300)
 def test_drives_with_any_speed_and_acceleration_end(count: int) -> None:
     for number in range(count):
@@ -127,7 +145,7 @@ def test_drives_with_any_speed_and_acceleration_end(count: int) -> None:
 
 def test_events_without_progress_in_time_end_the_drive(monkeypatch: pytest.MonkeyPatch) -> None:
     # No known drive stalls; with no room for events at one moment the first ones do.
-    monkeypatch.setattr(execution, "EVENTS", -1_000_000)
+    monkeypatch.setattr(execution, "_EVENTS", -1_000_000)
     fleet = lampyris.random_fleet(lampyris.load_grid("rooms-20"), 3)
     trace = lampyris.simulate_fleet(fleet)
     assert trace.status is lampyris.Status.LIMIT

@@ -37,8 +37,6 @@ ENDED, LIMIT, FULL, STALLED = 0, 1, 2, 3
 TINY = 1e-12
 NEAR = 1e-9
 """Metres within which a phase ends at a vertex; seconds that are no progress in time."""
-EVENTS = 64
-"""Events of each robot, besides one for each vertex, after which the time must have moved on by NEAR."""
 NEVER = 1e300
 
 
@@ -484,9 +482,10 @@ def run(
     base, vert, link, real, whole, tree, log, count, gfirst, gmember, greal, ready, obs, many, period, quick, size,
     known, fault, faulty, limit, clock, halt,
 ):  # fmt: skip
-    """Drive until nothing more happens; ENDED, LIMIT (the time is over), FULL (the log is; call again with more room) or STALLED.
+    """Drive until nothing more happens; how it ended.
 
-    STALLED: so many events without progress in time that there would be no end; never seen, but an endless loop cannot be stopped.
+    ENDED; LIMIT: the time is over; FULL: the log is, call again with more room; STALLED: too many events without progress in
+    time, which no known drive has.
 
     Parameters
     ----------
@@ -500,14 +499,15 @@ def run(
         speed and radius; whether their tracks are known to the robots.
     fault, faulty : float64 (f + 1,), int64 (f + 1,): when robots stop for good, rising, and which; NEVER, -1 at the end.
     limit : seconds after which to give up.
-    clock : float64 (3,): the time; the next look at the obstacles; 1 after the beginning, and 1 more after each fault.
+    clock : float64 (4,): the time; the next look at the obstacles; 1 after the beginning, and 1 more after each fault; how many
+        events may follow each other before the time must have moved on by NEAR.
     """
     n = len(base) - 1
     half = len(tree) // 2
     looks = 0
     since = clock[0]
     events = 0
-    most = len(vert) // VERTEX_REAL + EVENTS * n
+    most = clock[3]
     if clock[2] == 0.0:
         clock[2] = 1.0
         for i in range(n):

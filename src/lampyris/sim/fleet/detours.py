@@ -67,5 +67,7 @@ def late_faults(faults: Sequence[tuple[int, float]], unit: str, end: float) -> s
     unit : of the times.
     end : of the drive.
     """
-    names = ", ".join(f"robot {k} at {when:.6g}" for k, when in faults[:8]) + (" and more" if faults[8:] else "")
+    names = ", ".join(f"robot {k} at {when:.6g}" for k, when in faults[:8]) + (
+        " and more" if faults[8:] else ""
+    )
     return f"faults after the end of the drive ({end:.6g} {unit}) had no effect: {names} {unit}"

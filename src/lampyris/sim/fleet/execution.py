@@ -20,6 +20,8 @@ from lampyris.typing import Cells, Floats
 _MIB = 2**20
 _ROOM = 8
 """Bytes of a number of the log."""
+_EVENTS = 64
+"""Events of each robot, besides one for each vertex, after which time must have passed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +117,8 @@ def drive_plan(
     greal = _ring_phases(visits, vert, robots, holds)
     real, whole, tree = _states(robots, begin)
     moving = _moving(hazards)
-    clock = np.array([begin, (math.floor(begin / moving[2]) + 1) * moving[2], 0.0])
+    most = rows + _EVENTS * n
+    clock = np.array([begin, (math.floor(begin / moving[2]) + 1) * moving[2], 0.0, float(most)])
     ready = np.zeros(max(1, len(visits.rings)), dtype=np.int64)
     log = np.empty((4 * rows + 4 * n + 16) * kernels.ROW)
     count = np.zeros(1, dtype=np.int64)
