@@ -241,7 +241,7 @@ class _Run:
         )  # fmt: skip
 
     def _arrivals(
-        self, columns: tuple[NDArray[Any], ...], under_way: NDArray[np.bool_], failed: list[int]
+        self, columns: tuple[NDArray[Any], ...], on_path: NDArray[np.bool_], failed: list[int]
     ) -> Floats:
         """When each robot came to its goal for good; NaN: it did not, or it failed.
 
@@ -254,7 +254,7 @@ class _Run:
         ends[who] = t + long
         gap = np.abs(places - self._fleet.grid.to_metres(self._fleet.goals)).max(axis=1)
         ends[gap > 1e-6 * self._fleet.grid.resolution] = np.nan
-        ends[under_way] = np.nan
+        ends[on_path] = np.nan
         ends[failed] = np.nan
         return ends
 
