@@ -31,7 +31,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.planning.base import Budget
 from lampyris.planning.fleet.base import FleetPlanner
-from lampyris.sim.fleet.detours import goals_around
+from lampyris.sim.fleet.detours import goals_around, late_faults
 from lampyris.sim.fleet.execution import Hazards, Stage, drive_plan
 from lampyris.sim.fleet.phases import Phases
 from lampyris.sim.fleet.reactive import drive_reactively
@@ -183,29 +183,30 @@ class _Run:
         paths, times, plans = list(plan.paths), [0.0], [plan.paths]
         planned = np.array([(len(path) - 1) * tick for path in plan.paths])
         delayed, rings, detail = 0, 0, ""
-        waiting, done = list(self._faults), list[tuple[int, float]]()
+        waiting, done = self._faults, list[tuple[int, float]]()
+        under: dict[int, Cells] = {}
         while True:
-            fault = waiting.pop(0) if waiting else None
             stage = drive_plan(
                 grid, paths, self._robots, self._delays, self._rng, hazards=hazards, begin=times[-1], limit=limit,
-                fault=None if fault is None else (fault[0], max(fault[1], times[-1])),
+                faults=waiting,
             )  # fmt: skip
             phases.add_stage(stage)
             waits += stage.waits
             delayed, rings = delayed + stage.delayed, rings + stage.rings
             if self._progress is not None:
                 self._progress(int(np.count_nonzero(~np.isnan(stage.arrivals))), n)
-            if fault is None or not stage.faulted:
+            now, waiting = waiting[: stage.failed], waiting[stage.failed :]
+            done += now
+            if stage.limited or not now:
                 break
-            done.append(fault)
-            paths, lost = self._around(stage, [k for k, _ in done])
-            if lost:
-                names = ", ".join(str(k) for k in lost[:8]) + (" and more" if lost[8:] else "")
-                detail = f"Robots that stopped are in the way of robot{'s' if lost[1:] else ''} {names}."
+            under |= {k: stage.cells_under(k) for k, _ in now}
+            paths, lost = self._around(stage, under)
+            names = _names(lost)
+            detail = f"Robots that stopped are in the way of {names}." if lost else ""
             times.append(stage.end)
             plans.append(tuple(paths))
         columns = phases.columns()
-        arrivals = self._arrivals(columns, [k for k, _ in done])
+        arrivals = self._arrivals(columns, np.isnan(stage.arrivals), [k for k, _ in done])
         if done:
             # Robots that stood at their goals, before they had to make way for a new plan or until there was one.
             driven = np.bincount(columns[0], weights=columns[2], minlength=n)
@@ -224,13 +225,28 @@ class _Run:
             detail = detail if status is Status.NO_PATH else ""
         elif done:
             detail = f"All other robots arrived; {len(done)} stopped for good."
+            if len(done) == n:
+                detail = f"All {n} robots stopped for good." if n > 1 else "The robot stopped for good."
+        notes = []
+        if waiting:
+            notes.append(late_faults(waiting, "s", stage.end))
+        if stage.stalled:
+            notes.append(
+                f"the drive was cut off at {stage.end:.6g} s: events followed each other without time passing"
+            )
         return self._trace(
             status, phases, tick=tick, arrivals=arrivals, planned=planned, waits=waits[:, 1:], plans=tuple(plans),
             plan_times=tuple(times), faults=tuple(done), delayed=delayed, rotations=rings, detail=detail,
+            notes=tuple(notes),
         )  # fmt: skip
 
-    def _arrivals(self, columns: tuple[NDArray[Any], ...], failed: list[int]) -> Floats:
-        """When each robot came to its goal for good; NaN: it did not, or it failed."""
+    def _arrivals(
+        self, columns: tuple[NDArray[Any], ...], on_path: NDArray[np.bool_], failed: list[int]
+    ) -> Floats:
+        """When each robot came to its goal for good; NaN: it did not, or it failed.
+
+        A robot that is under way may stand on its goal: its path may pass it, to let others through.
+        """
         who, t, long, x, y, dx, dy, v, a = columns
         places, ends = self._fleet.grid.to_metres(self._fleet.starts), np.zeros(len(self._robots))
         far = long * (v + 0.5 * a * long)
@@ -238,23 +254,26 @@ class _Run:
         ends[who] = t + long
         gap = np.abs(places - self._fleet.grid.to_metres(self._fleet.goals)).max(axis=1)
         ends[gap > 1e-6 * self._fleet.grid.resolution] = np.nan
+        ends[on_path] = np.nan
         ends[failed] = np.nan
         return ends
 
-    def _around(self, stage: Stage, failed: list[int]) -> tuple[list[Cells], list[int]]:
+    def _around(self, stage: Stage, under: Mapping[int, Cells]) -> tuple[list[Cells], list[int]]:
         """New paths around the robots that have stopped, and which robots cannot come to their goals.
 
         Those go to, or stay on, a free cell where nobody else has to be.
+
+        Parameters
+        ----------
+        stage : that has just ended.
+        under : the one or two cells under each robot that has failed, in this stage or an earlier one.
         """
         grid, n = self._fleet.grid, len(self._robots)
         here = stage.visits.cells[stage.visits.base[:-1] + stage.reached]
         blocked = np.array(grid.blocked)
-        for k in failed:
-            blocked[here[k][1], here[k][0]] = True
-            if stage.between[k]:
-                x, y = stage.visits.cells[stage.visits.base[k] + stage.reached[k] + 1]
-                blocked[y, x] = True
-        open_ = [k for k in range(n) if k not in failed]
+        for cells in under.values():
+            blocked[cells[:, 1], cells[:, 0]] = True
+        open_ = [k for k in range(n) if k not in under]
         paths: list[Cells] = [here[k : k + 1] for k in range(n)]
         goals, lost = goals_around(blocked, {k: tuple(here[k].tolist()) for k in open_}, self._fleet.goals)
         if open_:
@@ -392,6 +411,12 @@ def _fits(plan: FleetPlan, fleet: Fleet) -> None:
         raise SettingError(
             "FLEET_PLAN", str(bad), where="plan", allowed="a plan of this fleet without conflicts"
         )
+
+
+def _names(robots: Sequence[int]) -> str:
+    """Robots in words, the first eight of them."""
+    names = ", ".join(str(k) for k in robots[:8]) + (" and more" if robots[8:] else "")
+    return f"robot{'s' if robots[1:] else ''} {names}"
 
 
 def _longest(paths: Sequence[Cells]) -> float:

@@ -28,6 +28,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
 from lampyris.model.settings.simulation import MAX_TICKS
 from lampyris.planning.base import Budget
+from lampyris.sim.fleet.detours import late_faults
 from lampyris.sim.fleet.lifelong import PLANNERS, WINDOWS, LifelongRun, drive_on
 from lampyris.sim.fleet.task_queue import TaskQueue
 from lampyris.typing import Cells
@@ -153,6 +154,9 @@ def _trace(
             f"{run.counts.fallbacks} of {run.counts.windows} windows were planned by PIBT: "
             f"{planner} had found no plan within its limit"
         )
+    late = [one for one in faults if one[1] >= run.tick]
+    if late:
+        notes.append(late_faults(late, "ticks", run.tick))
     whole = np.int32
     return LifelongTrace(
         status, grid, planner, window, seed, np.array(run.xy), tuple(queue.tasks), np.array(queue.robot, whole),

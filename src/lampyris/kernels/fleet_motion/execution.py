@@ -33,10 +33,10 @@ NONE, ORDER, TURNING, DELAYED, OBSTACLE, REPLANNING = 0, 1, 2, 3, 4, 5
 """Causes of standing."""
 ROW = 7
 """Columns of the log: robot, vertex behind it, beginning, duration, metres along its path, speed, acceleration."""
-ENDED, LIMIT, FULL = 0, 1, 2
+ENDED, LIMIT, FULL, STALLED = 0, 1, 2, 3
 TINY = 1e-12
 NEAR = 1e-9
-"""Metres within which a phase ends at a vertex."""
+"""Metres within which a phase ends at a vertex; seconds that are no progress in time."""
 NEVER = 1e300
 
 
@@ -178,6 +178,10 @@ def _decide(
     k = whole[w + AT]
     last = base[i + 1] - base[i] - 1
     row = (base[i] + k) * VERTEX_REAL
+    if k == last:
+        # A speed that rounding left over.
+        v = 0.0
+        real[r + V] = 0.0
     if v == 0.0:
         if whole[w + BRAKE] == 3:
             _rest(real, whole, tree, i, t, NONE, NEVER)
@@ -250,7 +254,12 @@ def _phase(base, vert, link, real, whole, tree, i, t):
     if whole[w + BRAKE] != 0 or room <= 0.0:
         accel = -fall
         end_s = min(s + needed, end)
-    elif needed >= room * (1.0 - TINY) or (peak - v <= TINY * peak and v < real[r + V_MAX]):
+    elif (
+        needed >= room * (1.0 - TINY)
+        or (peak - v <= TINY * peak and v < real[r + V_MAX])
+        # The rest of the room is less than the rounding of places: a cruise there would have no length and be repeated.
+        or (v >= real[r + V_MAX] and end - needed <= s)
+    ):
         accel = -v * v / (2.0 * room)
     elif v < real[r + V_MAX]:
         accel = rise
@@ -436,10 +445,12 @@ def _halt_all(
     base, vert, link, real, whole, tree, log, count, gfirst, gmember, greal, ready, obs, many, period, quick, size,
     known, faulty, t,
 ):  # fmt: skip
-    """Robot ``faulty`` brakes for good; all others stop at the first vertex that they can."""
+    """Robot ``faulty`` brakes for good; all others that do not yet do so stop at the first vertex that they can."""
     for i in range(len(base) - 1):
         r = i * REAL
         w = i * WHOLE
+        if whole[w + FROZEN] != 0 and i != faulty:
+            continue
         whole[w + FROZEN] = 1
         mode = whole[w + MODE]
         if mode == RING:
@@ -471,7 +482,10 @@ def run(
     base, vert, link, real, whole, tree, log, count, gfirst, gmember, greal, ready, obs, many, period, quick, size,
     known, fault, faulty, limit, clock, halt,
 ):  # fmt: skip
-    """Drive until nothing more happens; ENDED, LIMIT (the time is over) or FULL (the log is; call again with more room).
+    """Drive until nothing more happens; how it ended.
+
+    ENDED; LIMIT: the time is over; FULL: the log is, call again with more room; STALLED: too many events without progress in
+    time, which no known drive has.
 
     Parameters
     ----------
@@ -483,13 +497,17 @@ def run(
     gfirst, gmember, greal, ready : groups of robots that move in a ring, how many of each are ready.
     obs, many, period, quick, size, known : places of obstacles every ``period`` seconds, float64 (samples * many * 2,); their top
         speed and radius; whether their tracks are known to the robots.
-    fault, faulty : when a robot stops for good, and which; NEVER, -1: none.
+    fault, faulty : float64 (f + 1,), int64 (f + 1,): when robots stop for good, rising, and which; NEVER, -1 at the end.
     limit : seconds after which to give up.
-    clock : float64 (3,): the time; the next look at the obstacles; 1 after the beginning, 2 after the fault.
+    clock : float64 (4,): the time; the next look at the obstacles; 1 after the beginning, and 1 more after each fault; how many
+        events may follow each other before the time must have moved on by NEAR.
     """
     n = len(base) - 1
     half = len(tree) // 2
     looks = 0
+    since = clock[0]
+    events = 0
+    most = clock[3]
     if clock[2] == 0.0:
         clock[2] = 1.0
         for i in range(n):
@@ -508,16 +526,18 @@ def run(
             return LIMIT
         t = tree[1]
         look = clock[1] if many > 0 else NEVER
-        if t >= NEVER and many == 0:
-            return ENDED
-        if clock[2] == 1.0 and fault <= min(t, look):
-            clock[0] = fault
-            clock[2] = 2.0
+        f = int(clock[2]) - 1
+        when = fault[f]
+        if when <= min(t, look, limit) and (when <= clock[0] or t < NEVER or many > 0):
+            clock[0] = when
+            clock[2] += 1.0
             _halt_all(
                 base, vert, link, real, whole, tree, log, count, gfirst, gmember, greal, ready, obs, many, period,
-                quick, size, known, faulty, fault,
+                quick, size, known, int(faulty[f]), when,
             )  # fmt: skip
             continue
+        if t >= NEVER and many == 0:
+            return ENDED
         if min(t, look) > limit:
             clock[0] = limit
             return LIMIT
@@ -532,6 +552,12 @@ def run(
                 return ENDED
             continue
         clock[0] = t
+        if t > since + NEAR:
+            since = t
+            events = 0
+        events += 1
+        if events > most:
+            return STALLED
         k = 1
         while k < half:
             k = 2 * k if tree[2 * k] <= tree[2 * k + 1] else 2 * k + 1

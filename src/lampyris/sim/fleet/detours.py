@@ -56,3 +56,18 @@ def nearest_free(blocked: BoolGrid, place: Cell, taken: Container[Cell]) -> Cell
                 seen.add((x, y))
                 queue.append((x, y))
     return place
+
+
+def late_faults(faults: Sequence[tuple[int, float]], unit: str, end: float) -> str:
+    """The note on faults that fall after the end of a drive.
+
+    Parameters
+    ----------
+    faults : robots and times.
+    unit : of the times.
+    end : of the drive.
+    """
+    names = ", ".join(f"robot {k} at {when:.6g}" for k, when in faults[:8]) + (
+        " and more" if faults[8:] else ""
+    )
+    return f"faults after the end of the drive ({end:.6g} {unit}) had no effect: {names} {unit}"

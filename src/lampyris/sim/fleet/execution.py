@@ -1,4 +1,4 @@
-"""A plan driven in continuous time, until all robots have arrived, one has failed, or the time is over."""
+"""A plan driven in continuous time, until all robots have arrived, some have failed, or the time is over."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from lampyris.typing import Cells, Floats
 _MIB = 2**20
 _ROOM = 8
 """Bytes of a number of the log."""
+_EVENTS = 64
+"""Events of each robot, besides one for each vertex, after which time must have passed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +56,8 @@ class Stage:
     arrivals : float64 (n,), seconds; NaN: not at the end of its path.
     waits : float64 (n, 6), seconds by cause of the kernel.
     end : seconds, when nothing more happens.
-    limited, faulted : whether the time was over, or a robot had failed.
+    limited, stalled : whether the drive was cut off, and whether that was because time made no progress.
+    failed : how many of the faults fell into this drive.
     delayed, rings : how many moves were delayed and rings driven.
     """
 
@@ -66,9 +69,15 @@ class Stage:
     waits: Floats
     end: float
     limited: bool
-    faulted: bool
+    stalled: bool
+    failed: int
     delayed: int
     rings: int
+
+    def cells_under(self, robot: int) -> Cells:
+        """The cell on which a robot stands at the end, or the two between which it stands: int32 (1 or 2, 2)."""
+        row = self.visits.base[robot] + self.reached[robot]
+        return self.visits.cells[row : row + 1 + int(self.between[robot])]
 
 
 def drive_plan(
@@ -81,7 +90,7 @@ def drive_plan(
     hazards: Hazards | None = None,
     begin: float = 0.0,
     limit: float = math.inf,
-    fault: tuple[int, float] | None = None,
+    faults: Sequence[tuple[int, float]] = (),
 ) -> Stage:
     """Drive a plan from rest at the first cells of its paths.
 
@@ -91,7 +100,8 @@ def drive_plan(
     delays, rng : random delays, and their generator.
     hazards : moving obstacles.
     begin, limit : seconds at which the drive begins, and at which it is cut off.
-    fault : robot and second at which it stops for good; all others then stop at the first cell that they can.
+    faults : robots and seconds, rising, at which they stop for good. With the first one all others stop at the first cell that
+        they can, and the drive ends when all stand; faults after that are not part of it.
 
     Raises
     ------
@@ -107,15 +117,17 @@ def drive_plan(
     greal = _ring_phases(visits, vert, robots, holds)
     real, whole, tree = _states(robots, begin)
     moving = _moving(hazards)
-    clock = np.array([begin, (math.floor(begin / moving[2]) + 1) * moving[2], 0.0])
+    most = rows + _EVENTS * n
+    clock = np.array([begin, (math.floor(begin / moving[2]) + 1) * moving[2], 0.0, float(most)])
     ready = np.zeros(max(1, len(visits.rings)), dtype=np.int64)
     log = np.empty((4 * rows + 4 * n + 16) * kernels.ROW)
     count = np.zeros(1, dtype=np.int64)
-    faulty, when = (-1, kernels.NEVER) if fault is None else fault
+    faulty = np.array([*(k for k, _ in faults), -1], dtype=np.int64)
+    when = np.array([*(t for _, t in faults), kernels.NEVER])
     while True:
         ending = kernels.run(
             visits.base, vert.ravel(), link.ravel(), real, whole, tree, log, count, gfirst, gmember, greal, ready,
-            *moving, float(when), int(faulty), min(limit, kernels.NEVER / 2), clock,
+            *moving, when, faulty, min(limit, kernels.NEVER / 2), clock,
         )  # fmt: skip
         if ending != kernels.FULL:
             break
@@ -124,11 +136,12 @@ def drive_plan(
     state, words = real.reshape(n, kernels.REAL), whole.reshape(n, kernels.WHOLE)
     driven = log[: int(count[0]) * kernels.ROW].reshape(-1, kernels.ROW)
     end = float(clock[0])
-    if ending == kernels.LIMIT:
+    limited = ending in (kernels.LIMIT, kernels.STALLED)
+    if limited:
         driven = _cut_off(driven, state, words, end)
     made = _stage(visits, driven, state, words, held, begin, end)
     made.between = state[:, kernels.S] > vert[visits.base[:-1] + made.reached, kernels.ALONG] + kernels.NEAR
-    made.limited, made.faulted = bool(ending == kernels.LIMIT), bool(clock[2] == 2.0)
+    made.limited, made.stalled, made.failed = limited, bool(ending == kernels.STALLED), int(clock[2]) - 1
     return made
 
 
@@ -284,4 +297,4 @@ def _stage(
     rings = sum(int(passed[one[0]]) for one in visits.rings)
     delayed = int(np.count_nonzero(passed[held]))
     between = np.zeros(n, dtype=np.bool_)
-    return Stage(driven, visits, reached, between, arrivals, waits, end, False, False, delayed, rings)
+    return Stage(driven, visits, reached, between, arrivals, waits, end, False, False, 0, delayed, rings)
