@@ -13,6 +13,7 @@ import pytest
 
 import lampyris
 from lampyris.app.engine import work
+from lampyris.app.engine.bootstrap import hello
 from lampyris.app.engine.fleets import fleet as fleet_module
 from lampyris.app.engine.fleets import swarm as swarm_module
 from lampyris.app.engine.fleets.alone import conflicts_alone
@@ -25,6 +26,7 @@ from lampyris.app.engine.fleets.fleet import (
     seconds_of,
 )
 from lampyris.errors import LampyrisError, LimitError, SceneError, SettingError
+from lampyris.fleets import PLANNER
 from lampyris.model.grid import Grid
 
 ROWS = ("........", ".##.##..", ".#...#..", ".#.#.#..", "........")
@@ -238,3 +240,9 @@ def test_a_swarm_that_the_page_cannot_hold_is_refused() -> None:
     assert found.value.code == "SWARM_PLACES"
     with pytest.raises(SettingError, match="three-peaks"):
         ask("swarm", scenario={"map": "env-6"}, robots=10, sources="sources.yaml")
+
+
+def test_the_page_is_told_the_default_planner_first() -> None:
+    names = [row["name"] for row in hello()["planners_of_fleets"]]
+    assert names[0] == PLANNER
+    assert sorted(names) == sorted(lampyris.list_planners("fleets"))

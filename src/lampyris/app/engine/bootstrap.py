@@ -13,6 +13,7 @@ from typing import Any
 from lampyris import __version__
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.settings import defaults_of, meanings_of, settings_of
+from lampyris.fleets import PLANNER
 from lampyris.io.maps import library
 from lampyris.io.maps.recipes.make import RECIPES
 from lampyris.io.maps.recipes.recipe import Recipe
@@ -35,8 +36,9 @@ def hello() -> dict[str, Any]:
         "version": __version__,
         "planners": [_planner(row) for row in registry.list_planners().values()],
         "planners_of_poses": [_planner(row) for row in registry.list_planners("poses").values()],
-        "planners_of_fleets": [
-            {"name": row.name, "summary": row.summary} for row in registry.list_planners("fleets").values()
+        "planners_of_fleets": [  # the default first
+            {"name": row.name, "summary": row.summary}
+            for row in sorted(registry.list_planners("fleets").values(), key=lambda row: row.name != PLANNER)
         ],
         "laws": [_law(row) for row in laws.LAWS.values()],
         "robot": [_setting(key, v, Robot, key) for key, v in defaults_of(Robot).items()],
