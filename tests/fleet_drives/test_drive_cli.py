@@ -148,3 +148,17 @@ def test_tasks_of_a_file_are_all_that_is_counted(tmp_path: Path) -> None:
     done = call("fleet", "guide", "--robots", "3", "--lifelong", "60", "--tasks", str(file), "--json")
     assert done.returncode == 0
     assert json.loads(done.stdout)["completed"] == 1
+
+
+def test_the_json_of_a_drive_has_the_motion_of_every_robot() -> None:
+    record = json.loads(call(*ROOMS, "--execute", "--delays", "0.2", "--json").stdout)
+    motion = {name: np.array(values) for name, values in record["phases"].items()}
+    grid = lampyris.load_grid("rooms-20")
+    for k, (start, goal) in enumerate(zip(record["starts"], record["goals"], strict=True)):
+        own = {name: values[motion["robot"] == k] for name, values in motion.items()}
+        assert (np.diff(own["t"]) >= 0).all()
+        far = own["duration"] * (own["v"] + 0.5 * own["a"] * own["duration"])
+        ends = np.stack((own["x"] + far * own["dx"], own["y"] + far * own["dy"]), axis=1)
+        assert [own["x"][0], own["y"][0]] == pytest.approx(grid.to_metres(start), abs=1e-9)
+        assert ends[-1] == pytest.approx(grid.to_metres(goal), abs=1e-6)
+        assert own["t"][-1] + own["duration"][-1] == pytest.approx(record["arrivals_s"][k])

@@ -11,9 +11,11 @@ from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.fleet.lifelong import LifelongTrace
 from lampyris.report.data.serialize import grid_record
 
+_PHASES = ("robot", "t", "duration", "x", "y", "dx", "dy", "v", "a")
+
 
 def fleet_drive_record(trace: FleetTrace) -> dict[str, Any]:
-    """What ``lampyris fleet --execute --json`` prints; ``trace.to_dict()`` has every phase.
+    """What ``lampyris fleet --execute --json`` prints.
 
     Parameters
     ----------
@@ -48,6 +50,7 @@ def fleet_drive_record(trace: FleetTrace) -> dict[str, Any]:
         "obstacle_contacts": trace.obstacle_contacts,
         "moving_contacts": trace.moving_contacts,
         "notes": list(trace.notes),
+        "phases": {name: getattr(trace, name).tolist() for name in _PHASES},
         "timing": dict(trace.timing),
     }
 
