@@ -8,7 +8,7 @@ import { FleetPicture } from "./fleetdraw.js";
 import { FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
-import { button, el, sentence, tell, told } from "./make.js";
+import { button, el, sentence, tell, formatted } from "./make.js";
 import { byId } from "./page.js";
 import { SwarmPanel } from "./swarm.js";
 
@@ -227,7 +227,7 @@ export class Fleet {
     const most = Math.max(1, Math.min(MOST, room));
     this.slider.max = this.number.max = String(most);
     this.slider.value = this.number.value = String(this._robots());
-    this.fits.textContent = room < MOST ? `At most ${told(most)}: the free cells of the largest region.` : `At most ${told(MOST)} in the app; the command line takes more.`;
+    this.fits.textContent = room < MOST ? `At most ${formatted(most)}: the free cells of the largest region.` : `At most ${formatted(MOST)} in the app; the command line takes more.`;
     this.free.hidden = !this.edits.length;
   }
 
@@ -311,8 +311,8 @@ export class Fleet {
   /** @param {Record<string, any>} how */
   _progress({ what, done, of, cost }) {
     if (what === "compiling") return;
-    if (of) tell(this.words, `${what}: ${told(done)} of ${told(of)}`);
-    else if (what === "planning") tell(this.words, `planning: ${told(done)} iterations${cost ? `, sum of costs ${told(cost)}` : ""}`);
+    if (of) tell(this.words, `${what}: ${formatted(done)} of ${formatted(of)}`);
+    else if (what === "planning") tell(this.words, `planning: ${formatted(done)} iterations${cost ? `, sum of costs ${formatted(cost)}` : ""}`);
     else if (what === "counting") tell(this.words, "counting the conflicts that the plan avoids");
   }
 
@@ -401,7 +401,7 @@ export class Fleet {
     const said = [];
     if (!end.found) said.push(`From tick ${tick} on there is no plan: ${end.sentence} The robots stand; erase a wall or paint another.`);
     else {
-      said.push(`${wall ? "Wall painted" : "Wall erased"} at tick ${tick}: planned again in ${told(end.timing.plan_s, 2)} s.`);
+      said.push(`${wall ? "Wall painted" : "Wall erased"} at tick ${tick}: planned again in ${formatted(end.timing.plan_s, 2)} s.`);
       if (fresh.length) said.push(`${robots(fresh)} cannot reach ${fresh.length === 1 ? "its goal" : "their goals"} any more: ${fresh.length === 1 ? "it waits" : "they wait"} where ${fresh.length === 1 ? "it is" : "they are"} in nobody's way.`);
       if (back.length) said.push(`${robots(back)} can reach ${back.length === 1 ? "its goal" : "their goals"} again.`);
     }
@@ -562,7 +562,7 @@ class FleetStroke {
 function robots(some) {
   const named = some.slice(0, NAMED).join(", ");
   if (some.length === 1) return `Robot ${named}`;
-  return `${told(some.length)} robots (${named}${some.length > NAMED ? ", \u2026" : ""})`;
+  return `${formatted(some.length)} robots (${named}${some.length > NAMED ? ", \u2026" : ""})`;
 }
 
 /** Ticks that robots wait, by cell, as a layer. @param {FleetRun} run @returns {Layer} */

@@ -1,4 +1,4 @@
-// The picture of a fleet: robots between two ticks, their trails, who waits for whom, and the path of the chosen one.
+// The picture of a fleet: robots between two ticks, their trails, lines from waiting robots to those in their way, and the path of the chosen robot.
 //
 // Robots are small pictures that are copied; trails are rectangles along the rows and columns, put together on a canvas
 // of their own once a tick. Both are many times as fast in a browser without a graphics card as strokes.

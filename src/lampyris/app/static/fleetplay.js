@@ -8,7 +8,7 @@ const ICONS = { play: "M6 4l10 6-10 6z", pause: "M7 4v12M13 4v12", back: "M14 5l
 
 /** It takes the place of the player of a single robot while a fleet is shown. */
 export class FleetClock {
-  /** @param {Page} page @param {() => void} show told of each moment that is shown */
+  /** @param {Page} page @param {() => void} show called whenever another moment is shown */
   constructor(page, show) {
     this.page = page;
     this.tick = 0;

@@ -161,7 +161,7 @@ export class FleetRun {
   }
 
   /** What one robot does. @param {number} robot */
-  told(robot) {
+  countsOf(robot) {
     let [steps, waits, hindered] = [0, 0, 0];
     for (let t = 0; t < this.last; t++) {
       const state = this.behind[t * this.n + robot];

@@ -1,8 +1,8 @@
-// What is told of a fleet beside the map: its costs, how many have arrived, the chosen robot, and the key.
+// What is shown beside the map of a fleet: its costs, how many have arrived, the chosen robot, and the key.
 
 import { THEMES } from "./colours.js";
 import { STATES, ramp, robotLook } from "./fleetdraw.js";
-import { button, el, fill, told } from "./make.js";
+import { button, el, fill, formatted } from "./make.js";
 import { byId } from "./page.js";
 
 /** Milliseconds between two sayings of the shown moment while it plays. */
@@ -44,7 +44,7 @@ export class FleetSeen {
     const { fleet } = this;
     this._tick = -1;
     if (fleet.swarm.on) {
-      fill(this.sums, ...fleet.swarm.told());
+      fill(this.sums, ...fleet.swarm.summary());
       fill(this.robot);
       fill(this.cuts);
     } else this._fleet();
@@ -66,22 +66,22 @@ export class FleetSeen {
     const whole = arrived === run.n;
     /** @type {Array<[string, string, string?]>} */
     const rows = [
-      ["Makespan", whole ? `${told(run.last)} ticks` : "\u2013", "The tick of the last arrival"],
-      ["Sum of costs", whole ? told(costs) : "\u2013", "Ticks until each robot is on its goal for good, summed"],
+      ["Makespan", whole ? `${formatted(run.last)} ticks` : "\u2013", "The tick of the last arrival"],
+      ["Sum of costs", whole ? formatted(costs) : "\u2013", "Ticks until each robot is on its goal for good, summed"],
     ];
     if (since === undefined) {
-      rows.push(["Lower bound", told(end.lower_bound), "No plan costs less: the shortest paths of all robots, summed, or what the planner proved beyond"]);
-      if (end.gap !== null) rows.push(["Above the bound", `${told(100 * end.gap, 1)} %`]);
+      rows.push(["Lower bound", formatted(end.lower_bound), "No plan costs less: the shortest paths of all robots, summed, or what the planner proved beyond"]);
+      if (end.gap !== null) rows.push(["Above the bound", `${formatted(100 * end.gap, 1)} %`]);
     } else if (end.found) {
-      rows.push([`From tick ${since} on`, told(end.sum_of_costs), "The sum of costs of the last plan, counted from its first tick"], ["Its lower bound", told(end.lower_bound)]);
+      rows.push([`From tick ${since} on`, formatted(end.sum_of_costs), "The sum of costs of the last plan, counted from its first tick"], ["Its lower bound", formatted(end.lower_bound)]);
     }
     rows.push(
-      ["Ticks waited", told(waits), "Ticks that robots stay in their cells before they are on their goals for good, summed"],
-      ["\u2003behind another", told(hindered), "Of these: at the end of the tick another robot is in the cell that the robot enters next"],
+      ["Ticks waited", formatted(waits), "Ticks that robots stay in their cells before they are on their goals for good, summed"],
+      ["\u2003behind another", formatted(hindered), "Of these: at the end of the tick another robot is in the cell that the robot enters next"],
     );
-    if (end.alone) rows.push(["Conflicts avoided", told(end.alone.vertex + end.alone.swap), "If each robot drove a shortest path as if it were alone: pairs of robots in one cell or exchanging cells, summed over ticks"]);
-    rows.push(["Planned in", `${told(end.timing?.plan_s, 3)} s`]);
-    const conflicts = end.alone ? el("p", { class: "hint" }, `Had each robot driven a shortest path as if it were alone, pairs of robots would have been in one cell ${told(end.alone.vertex)} times and exchanged cells ${told(end.alone.swap)} times (pairs, summed over ticks). The plan has none of either${since === undefined ? "" : "; counted for the first plan"}.`) : null;
+    if (end.alone) rows.push(["Conflicts avoided", formatted(end.alone.vertex + end.alone.swap), "If each robot drove a shortest path as if it were alone: pairs of robots in one cell or exchanging cells, summed over ticks"]);
+    rows.push(["Planned in", `${formatted(end.timing?.plan_s, 3)} s`]);
+    const conflicts = end.alone ? el("p", { class: "hint" }, `Had each robot driven a shortest path as if it were alone, pairs of robots would have been in one cell ${formatted(end.alone.vertex)} times and exchanged cells ${formatted(end.alone.swap)} times (pairs, summed over ticks). The plan has none of either${since === undefined ? "" : "; counted for the first plan"}.`) : null;
     fill(this.sums, facts(rows), conflicts, ...end.notes.map((/** @type {string} */ note) => el("p", { class: "hint" }, note)));
     fill(this.cuts, ...run.cuts.map((cut) => el("li", null, button(`tick ${cut.tick}`, () => this.fleet.clock.seek(cut.tick), { class: "btn quiet" }), ` ${cut.what}`)));
     this._robot(picture?.chosen ?? null);
@@ -99,13 +99,13 @@ export class FleetSeen {
     const parts = [el("h2", null, "One robot"), el("div", { class: "field" }, el("label", { for: "fleet-robot" }, "Robot"), number)];
     if (robot === null) parts.push(el("p", { class: "hint" }, "Click one on the map, or give its number."));
     else {
-      const { steps, waits, hindered } = run.told(robot);
+      const { steps, waits, hindered } = run.countsOf(robot);
       const on = run.arrival[robot];
       this.state = el("span");
       const cell = (/** @type {number} */ k) => `(${k % run.width}, ${Math.floor(k / run.width)})`;
       const rows = facts([
         ["Start", cell(run.cellAt(0, robot))], ["Goal", `(${run.goals[2 * robot]}, ${run.goals[2 * robot + 1]})${run.lost.has(robot) ? ", walled off" : ""}`],
-        ["On its goal for good", on < 0 ? "not within this plan" : `tick ${told(on)}`], ["Steps", told(steps)], ["Ticks waited", told(waits)], ["\u2003behind another", told(hindered)],
+        ["On its goal for good", on < 0 ? "not within this plan" : `tick ${formatted(on)}`], ["Steps", formatted(steps)], ["Ticks waited", formatted(waits)], ["\u2003behind another", formatted(hindered)],
       ]);
       rows.prepend(el("dt", null, "Now"), el("dd", null, this.state));
       parts.push(rows);
@@ -132,8 +132,8 @@ export class FleetSeen {
       return;
     }
     const t = Math.min(tick, run.last);
-    const rows = [["Tick", told(t)], ["On their goals", `${told(run.arrived[t])} of ${told(run.n)}`], ["Wait", told(run.waiting[t])], ["\u2003behind another", told(run.hindered[t])]];
-    if (run.lost.size) rows.push(["Goals walled off", told(run.lost.size)]);
+    const rows = [["Tick", formatted(t)], ["On their goals", `${formatted(run.arrived[t])} of ${formatted(run.n)}`], ["Wait", formatted(run.waiting[t])], ["\u2003behind another", formatted(run.hindered[t])]];
+    if (run.lost.size) rows.push(["Goals walled off", formatted(run.lost.size)]);
     fill(this.now, ...rows.flatMap(([name, value]) => [el("dt", null, name), el("dd", null, value)]));
     const robot = picture?.chosen ?? null;
     if (robot === null || !this.state) return;
@@ -170,7 +170,7 @@ export class FleetSeen {
       series: [{}, ...lines.map(({ label, colour, dash }) => ({ label, stroke: colour, width: 2, dash, points: { show: false } }))],
       hooks: { draw: [(/** @type {any} */ chart) => this._marks(chart)] },
     }, [x, ...lines.map(({ values }) => Array.from(values))], this.plot);
-    this.plot.setAttribute("aria-label", `${this.title.textContent}: ${lines.map(({ label, values }) => `${label}, ${told(values[values.length - 1])} at the end`).join("; ")}`);
+    this.plot.setAttribute("aria-label", `${this.title.textContent}: ${lines.map(({ label, values }) => `${label}, ${formatted(values[values.length - 1])} at the end`).join("; ")}`);
     this._lines = lines;
   }
 
@@ -226,7 +226,7 @@ export class FleetSeen {
     const all = STATES.map(({ name }, state) => mark(`robot: ${name}${state ? "" : "; a square where it is small"}`, (pen) => robotLook(pen, state, SIDE, page.dark)));
     all.push(mark("waits for the robot at the other end", line(page.dark ? STATES[1].dark : STATES[1].light)));
     const layer = picture?.layer;
-    if (layer) all.push(mark(`ground: ${layer.name === "waits" ? "ticks waited" : "conflicts avoided"} in a cell, ${told(layer.low)} to ${told(layer.high)}`, (pen) => ramp(pen, page.dark)));
+    if (layer) all.push(mark(`ground: ${layer.name === "waits" ? "ticks waited" : "conflicts avoided"} in a cell, ${formatted(layer.low)} to ${formatted(layer.high)}`, (pen) => ramp(pen, page.dark)));
     fill(this.key, ...all, ...charted);
   }
 

@@ -71,7 +71,7 @@ export function fill(into, ...parts) {
 }
 
 /** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */
-export function told(value, digits = 3) {
+export function formatted(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (Number.isInteger(value)) return value.toLocaleString("en");
   const size = Math.abs(value);

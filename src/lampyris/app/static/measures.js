@@ -1,7 +1,7 @@
 // Measures of a comparison: how they are called, which way is better, and how to draw them. The names, words and
 // senses are those of studies; a test holds them together.
 
-import { el, fill, svg, told } from "./make.js";
+import { el, fill, svg, formatted } from "./make.js";
 import { LINES } from "./colours.js";
 
 /** Name, title, better ("less", "more", ""), what it is multiplied with. @type {Array<[string, string, string, number]>} */
@@ -84,7 +84,7 @@ export function tableOf(some, note, bests) {
     const { who, sure } = bests[name] ?? { who: [], sure: false };
     const star = sure ? "★" : "☆";
     return el("tr", null, el("th", { scope: "row" }, title), ...numbers.map((one, k) => el("td", sure && who.includes(some[k].label) ? { class: "best" } : null,
-      told(one?.value), who.includes(some[k].label) ? el("span", { class: "star", title: STARS[star] }, ` ${star}`, el("span", { class: "unseen" }, ` ${STARS[star]}`)) : null,
+      formatted(one?.value), who.includes(some[k].label) ? el("span", { class: "star", title: STARS[star] }, ` ${star}`, el("span", { class: "unseen" }, ` ${STARS[star]}`)) : null,
       one && one.low !== null ? el("span", { class: "interval" }, `${brief(one.low)}–${brief(/** @type {number} */ (one.high))}`) : null)));
   });
   const heads = some.map((one, k) => el("th", { scope: "col" }, swatch(k), el("span", null, one.label)));
@@ -149,8 +149,8 @@ function bars(title, columns, some) {
         after = Math.max(after, to);
         parts.push(svg("path", { class: "whisker", d: `M${from} ${y + 5.5}H${to}M${from} ${y + 2.5}v6M${to} ${y + 2.5}v6` }));
       }
-      parts.push(svg("text", { x: after + 4, y: y + 9, class: "value" }, number ? told(value) : "–"));
-      words.push(`${one.label}: ${what} ${number ? told(value) : "none"}`);
+      parts.push(svg("text", { x: after + 4, y: y + 9, class: "value" }, number ? formatted(value) : "–"));
+      words.push(`${one.label}: ${what} ${number ? formatted(value) : "none"}`);
       y += BAR;
     }
     y += 4;

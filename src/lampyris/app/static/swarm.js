@@ -5,7 +5,7 @@ import { LayerPicture, drawCells } from "./cells.js";
 import { LINES, THEMES } from "./colours.js";
 import { ramp } from "./fleetdraw.js";
 import { json, layerOf } from "./frames.js";
-import { el, tell, told } from "./make.js";
+import { el, tell, formatted } from "./make.js";
 
 /** Iterations of a trail. */
 const TAIL = 12;
@@ -122,7 +122,7 @@ export class SwarmPanel {
       const far = Math.hypot(run.xy[k][2 * r] - cell[0], run.xy[k][2 * r + 1] - cell[1]);
       if (far < least) [found, least] = [r, far];
     }
-    if (found >= 0) fleet.page.say(`Robot ${found}: luciferin ${told(this._luciferin(k, found), 2)} at iteration ${k}.`);
+    if (found >= 0) fleet.page.say(`Robot ${found}: luciferin ${formatted(this._luciferin(k, found), 2)} at iteration ${k}.`);
   }
 
   /** @param {number} k @param {number} r */
@@ -131,18 +131,18 @@ export class SwarmPanel {
     return low + ((high - low) * (this.run?.bright[k][r] ?? 0)) / 255;
   }
 
-  // ---- what is told --------------------
+  // ---- what is shown beside the map --------------------
 
   /** @returns {HTMLElement[]} */
-  told() {
+  summary() {
     const { run } = this;
     if (!run?.end) return [el("p", { class: "hint" }, "Nothing is simulated yet.")];
     const { end, head } = run;
-    const rows = /** @type {Array<[string, string]>} */ (end.held.map((/** @type {number} */ many, /** @type {number} */ k) => [`Source ${k}`, `${told(many)}${end.held_from[k] === null ? ", not held" : `, held from iteration ${told(end.held_from[k])} on`}`]));
-    rows.push(["Met another robot", `${told(end.encounters)} times`], ["Met a wall", `${told(end.wall_encounters)} times`]);
+    const rows = /** @type {Array<[string, string]>} */ (end.held.map((/** @type {number} */ many, /** @type {number} */ k) => [`Source ${k}`, `${formatted(many)}${end.held_from[k] === null ? ", not held" : `, held from iteration ${formatted(end.held_from[k])} on`}`]));
+    rows.push(["Met another robot", `${formatted(end.encounters)} times`], ["Met a wall", `${formatted(end.wall_encounters)} times`]);
     return [
       el("dl", { class: "facts" }, ...rows.flatMap(([name, value]) => [el("dt", null, name), el("dd", null, value)])),
-      el("p", { class: "hint" }, `Robots within ${told(head.capture_radius, 2)} cells of a source, each counted at its nearest, at the end. A source is held by ${told(head.capture_robots)} or more.`),
+      el("p", { class: "hint" }, `Robots within ${formatted(head.capture_radius, 2)} cells of a source, each counted at its nearest, at the end. A source is held by ${formatted(head.capture_robots)} or more.`),
       ...end.notes.map((/** @type {string} */ note) => el("p", { class: "hint" }, note)),
     ];
   }
@@ -152,7 +152,7 @@ export class SwarmPanel {
     const { run } = this;
     if (!run || !this.last) return [];
     const k = Math.min(tick, this.last);
-    return [["Iteration", told(k)], ...Array.from(run.held[k], (many, s) => /** @type {[string, string]} */ ([`At source ${s}`, told(many)]))];
+    return [["Iteration", formatted(k)], ...Array.from(run.held[k], (many, s) => /** @type {[string, string]} */ ([`At source ${s}`, formatted(many)]))];
   }
 
   /** @returns {Array<{label: string, values: ArrayLike<number>, colour: string, dash?: number[]}>} */
