@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from page_browser import needs_chromium
 
+import lampyris
 from sizes import sized
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -175,3 +176,24 @@ def test_more_obstacles_than_fit_are_counted(quiet: Any, tmp_path: Path) -> None
     quiet.locator("#notes >> text=The scenario is loaded.").first.wait_for()
     quiet.click("#timeline .main")
     assert "ask for fewer" in said(quiet, "of 9000 random walkers fit", "#notes .note.bad")
+
+
+def test_every_node_of_the_path_has_a_row(quiet: Any, tmp_path: Path) -> None:
+    plain = {**GOOD, "preset": "dissertation", "map": "guide", "start": [0, 9], "goal": [7, 0]}
+    choose(quiet, "s.json", json.dumps(plain).encode(), tmp_path)
+    said(quiet, "A path was found.", "#status .st-now")
+    quiet.click("#status summary:text-is('Every node of the path')")
+    rows = quiet.locator("#status details table tbody tr")
+    rows.first.wait_for()
+    made = lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0), "dissertation")
+    found = lampyris.plan(made)
+    table = lampyris.node_table(made, found)
+    assert rows.count() == len(found.cells)
+    first = rows.nth(1).locator("td").all_inner_texts()
+    assert first[:5] == [
+        "({}, {})".format(*found.cells[1]),
+        str(table.ring1[1]),
+        str(table.ring2[1]),
+        f"{table.obstacle_velocity[1]:g}",
+        f"{table.angle_deg[1]:g}",
+    ]

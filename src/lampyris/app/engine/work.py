@@ -24,6 +24,7 @@ from lampyris.io.scenario.scenario import Made, Scenario
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
+from lampyris.motion.laws.node_table import nodes_of
 from lampyris.planning import registry
 from lampyris.report.data.serialize import plan_record, profile_record
 from lampyris.scenarios import speed_law, without_effect
@@ -58,7 +59,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     profile = api.speed_profile(scenario.scene, found, law) if found else None
     # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
     gates = "gates" in (question.get("layers") or ())
-    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
+    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates, nodes=nodes_of(scenario.scene, found))
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
     if found.pose_path is not None:

@@ -4,6 +4,7 @@ import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
 import { cheap, sourceOf } from "./layers.js";
 import { el } from "./make.js";
+import { nodeFacts } from "./nodes.js";
 
 /** Milliseconds that the pointer rests before layers that are not shown are asked for. */
 const REST = 250;
@@ -74,6 +75,7 @@ function node(page, x, y, reach) {
   /** @type {Array<[string, string]>} */
   const rows = [["Node", `${k} of ${places.length / 2 - 1}`]];
   if (speed?.v && (speed.xy || speed.v.length === n)) rows.push(["Speed", `${brief(speed.v[k])} ${speed.units}: ${speed.why?.[k] ?? speed.cause[k]}`]);
+  if (!speed?.xy) rows.push(...nodeFacts(plan, k));
   return rows;
 }
 

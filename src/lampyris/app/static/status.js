@@ -7,6 +7,7 @@ import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
 import { el } from "./make.js";
+import { nodesPart } from "./nodes.js";
 import { mark } from "./timeline.js";
 
 /** Milliseconds between two changes of what is seen. */
@@ -38,7 +39,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.results, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, nodesPart(page), this.results, this.story);
 
     this._due = 0;
     this._seen = 0;
