@@ -59,7 +59,9 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     profile = api.speed_profile(scenario.scene, found, law) if found else None
     # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
     gates = "gates" in (question.get("layers") or ())
-    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates, nodes=nodes_of(scenario.scene, found))
+    record = plan_record(
+        found, scenario.scene, profile, seed=scenario.seed, gates=gates, nodes=nodes_of(scenario.scene, found)
+    )
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
     if found.pose_path is not None:
