@@ -18,17 +18,18 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.swarm import mmas_dstar, pheromone, walks
+from lampyris.planning.swarm.ant_system import AntSystem
 from lampyris.planning.swarm.gso import Gso, Igso
 from lampyris.planning.swarm.mmas_dstar import MmasDstar
 from lampyris.planning.swarm.pheromone import Pheromone
-from lampyris.planning.swarm.pso import APso, IPso, LPso, Pso, PsoApf
+from lampyris.planning.swarm.pso import APso, DiversityPso, IPso, LPso, Pso, PsoApf
 from lampyris.planning.swarm.session import SwarmPlanner
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
 from planning.swarm_scenes import scene_of
 from sizes import some
 
-KINDS: list[type[SwarmPlanner]] = [Gso, Igso, Pso, LPso, APso, IPso, PsoApf, MmasDstar]
+KINDS: list[type[SwarmPlanner]] = [Gso, Igso, Pso, LPso, APso, IPso, PsoApf, DiversityPso, AntSystem, MmasDstar]
 SMALL: dict[str, Any] = {"swarm": 8, "iterations": 5}
 
 

@@ -4,7 +4,7 @@ Pillow gets a file of what decides the pixels alone: tables, frames, scans and t
 say how colours are coded. No profile, comment, thumbnail or second picture reaches a parser. The size is looked at
 before anything is decoded, and so is the number of scans: each of a progressive picture is a pass over all of it.
 
-JPEG has no checksums: of data that were damaged and still decode, nobody can tell.
+JPEG has no checksums: data that were damaged and still decode cannot be told from good ones.
 """
 
 from __future__ import annotations
@@ -38,12 +38,13 @@ _NEXT = re.compile(rb"\xff+[^\x00\xff\xd0-\xd7]")
 
 @dataclass(slots=True)
 class _Jpeg:
-    """The parts of a JPEG that decide what its pixels are."""
+    """The parts of a JPEG that decide what its pixels are; ``coded`` are bytes of its scans."""
 
     width: int = 0
     height: int = 0
     channels: int = 0
     scans: int = 0
+    coded: int = 0
     turn: int = 0
     parts: list[bytes] = field(default_factory=list)
 
@@ -119,8 +120,10 @@ def _take_apart(source: FileSource) -> _Jpeg:
                 break
             end = match.end() - 2
             jpeg.parts.append(data[at:end])
+            jpeg.coded += end - at
             at = end
             if data[at + 1] == _EOI:
+                _enough(source, jpeg)
                 jpeg.parts.append(b"\xff\xd9")
                 return jpeg
     else:
@@ -144,6 +147,14 @@ def _frame(source: FileSource, jpeg: _Jpeg, kind: int, body: bytes) -> None:
         raise source.error("JPEG_CHANNELS", f"{channels} channels", allowed="1 (grey) or 3", todo=todo)
     source.check_size(width, height, "IMG_TOO_LARGE")
     jpeg.width, jpeg.height, jpeg.channels = width, height, channels
+
+
+def _enough(source: FileSource, jpeg: _Jpeg) -> None:
+    """Refuse what has less than a bit for each block of 8 x 8 pixels: the decoder would make grey of the rest."""
+    blocks = -(-jpeg.width // 8) * -(-jpeg.height // 8)
+    if 8 * jpeg.coded < blocks:
+        what = f"{jpeg.coded:,} bytes of pixel data for {blocks:,} blocks of 8 x 8 pixels"
+        raise source.error("IMG_TRUNCATED", what)
 
 
 def _decode(source: FileSource, jpeg: _Jpeg) -> NDArray[np.uint8]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.predicates import numbers
+from lampyris._core.scalars import is_real, is_whole
 from lampyris._core.values import Value
-from lampyris.model.grid import Grid
+from lampyris.errors import SettingError, shown
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.settings.photo import PhotoSettings
 
 LEVELS = 256
@@ -33,6 +37,10 @@ class SegmentedPhoto(Value):
     settings : how it was made.
     notes : sentences about how the photograph was read.
     seconds : CPU time of the search for thresholds.
+
+    Raises
+    ------
+    SettingError : ``SEGMENTED_PHOTO``: a field of another kind.
     """
 
     grid: Grid
@@ -46,6 +54,30 @@ class SegmentedPhoto(Value):
     settings: PhotoSettings
     notes: tuple[str, ...] = ()
     seconds: float = field(default=0.0, compare=False)
+
+    def __post_init__(self) -> None:
+        for name, kind in (("grid", Grid), ("settings", PhotoSettings)):
+            self._demand(name, isinstance(getattr(self, name), kind), f"a {kind.__name__}")
+        for name in ("thresholds", "free"):
+            some: Any = getattr(self, name)
+            right = isinstance(some, tuple | list) and all(is_whole(v, 0, LEVELS - 1) for v in some)
+            self._demand(name, right and list(some) == sorted(some), "levels or classes, ascending")
+            object.__setattr__(self, name, tuple(int(v) for v in some))
+        for name in ("score", "optimum", "seconds"):
+            self._demand(name, is_real(getattr(self, name)), "a finite number")
+        for name in ("width", "height"):
+            self._demand(name, is_whole(getattr(self, name), 1), "a whole number of pixels from 1")
+        many = numbers(self.histogram, (LEVELS,))
+        right = many is not None and bool(((many >= 0) & (many < 2.0**53) & (many % 1 == 0)).all())
+        self._demand("histogram", right, f"{LEVELS} whole numbers")
+        object.__setattr__(self, "histogram", frozen(np.asarray(many).astype(np.int64)))
+        notes: Any = self.notes
+        self._demand("notes", isinstance(notes, tuple | list) and all(isinstance(n, str) for n in notes), "text")
+        object.__setattr__(self, "notes", tuple(notes))
+
+    def _demand(self, name: str, right: bool, allowed: str) -> None:
+        if not right:
+            raise SettingError("SEGMENTED_PHOTO", shown(getattr(self, name)), where=name, allowed=allowed)
 
     def _brief(self) -> str:
         levels = ", ".join(map(str, self.thresholds))

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris._core.cancellation import checkpoint
 from lampyris._core.settings import number, whole, word
 from lampyris.planning.swarm.mmas_dstar import Ants, Eta, power
 from lampyris.planning.swarm.optimisers.box import Values
@@ -73,16 +72,12 @@ class _SystemAnts(Ants):
 
     def renew(self, arrived: Ints, paths: Paths, values: Values) -> None:
         """Evaporate, and let every ant that arrived add to the steps of its path."""
-        trails, gains = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+        rho = self._settings.rho
+        if not arrived.size:
+            self.tau.renew(rho, np.zeros(0, dtype=np.int64), 0.0, LEAST, math.inf)
         for k in arrived.tolist():
-            checkpoint()
-            mine = self.trails(paths[k])
-            trails.append(mine)
-            gains.append(np.full(mine.size, -1.0 / float(values[k])))
-        steps, which = np.unique(np.concatenate(trails), return_inverse=True)
-        # One after another, in the order of the ants.
-        gain = np.bincount(which.ravel(), weights=np.concatenate(gains), minlength=steps.size)
-        self.tau.renew(self._settings.rho, steps, gain, LEAST, math.inf)
+            self.tau.renew(rho, self.trails(paths[k]), -1.0 / float(values[k]), LEAST, math.inf)
+            rho = 0.0  # once a round
 
     def weights(self, tau: Values, eta: Eta) -> Values:
         """``tau^alpha eta^beta``."""

@@ -36,9 +36,9 @@ class Pheromone:
         k = np.minimum(np.searchsorted(self.trails, trails), self.trails.size - 1)
         return np.where(self.trails[k] == trails, self.values[k], self.rest)
 
-    def renew(self, rho: float, trails: Ints, more: float | Values, least: float, most: float) -> None:
+    def renew(self, rho: float, trails: Ints, more: float, least: float, most: float) -> None:
         """Evaporate, add ``more`` to some steps (ascending, each once), and keep all within the limits."""
-        old, gain = self.trails, np.broadcast_to(more, trails.shape)
+        old = self.trails
         known = np.empty(old.size + trails.size, dtype=np.int64)
         values = np.empty(known.size)
         # Both lists are cut at the same steps, and merged stretch by stretch.
@@ -51,7 +51,7 @@ class Pheromone:
             tau = np.full(some.size, self.rest)
             tau[np.searchsorted(some, old[a:b])] = self.values[a:b]
             tau *= 1.0 - rho
-            tau[np.searchsorted(some, trails[c:d])] += gain[c:d]
+            tau[np.searchsorted(some, trails[c:d])] += more
             since, end = end, end + some.size
             known[since:end], values[since:end] = some, np.minimum(np.maximum(tau, least), most)
         self.trails, self.values = known[:end], values[:end]
