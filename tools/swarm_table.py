@@ -55,7 +55,8 @@ def row(name: str, settings: dict[str, Any], seed: int, seeded: bool) -> str:
     took = time.process_time() - began
     words = " ".join((name, *(f"{key}={value}" for key, value in settings.items())))
     mean, most = (f"{100 * value:.1f}" for value in (np.mean(gaps), max(gaps))) if gaps else ("-", "-")
-    return f"{words:<22} {'seeded' if seeded else 'unseeded':<9} {len(gaps):>3} of {len(queries)} {mean:>9} {most:>9} {took:>7.1f}"
+    start, found = "seeded" if seeded else "unseeded", f"{len(gaps)} of {len(queries)}"
+    return f"{words:<22} {start:<9} {found:>9} {mean:>9} {most:>9} {took:>7.1f}"
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 import typer.main
+from PIL import Image
 
 from lampyris._core.defaults import VIA_ORDERS
 from lampyris.cli import main
@@ -252,7 +253,9 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
 
 RIGHT = {
     "free": ("bright", "dark", "0", "1"),
-    "cell": ("1", "2"), "median": ("1", "3"), "thresholds": ("1", "2"),
+    "cell": ("1", "2"),
+    "median": ("1", "3"),
+    "thresholds": ("1", "2"),
     "via_order": VIA_ORDERS,
     "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
     "export": ("new.scen", "new.json", "new.txt"),

@@ -45,7 +45,9 @@ def test_a_jpeg_has_the_levels_that_pillow_decodes(tmp_path: Path) -> None:
         rgb = np.asarray(picture)
     for k, channel in enumerate(("red", "green", "blue")):
         assert (read_photo(put(tmp_path, colour), channel).levels == rgb[..., k]).all()
-    luma = (rgb[..., 0].astype(int) * 306 + rgb[..., 1].astype(int) * 601 + rgb[..., 2].astype(int) * 117) >> 10
+    luma = (
+        rgb[..., 0].astype(int) * 306 + rgb[..., 1].astype(int) * 601 + rgb[..., 2].astype(int) * 117
+    ) >> 10
     assert (read_photo(put(tmp_path, colour)).levels == luma).all()
 
 
@@ -77,7 +79,7 @@ def test_what_is_damaged_is_refused_by_name(tmp_path: Path) -> None:
         "cut": (good[: len(good) // 2], "IMG_TRUNCATED"),
         "no end": (good[:-2], "IMG_TRUNCATED"),
         "nothing": (good[:4], "IMG_TRUNCATED"),
-        "little data": (good[: good.index(b"\xff\xda") + 20] + b"\xff\xd9", "IMG_TRUNCATED"),
+        "little data": (good[: good.index(b"\xff\xda") + 12] + b"\xff\xd9", "IMG_TRUNCATED"),
         "no marker": (good[:2] + b"\xff\xe0\0\2x" + good[2:], "IMG_CORRUPT"),
         "size": (good[: at + 5] + b"\0\0" + good[at + 7 :], "IMG_SIZE"),
         "twelve bits": (good[: at + 4] + b"\x0c" + good[at + 5 :], "JPEG_CODING"),
@@ -107,21 +109,26 @@ def test_limits_are_looked_at_before_anything_is_decoded(tmp_path: Path) -> None
     with pytest.raises(LimitError, match="20 x 10 is 200 cells"):
         read_photo(path, max_cells=199)
     grey = jpeg(levels())
-    own = grey[: grey.index(b"\xff\xda") + 1].count(b"\xff")
-    assert read_photo(put(tmp_path, grey[:2] + b"\xff\xe5\0\2" * (MAX_SEGMENTS - own) + grey[2:])).levels.shape == (13, 21)
+    many = grey[:2] + b"\xff\xe5\0\2" * (MAX_SEGMENTS - 20) + grey[2:]
+    assert read_photo(put(tmp_path, many)).levels.shape == (13, 21)
     with pytest.raises(FileError, match="more than 10000 segments"):
         read_photo(put(tmp_path, grey[:2] + b"\xff\xe5\0\2" * MAX_SEGMENTS + grey[2:]))
     good = jpeg(levels(), progressive=True)
     first = good.index(b"\xff\xda")
     scan = good[first : good.index(b"\xff", first + 12)]
-    for n, code in ((MAX_SCANS + 1, "more than"), (2, "")):
-        data = good[:first] + scan * n + good[first:]
-        try:
-            read_photo(put(tmp_path, data))
-        except LampyrisError as problem:
-            assert "scans" in str(problem) or not code
-        else:
-            assert not code
+    with pytest.raises(FileError, match="more than 200 scans"):
+        read_photo(put(tmp_path, good[:first] + scan * MAX_SCANS + good[first:]))
+    below = good[:first] + scan * (MAX_SCANS - 20) + good[first:]
+    assert "more than" not in refusal(put(tmp_path, below))
+
+
+def refusal(path: Path) -> str:
+    """The error of a file; empty if it is read."""
+    try:
+        read_photo(path)
+    except LampyrisError as problem:
+        return str(problem)
+    return ""
 
 
 def run(*words: str | Path) -> Any:
@@ -137,7 +144,8 @@ def test_the_verb_writes_a_map_a_yaml_and_a_chart(tmp_path: Path) -> None:
     words = ("segment", photo, "-o", out, "--cell", "5", "--resolution", "0.05", "--by", "pso")
     record = json.loads(run(*words, "--chart", tmp_path / "h.svg", "--json").stdout)
     assert {"thresholds", "score", "optimum", "gap", "classes", "timing"} <= set(record)
-    assert record["gap"] == 0.0 and record["cells"] == {"free": 88, "blocked": 8, "unknown": 0}
+    assert record["gap"] == 0.0
+    assert record["cells"] == {"free": 88, "blocked": 8, "unknown": 0}
     assert [one["free"] for one in record["classes"]] == [False, True]
     assert sum(one["pixels"] for one in record["classes"]) == 2400
     assert record["files"] == [str(out), str(tmp_path / "map.yaml")]
@@ -146,7 +154,8 @@ def test_the_verb_writes_a_map_a_yaml_and_a_chart(tmp_path: Path) -> None:
     assert (from_yaml.grid.blocked == from_png.grid.blocked).all()
     assert (tmp_path / "h.svg").read_text().startswith("<?xml")
     text = run("segment", photo, "-o", tmp_path / "m.txt", "--free", "0", "--force").stdout
-    assert "class 0: levels 0 to" in text and "% of the pixels, free" in text
+    assert "class 0: levels 0 to" in text
+    assert "% of the pixels, free" in text
 
 
 def test_drawings_with_several_pixels_a_cell(tmp_path: Path) -> None:

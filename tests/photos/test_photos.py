@@ -62,7 +62,9 @@ def test_exact_thresholds_are_the_best_of_all(criterion: str) -> None:
             found = exact_thresholds(worth, k)
             assert list(found) == sorted(set(found))
             # A threshold between two levels that occur is worth what the lower of them is.
-            best = max(plain_score(sparse, some, criterion) for some in itertools.combinations(sorted(sparse), k))
+            best = max(
+                plain_score(sparse, some, criterion) for some in itertools.combinations(sorted(sparse), k)
+            )
             assert plain_score(sparse, found, criterion) == pytest.approx(best, rel=1e-9, abs=1e-12)
             assert score(worth, found) == pytest.approx(best, rel=1e-9, abs=1e-12)
 
@@ -94,7 +96,7 @@ def test_known_thresholds_of_sample_pictures(name: str, k: int) -> None:
     assert made.gap == 0.0
 
 
-@pytest.mark.parametrize("name", ("camera", "coins", "page", "text"))
+@pytest.mark.parametrize("name", ["camera", "coins", "page", "text"])
 def test_thresholds_equal_those_of_scikit_image(name: str) -> None:
     filters = pytest.importorskip("skimage.filters")
     for k in (1, 2, 3):
@@ -102,7 +104,7 @@ def test_thresholds_equal_those_of_scikit_image(name: str) -> None:
         assert list(segment_photo(sample(name), thresholds=k).thresholds) == theirs.tolist()
 
 
-@pytest.mark.parametrize("by", ("gso", "igso", "pso"))
+@pytest.mark.parametrize("by", ["gso", "igso", "pso"])
 def test_swarms_find_few_thresholds_and_come_near_many(by: str) -> None:
     picture = sample("coins")
     for seed in range(2):
@@ -114,7 +116,7 @@ def test_swarms_find_few_thresholds_and_come_near_many(by: str) -> None:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("by", ("gso", "igso", "pso"))
+@pytest.mark.parametrize("by", ["gso", "igso", "pso"])
 def test_swarms_are_exact_in_nearly_all_runs(by: str) -> None:
     runs = exact = 0
     for name in ("camera", "coins", "page", "text"):
@@ -125,7 +127,9 @@ def test_swarms_are_exact_in_nearly_all_runs(by: str) -> None:
     assert runs == 120
     assert exact >= 0.95 * runs
     for name in ("camera", "coins", "page"):
-        assert all(segment_photo(sample(name), thresholds=5, by=by, seed=seed).gap <= 0.01 for seed in range(10))
+        assert all(
+            segment_photo(sample(name), thresholds=5, by=by, seed=seed).gap <= 0.01 for seed in range(10)
+        )
 
 
 def test_a_cell_is_what_more_than_half_of_its_pixels_are() -> None:
@@ -141,7 +145,7 @@ def test_a_cell_is_what_more_than_half_of_its_pixels_are() -> None:
     clear[0, 0] = True
     assert cells_of(levels, clear, (5,), (1,), 2, 0.5)[1][0, 0]
     blocked, unknown = cells_of(levels, None, (5,), (1,), 2, 1.0)
-    assert blocked[0, 0] and unknown[0, 0], "three quarters are not all"
+    assert (blocked & unknown)[0, 0], "three quarters are not all"
     assert cells_of(levels, None, (5,), (0, 1), 1, 1.0)[0].sum() == 0
 
 
@@ -158,13 +162,15 @@ def test_the_median_is_that_of_the_square_with_its_edge_repeated() -> None:
 def test_channels_and_classes() -> None:
     colour = np.stack((FLOOR, 255 - FLOOR, np.full_like(FLOOR, 7)), axis=-1)
     red, green = segment_photo(colour, channel="red"), segment_photo(colour, channel="green")
-    assert red.thresholds == (30,) and green.thresholds == (55,)
+    assert red.thresholds == (30,)
+    assert green.thresholds == (55,)
     assert (red.grid.blocked == ~green.grid.blocked).all()
     assert segment_photo(colour, channel="green", free="dark").grid == red.grid
     assert red.counts == (200, 2200)
     assert red.ranges() == ((0, 30, 200), (31, 255, 2200))
     three = segment_photo(np.arange(9, dtype=np.uint8).reshape(3, 3), thresholds=2, free=(2, 1))
-    assert three.free == (1, 2) and int(three.grid.blocked.sum()) == three.counts[0]
+    assert three.free == (1, 2)
+    assert int(three.grid.blocked.sum()) == three.counts[0]
 
 
 @pytest.mark.parametrize(
@@ -175,7 +181,11 @@ def test_channels_and_classes() -> None:
         ({"free": (0, 1)}, SettingError, "not all of the classes"),
         ({"free": "grey"}, SettingError, "bright, dark"),
         ({"free": (1, 1)}, SettingError, "each once"),
-        ({"thresholds": 2}, InputError, "2 grey levels, too few for 2 thresholds; allowed: at most 1 threshold"),
+        (
+            {"thresholds": 2},
+            InputError,
+            "2 grey levels, too few for 2 thresholds; allowed: at most 1 threshold",
+        ),
         ({"treshold": 2}, SettingError, "did you mean thresholds?"),
         ({"by": "ga"}, SettingError, "exact, gso, igso, pso"),
         ({"resolution": 0.0}, LampyrisError, "resolution"),
@@ -198,7 +208,9 @@ def test_a_swarm_that_finds_nothing_says_so() -> None:
 def test_a_map_of_a_photograph_can_be_planned_on(tmp_path: Path) -> None:
     Image.fromarray(FLOOR).save(tmp_path / "floor.jpg", quality=95)
     made = segment_photo(tmp_path / "floor.jpg", cell=5, resolution=0.05)
-    assert made.grid.blocked.sum() == 8 and made.grid.name == "floor.jpg"
+    assert made.grid.blocked.sum() == 8
+    assert made.grid.name == "floor.jpg"
     plan = lampyris.plan(lampyris.Scene(made.grid, (0, 4), (11, 4)), "astar")
-    assert plan and plan.cost > 11
+    assert plan
+    assert plan.cost > 11
     assert lampyris.SegmentedPhoto.from_dict(made.to_dict()) == made

@@ -29,7 +29,18 @@ from lampyris.testing import check_planner
 from planning.swarm_scenes import scene_of
 from sizes import some
 
-KINDS: list[type[SwarmPlanner]] = [Gso, Igso, Pso, LPso, APso, IPso, PsoApf, DiversityPso, AntSystem, MmasDstar]
+KINDS: list[type[SwarmPlanner]] = [
+    Gso,
+    Igso,
+    Pso,
+    LPso,
+    APso,
+    IPso,
+    PsoApf,
+    DiversityPso,
+    AntSystem,
+    MmasDstar,
+]
 SMALL: dict[str, Any] = {"swarm": 8, "iterations": 5}
 
 

@@ -30,7 +30,18 @@ SIZES = {
     "poses": 300,
     "sensitivity": 6300,
 }
-SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "diversity-pso", "ant-system", "mmas-dstar")
+SWARMS = (
+    "gso",
+    "igso",
+    "pso",
+    "lpso",
+    "apso",
+    "ipso",
+    "pso-apf",
+    "diversity-pso",
+    "ant-system",
+    "mmas-dstar",
+)
 SIZES["line-up"] = 900 * (len(registry.names()) + len(SWARMS))
 
 

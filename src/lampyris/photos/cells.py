@@ -54,4 +54,5 @@ def _counts(mask: BoolGrid, cell: int) -> NDArray[np.int64]:
     rows, columns = -(-height // cell), -(-width // cell)
     padded = np.pad(mask, ((0, rows * cell - height), (0, columns * cell - width)))
     # bits: whole numbers, which add up alike in any order
-    return padded.reshape(rows, cell, columns, cell).sum(axis=(1, 3), dtype=np.int64)
+    counts: NDArray[np.int64] = padded.reshape(rows, cell, columns, cell).sum(axis=(1, 3), dtype=np.int64)
+    return counts

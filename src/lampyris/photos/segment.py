@@ -85,9 +85,7 @@ def segment_photo(
     thresholds, best, worth, seconds = _search(histogram, wanted, seed, where)
     checkpoint()
     blocked, unknown = cells_of(levels, grey.clear, thresholds, chosen, wanted.cell, wanted.free_share)
-    grid = Grid(
-        blocked, unknown=unknown if unknown.any() else None, resolution=resolution, name=grey.name
-    )
+    grid = Grid(blocked, unknown=unknown if unknown.any() else None, resolution=resolution, name=grey.name)
     histogram.setflags(write=False)
     height, width = levels.shape
     return SegmentedPhoto(

@@ -130,9 +130,7 @@ def _channel(rgb: NDArray[np.uint8], channel: str) -> NDArray[np.uint8]:
     return np.ascontiguousarray(rgb[..., ("red", "green", "blue").index(channel)])
 
 
-def _levels(
-    pixels: Pixels, channel: str, source: FileSource
-) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
+def _levels(pixels: Pixels, channel: str, source: FileSource) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
     """8-bit levels (height, width), and what to note of them."""
     samples: NDArray[Any] = pixels.samples
     if pixels.palette is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -72,7 +73,9 @@ class SegmentedPhoto(Value):
         self._demand("histogram", right, f"{LEVELS} whole numbers")
         object.__setattr__(self, "histogram", frozen(np.asarray(many).astype(np.int64)))
         notes: Any = self.notes
-        self._demand("notes", isinstance(notes, tuple | list) and all(isinstance(n, str) for n in notes), "text")
+        self._demand(
+            "notes", isinstance(notes, tuple | list) and all(isinstance(n, str) for n in notes), "text"
+        )
         object.__setattr__(self, "notes", tuple(notes))
 
     def _demand(self, name: str, right: bool, allowed: str) -> None:
@@ -93,7 +96,7 @@ class SegmentedPhoto(Value):
     def counts(self) -> tuple[int, ...]:
         """Pixels of each class, from the darkest to the brightest."""
         bounds = (-1, *self.thresholds, LEVELS - 1)
-        parts = zip(bounds[:-1], bounds[1:], strict=True)
+        parts = itertools.pairwise(bounds)
         return tuple(int(self.histogram[a + 1 : b + 1].sum()) for a, b in parts)
 
     def ranges(self) -> tuple[tuple[int, int, int], ...]:

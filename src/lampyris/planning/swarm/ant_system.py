@@ -17,7 +17,6 @@ from lampyris.planning.swarm.search_space import Ints
 from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
 from lampyris.planning.swarm.walks import Paths
 
-
 LEAST = 1e-12
 """Pheromone that every step keeps, so that none becomes impossible (ours)."""
 

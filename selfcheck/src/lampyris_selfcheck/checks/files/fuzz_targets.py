@@ -121,7 +121,9 @@ def _primitives(path: Path, k: int) -> MotionPrimitives:
 def _photo(path: Path, k: int) -> SegmentedPhoto:
     """The map of a photograph, with each channel and several sizes of cells."""
     free = "dark" if k % 2 else "bright"
-    return segment_photo(path, channel=CHANNELS[k % 4], cell=1 + k % 3, median=1 + 2 * (k % 5 == 0), free=free)
+    return segment_photo(
+        path, channel=CHANNELS[k % 4], cell=1 + k % 3, median=1 + 2 * (k % 5 == 0), free=free
+    )
 
 
 def _zones(path: Path, _: int) -> Any:

@@ -23,7 +23,18 @@ from lampyris_selfcheck.checks.paths.answers import Truth, drawn, in_cells, wron
 from lampyris_selfcheck.checks.paths.worlds import SmallWorld
 from lampyris_selfcheck.reference.paths.search import Cell
 
-SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "diversity-pso", "ant-system", "mmas-dstar")
+SWARMS = (
+    "gso",
+    "igso",
+    "pso",
+    "lpso",
+    "apso",
+    "ipso",
+    "pso-apf",
+    "diversity-pso",
+    "ant-system",
+    "mmas-dstar",
+)
 STEPPERS = ("ad-gso", "dstar-lpso", "dstar16-lpso")
 MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 SEEDS = 5

@@ -74,9 +74,7 @@ def segment(
     from lampyris.photos.segment import segment_photo
 
     beside = resolution is not None and out.suffix in WITH_YAML
-    check_outputs(
-        force, *((out, out.with_suffix(".yaml")) if beside else files_of(out)), chart=chart
-    )
+    check_outputs(force, *((out, out.with_suffix(".yaml")) if beside else files_of(out)), chart=chart)
     made = segment_photo(
         photo,
         free=_classes(free),
@@ -157,6 +155,8 @@ def _print(name: str, made: SegmentedPhoto, written: Conversion) -> None:
         for c, (low, high, pixels) in enumerate(made.ranges())
     ]  # fmt: skip
     words = ", ".join(f"{count:,} {kind}" for kind, count in cells.items())
-    rows.append(("map", f"{made.grid.width} x {made.grid.height} cells of {made.grid.resolution:g} m: {words}"))
+    rows.append(
+        ("map", f"{made.grid.width} x {made.grid.height} cells of {made.grid.resolution:g} m: {words}")
+    )
     rows.append(("search", f"{1e3 * made.seconds:.1f} ms"))
     text.facts(name, rows)
