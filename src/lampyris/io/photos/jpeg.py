@@ -4,7 +4,7 @@ Pillow gets a file of what decides the pixels alone: tables, frames, scans and t
 say how colours are coded. No profile, comment, thumbnail or second picture reaches a parser. The size is looked at
 before anything is decoded, and so is the number of scans: each of a progressive picture is a pass over all of it.
 
-JPEG has no checksums: data that were damaged and still decode cannot be told from good ones.
+JPEG has no checksums: damaged data that still decode cannot be distinguished from good data.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris._core.settings import number, whole, word
-from lampyris.planning.swarm.mmas_dstar import Ants, Eta, power
+from lampyris._core.settings import default_of, number, whole, word
+from lampyris.planning.swarm.mmas_dstar import Ants, Eta, MmasDstar, power
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.optimisers.loop import Swarm
 from lampyris.planning.swarm.pheromone import Pheromone
@@ -44,7 +44,7 @@ class AntSystem(SwarmPlanner):
 
     alpha: int = whole(1, 0, 20)
     beta: int = whole(5, 0, 20)
-    rho: float = number(0.1, 1e-6, 1.0)
+    rho: float = number(default_of(MmasDstar, "rho"), 1e-6, 1.0)
     guide: str = word("line", ("line", "step", "rise"))
 
     name: ClassVar[str] = "ant-system"
