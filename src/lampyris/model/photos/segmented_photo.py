@@ -69,7 +69,7 @@ class SegmentedPhoto(Value):
         for name in ("width", "height"):
             self._demand(name, is_whole(getattr(self, name), 1), "a whole number of pixels from 1")
         many = numbers(self.histogram, (LEVELS,))
-        right = many is not None and bool(((many >= 0) & (many < 2.0**53) & (many % 1 == 0)).all())
+        right = many is not None and bool(((many >= 0) & (many < (1 << 53)) & (many % 1 == 0)).all())
         self._demand("histogram", right, f"{LEVELS} whole numbers")
         object.__setattr__(self, "histogram", frozen(np.asarray(many).astype(np.int64)))
         notes: Any = self.notes

@@ -126,15 +126,15 @@ def scaled_down(reading: Reading) -> Reading:
     """
     codes = reading.codes
     height, width = codes.shape
-    sides = set()
+    sides: list[int] = []
     for mark in (START, GOAL):
         ys, xs = np.nonzero(codes == mark)
         if ys.size:
             x, y = int(xs.min()), int(ys.min())
             side = int(xs.max()) - x + 1
             square = int(ys.max()) - y + 1 == side and ys.size == side * side
-            sides.add(side if square and x % side == 0 == y % side else 1)
-    s = sides.pop() if len(sides) == 1 else 1
+            sides.append(side if square and x % side == 0 == y % side else 1)
+    s = min(sides, default=1) if min(sides, default=1) == max(sides, default=1) else 1
     if s == 1 or width % s or height % s:
         return reading
     squares = codes.reshape(height // s, s, width // s, s)
