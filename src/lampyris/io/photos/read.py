@@ -93,7 +93,7 @@ def photo_of(samples: object, channel: str = "luma", *, max_cells: int = MAX_CEL
         allowed = "a file's name, or uint8 of shape (height, width) or (height, width, 3)"
         raise SettingError("PHOTO", given, where="photo", allowed=allowed)
     height, width = samples.shape[:2]
-    if height * width > max_cells:
+    if height * width > check_limit(max_cells):
         what = f"{width} x {height} is {height * width:,} pixels"
         raise LimitError("IMG_TOO_LARGE", what, where="photo", allowed=f"at most {max_cells:,} pixels")
     return GreyPhoto(_channel(samples, channel) if samples.ndim == 3 else samples)

@@ -319,6 +319,8 @@ def not_a_picture(source: FileSource, allowed: str) -> Exception:
     head = source.data[:4096]
     if name := foreign(head):
         todo = "save it as PNG" if name in _PICTURES else ""
+        if name == "JPEG":
+            todo += ", or make a map of it by `lampyris maps segment`"
         return source.error("IMG_FORMAT", f"this is {name}", allowed=allowed, todo=todo)
     shown = "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in head[:4])
     starts = f' (starts with "{shown}")' if source.quotes else ""
