@@ -11,11 +11,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
+from PIL import Image, ImageFilter
 from skimage import data
 from skimage.filters import threshold_multiotsu
 
+from lampyris.io.maps.library import load
 from lampyris.photos.segment import segment_photo
 
 PICTURES = ("camera", "coins", "page", "text")
@@ -24,11 +27,28 @@ THEIRS_UP_TO = 3
 SWARMS = ("gso", "igso", "pso")
 
 
+def photograph(out: Path) -> None:
+    """Write what a photograph of the bundled map rooms-20 might look like: unevenly lit, blurred, noisy; a JPEG."""
+    blocked = load("rooms-20").grid.blocked.repeat(24, axis=0).repeat(24, axis=1)
+    rng = np.random.default_rng(0)
+    light = np.linspace(0.8, 1.1, blocked.shape[1])
+    levels = np.where(blocked, 62.0, 176.0) * light + rng.normal(0.0, 14.0, blocked.shape)
+    picture = Image.fromarray(np.clip(levels, 0.0, 255.0).astype(np.uint8))
+    picture.filter(ImageFilter.GaussianBlur(2.0)).save(out, "JPEG", quality=85)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--runs", type=int, default=10, help="of each swarm, each with a seed of its own")
-    runs = parser.parse_args().runs
+    parser.add_argument(
+        "--photo", type=Path, help="write a made-up photograph to this file, and nothing else"
+    )
+    asked = parser.parse_args()
+    if asked.photo is not None:
+        photograph(asked.photo)
+        return
+    runs = asked.runs
     swarms = " ".join(f"{f'{name} exact, worst, ms':>26}" for name in SWARMS)
     print(f"{'picture':<8} {'k':>2} {'thresholds':<24} {'skimage':>8} {'ms':>7} {'its ms':>7} {swarms}")
     exact_runs = dict.fromkeys(SWARMS, 0)
