@@ -68,9 +68,11 @@ def segment_photo(
         raise SettingError("SEED", shown(seed), where="seed", allowed=SEED_RANGE)
     chosen = free_classes(free, wanted.thresholds)
     Grid(np.zeros((1, 1), dtype=np.bool_), resolution=resolution)  # refuses a resolution before any work
-    is_file = isinstance(photo, str | os.PathLike)
-    read = read_photo if is_file else photo_of
-    grey: GreyPhoto = read(photo, wanted.channel, max_cells=max_cells)  # type: ignore[operator]
+    grey: GreyPhoto
+    if isinstance(photo, str | os.PathLike):
+        grey = read_photo(photo, wanted.channel, max_cells=max_cells)
+    else:
+        grey = photo_of(photo, wanted.channel, max_cells=max_cells)
     checkpoint()
     levels = median_of(grey.levels, wanted.median)
     checkpoint()
@@ -119,16 +121,15 @@ def free_classes(free: object, thresholds: int) -> tuple[int, ...]:
     ------
     SettingError : ``FREE_CLASSES``: no such class, or all of them.
     """
+    words = {"bright": (thresholds,), "dark": (0,)}
+    given: Sequence[Any] = free if isinstance(free, list | tuple) else (free,)
     if isinstance(free, str):
-        words = {"bright": (thresholds,), "dark": (0,)}
-        chosen: Sequence[object] | None = words.get(free)
-    else:
-        chosen = (free,) if is_whole(free) else free if isinstance(free, list | tuple) else None
-    fits = chosen is not None and 0 < len(chosen) <= thresholds and len(set(map(repr, chosen))) == len(chosen)
-    if not fits or not all(is_whole(c) and 0 <= c <= thresholds for c in chosen or ()):  # type: ignore[operator]
+        given = words.get(free, ())
+    chosen = sorted({int(c) for c in given if is_whole(c, 0, thresholds)})
+    if not 0 < len(chosen) == len(given) <= thresholds:
         allowed = f"bright, dark, or some but not all of the classes 0 (darkest) to {thresholds}, each once"
         raise SettingError("FREE_CLASSES", shown(free), where="free", allowed=allowed)
-    return tuple(sorted(int(c) for c in chosen or ()))  # type: ignore[call-overload]
+    return tuple(chosen)
 
 
 def _search(

@@ -59,7 +59,8 @@ def pixels_jpeg(source: FileSource) -> Pixels:
     LimitError : IMG_TOO_LARGE, from the header and before anything is decoded.
     """
     jpeg = _take_apart(source)
-    samples, notes = _decode(source, jpeg), ()
+    samples = _decode(source, jpeg)
+    notes: tuple[str, ...] = ()
     if jpeg.turn in _EXIF_TURNS:
         samples = np.ascontiguousarray(_EXIF_TURNS[jpeg.turn](samples))
         notes = (f"turned or mirrored as its EXIF orientation {jpeg.turn} says",)
