@@ -100,6 +100,7 @@ def samples() -> dict[str, dict[str, Any]]:
         ("SampledPath", lampyris.smooth(where, plan)), ("Moves", where.moves),
         ("SwarmTrace", lampyris.swarm_robots(where.grid, robots=2, iterations=2)),
         ("FleetTrace", lampyris.simulate_fleet(fleet())), ("LifelongTrace", lampyris.lifelong_fleet(fleet(), 3)),
+        ("SegmentedPhoto", lampyris.segment_photo(np.array([[9, 250]], dtype=np.uint8))),
         ("PoseCurve", lampyris.drive(where, "lattice").curves[0]),
     )}  # fmt: skip
     return {
@@ -139,6 +140,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "save_primitives": {"primitives": lampyris.MotionPrimitives(1.0, (0.0,), (motion(),)), "path": "saved.mprim"},
         "motion_primitives": {"robot": lampyris.Robot(), "resolution": 0.1},
         "ThreePeaks": {"centre": (1.0, 2.0)}, "InverseSquare": {"at": (1.0, 2.0)}, "Plume": {"at": (1.0, 2.0)},
+        "segment_photo": {"photo": np.array([[9, 9, 250, 240]] * 2, dtype=np.uint8)},
         "swarm_robots": {"grid": where.grid, "robots": 2, "swarm_settings": {"iterations": 2}},
         "drawn_sources": {"grid": where.grid}, "load_sources": {"path": "sources.yaml"},
         "inflate": {"grid": where.grid, "robot": lampyris.Robot(), "inflation_radius": 1.0},

@@ -57,6 +57,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "fleet": (("fleet", "guide", "--robots", "4"),),
     "fleet --execute": (("fleet", "guide", "--robots", "4", "--execute", "--fault", "1@2"),),
     "fleet --lifelong": (("fleet", "guide", "--robots", "4", "--lifelong", "9", "--fault", "1@2"),),
+    "maps segment": (("maps", "segment", "photo.pgm", "-o", "photo.png", "--force"),),
     "swarm": (("swarm", "guide", "--robots", "6", "--iterations", "3"),),
 }  # fmt: skip
 TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -111,6 +112,7 @@ def test_keys_of_json(verb: str, tmp_path: Path) -> None:
         Path("edited.yaml").write_text(EDITED)
         Path("polygon.yaml").write_text(POLYGON)
         Path("near.csv").write_text(NEAR)
+        Path("photo.pgm").write_bytes(b"P5 4 2 255\n" + bytes((9, 9, 250, 240) * 2))
         if verb == "plan":
             assert run("primitives", *CAR[1:], "--out", "ours.mprim").exit == 0
             ours = Path("ours.mprim").read_text()

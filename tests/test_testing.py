@@ -38,7 +38,7 @@ def small(name: str) -> Planner:
     return registry.make(name, {k: v for k, v in (("swarm", 5), ("iterations", 2)) if k in known})
 
 
-ALIKE = ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar16-lpso")
+ALIKE = ("igso", "lpso", "apso", "ipso", "pso-apf", "diversity-pso", "dstar16-lpso")
 """For the night: GSO, PSO and D*-LPSO with other numbers or one rule more."""
 NAMES = sorted(registry.names(), key=ALIKE.__contains__)
 

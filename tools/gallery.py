@@ -29,7 +29,9 @@ FAMILIES = (
     ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", "fastest", *ANY_ANGLE)),
     ("incremental", "#1f7a5c", ("dstar", "focussed-dstar", "lpa-star", "dstar-lite")),
     ("sees traffic", "#8e5ea2", ("sipp", "space-time-astar")),
-    ("swarms", "#b9770e", ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")),
+    ("swarms", "#b9770e", (
+        "gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "diversity-pso", "ant-system", "mmas-dstar",
+    )),
 )  # fmt: skip
 
 

@@ -44,6 +44,7 @@ _HOME = {
     "drawn_sources": "lampyris.swarms",
     "load_sources": "lampyris.swarms",
     "swarm_robots": "lampyris.swarms",
+    "segment_photo": "lampyris.photos.segment",
     "Agent": "lampyris.model.fleet.fleet",
     "Budget": "lampyris.planning.base",
     "Change": "lampyris.model.change",
@@ -77,6 +78,7 @@ _HOME = {
     "Robot": "lampyris.model.robot",
     "SampledPath": "lampyris.motion.geometry.sampled_path",
     "Scenario": "lampyris.io.scenario.scenario",
+    "SegmentedPhoto": "lampyris.model.photos.segmented_photo",
     "Scene": "lampyris.model.scene",
     "SettingError": "lampyris.errors",
     "Status": "lampyris.model.plan",
@@ -141,6 +143,7 @@ if TYPE_CHECKING:
     from lampyris.model.obstacles import ObstacleStates as ObstacleStates
     from lampyris.model.obstacles import Track as Track
     from lampyris.model.path import Path as Path
+    from lampyris.model.photos.segmented_photo import SegmentedPhoto as SegmentedPhoto
     from lampyris.model.plan import Plan as Plan
     from lampyris.model.plan import Status as Status
     from lampyris.model.profile import Profile as Profile
@@ -159,6 +162,7 @@ if TYPE_CHECKING:
     from lampyris.motion.geometry.sampled_path import SampledPath as SampledPath
     from lampyris.motion.laws.dissertation import dissertation_speeds as dissertation_speeds
     from lampyris.motion.laws.node_table import node_table as node_table
+    from lampyris.photos.segment import segment_photo as segment_photo
     from lampyris.planning.base import Budget as Budget
     from lampyris.planning.field.many import solve_fields as solve_fields
     from lampyris.planning.field.solve import solve_field as solve_field

@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 import typer.main
+from PIL import Image
 
 from lampyris._core.defaults import VIA_ORDERS
 from lampyris.cli import main
@@ -251,6 +252,10 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
 
 
 RIGHT = {
+    "free": ("bright", "dark", "0", "1"),
+    "cell": ("1", "2"),
+    "median": ("1", "3"),
+    "thresholds": ("1", "2"),
     "via_order": VIA_ORDERS,
     "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
     "export": ("new.scen", "new.json", "new.txt"),
@@ -358,6 +363,7 @@ ENDINGS = {
     "scen": ("m.map.scen",), "agents": ("agents.csv",),
     "store": ("new.study.db", "kept.study.db"), "scenario": ("s.yaml", "sim.yaml", "drive.yaml"),
     "out": ("new.png", "new.txt", "new.npy", "new.yaml"),
+    "photo": ("photo.pgm", "photo.jpg"),
     "target": ("new.png", "new.txt", "new.map", "new.yaml"),
     "file": ("m.map.scen", "new.yaml"), "page": ("new.html",), "data": ("d", "."), "folder": ("d", "."),
     "ledger": ("new.ledger",), "record": ("new.jsonl",), "failures": ("new", "d"), "study": ("study.yaml",),
@@ -438,6 +444,9 @@ def template(folder: Path) -> None:
         }  # fmt: skip
         for name, text in texts.items():
             Path(name).write_bytes(text.encode(errors="surrogateescape"))
+        levels = np.tile(np.array([9, 9, 60, 250, 240, 9], np.uint8), (5, 1))
+        Path("photo.pgm").write_bytes(b"P5 6 5 255\n" + levels.tobytes())
+        Image.fromarray(levels).save("photo.jpg")
         np.save("m.npy", np.zeros((5, 6), dtype=bool))
         np.save("zones.npy", np.ones((5, 6)))
         convert("m.txt", Path("m.yaml"))

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from lampyris.cli.verbs.maps import app
+from lampyris.cli.verbs.maps.command import app
 from lampyris.errors import LampyrisError
 from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.io.maps.load import load_map

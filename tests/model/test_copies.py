@@ -66,6 +66,7 @@ def nouns() -> dict[type, Any]:
         PlannedTimes(np.arange(2.0), np.arange(2.0), np.arange(2.0) + 0.5),
         fleet, fleet.robots[0], lampyris.plan_fleet(fleet), lampyris.Delays(0.1), lampyris.FleetTask([(1, 1)]),
         lampyris.simulate_fleet(fleet, planner="pibt"), lampyris.lifelong_fleet(fleet, 5),
+        lampyris.segment_photo(np.array([[9, 250]], dtype=np.uint8), resolution=0.5),
         primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))
@@ -83,6 +84,7 @@ def classes() -> Iterator[type]:
 KINDS = [
     *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, lampyris.Delays, lampyris.FleetTask, lampyris.FleetTrace,
     lampyris.LifelongTrace, MotionPrimitives, Motion,
+    lampyris.SegmentedPhoto,
 ]  # fmt: skip
 
 

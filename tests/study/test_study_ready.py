@@ -30,7 +30,18 @@ SIZES = {
     "poses": 300,
     "sensitivity": 6300,
 }
-SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
+SWARMS = (
+    "gso",
+    "igso",
+    "pso",
+    "lpso",
+    "apso",
+    "ipso",
+    "pso-apf",
+    "diversity-pso",
+    "ant-system",
+    "mmas-dstar",
+)
 SIZES["line-up"] = 900 * (len(registry.names()) + len(SWARMS))
 
 
@@ -114,7 +125,7 @@ def test_data_are_needed_where_files_are_named(bench: Path) -> None:
 def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
     """One query, one seed, the smallest crowd, and the planners that are quick."""
     study = loaded(name, bench)
-    slow = ("dstar-lpso", "dstar16-lpso", "mmas-dstar", "space-time-astar")
+    slow = ("dstar-lpso", "dstar16-lpso", "ant-system", "mmas-dstar", "space-time-astar")
     few = tuple(w for w in study.planners if w.name not in slow)[:4]
     small = replace(
         study, worlds=study.worlds[:1], planners=few, laws=study.laws[:3], traffic_cases=study.traffic_cases[:1],

@@ -37,7 +37,7 @@ VERBS: Mapping[str, str] = {
     "reproduce": "reproduce:reproduce",
     "app": "app:app",
     "warm": "warm:warm",
-    "maps": "maps:app",
+    "maps": "maps.command:app",
     "study": "study.commands:app",
 }
 """Module of ``lampyris.cli.verbs`` and the function or the Typer in it, by verb, in the order of ``--help``."""

@@ -18,6 +18,7 @@ from lampyris.errors import InternalFault, UsageError, plural
 from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
 from lampyris.io.maps.formats.document import MapDocument, MapQuery, look_up
 from lampyris.io.maps.formats.movingai import SWAMP, TREES, WATER, read_scen, write_scen
+from lampyris.io.maps.formats.ros_write import save_ros
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.save import holds_terrain, save_map, values_for
@@ -143,6 +144,28 @@ def write_and_compare(
     if before.grid.terrain is not None and values == "occupancy" and holds_terrain(path):
         lost = (*lost, "costmap values would hold the terrain (--to-values costmap)")
     return Conversion(after, files, lost, map_hash(after.grid), before.notes)
+
+
+def write_with_yaml(before: MapDocument, picture: str | os.PathLike[str]) -> Conversion:
+    """Write a ROS map by the name of its picture: the picture, and beside it the YAML file; read it again.
+
+    Parameters
+    ----------
+    before : the map.
+    picture : ends in .png or .pgm; is overwritten, as is the .yaml beside it.
+
+    Raises
+    ------
+    UsageError, FileError : as :func:`lampyris.io.maps.formats.ros_write.save_ros`.
+    InternalFault : the file says something else of a cell; a bug of ours.
+    """
+    path = Path(picture)
+    yaml = path.with_suffix(".yaml")
+    save_ros(before, yaml, image_format=path.suffix[1:])
+    after = load_map(yaml)
+    if not np.array_equal(before.grid.blocked, after.grid.blocked):
+        raise InternalFault("MAP_CHANGED", "other cells are blocked than in the original", where=str(yaml))
+    return Conversion(after, (path, yaml), losses(before, after), map_hash(after.grid), before.notes)
 
 
 def _with_queries(before: MapDocument, path: Path) -> tuple[MapQuery, ...]:

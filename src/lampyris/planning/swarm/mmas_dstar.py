@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -9,11 +10,11 @@ import numpy as np
 
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.settings import number, whole, word
-from lampyris.planning.swarm.optimisers.box import Values
+from lampyris.planning.swarm.optimisers.box import Values, norms
 from lampyris.planning.swarm.optimisers.glowworm import roulette
 from lampyris.planning.swarm.optimisers.loop import Swarm
 from lampyris.planning.swarm.pheromone import Pheromone, trails_of
-from lampyris.planning.swarm.search_space import Ints, SearchSpace
+from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
 from lampyris.planning.swarm.walks import PART, Paths, parts
 
@@ -60,15 +61,20 @@ class MmasDstar(SwarmPlanner):
 
     def begin(self, task: Task, rng: np.random.Generator) -> tuple[Swarm[Any], Decode]:
         """See :meth:`SwarmPlanner.begin`."""
-        return _Ants(self, task, rng), lambda paths: paths
+        return MaxMinAnts(self, task, rng), lambda paths: paths
 
 
-class _Ants:
-    """One run of the ant system: asked, it says whole paths."""
+class Ants(ABC):
+    """One run of an ant system: asked, it says whole paths. Abstract: how pheromone changes is of each kind.
 
-    def __init__(self, settings: MmasDstar, task: Task, rng: np.random.Generator) -> None:
+    Attributes
+    ----------
+    tau : pheromone of every step.
+    """
+
+    def __init__(self, ants: int, task: Task, rng: np.random.Generator) -> None:
         ground = task.ground
-        self._settings = settings
+        self._ants = ants
         self._ground = ground
         self._rng = rng
         self._start = int(ground.flat(task.start))
@@ -76,14 +82,13 @@ class _Ants:
         self._steps = len(ground.jump)
         self._every: Ints = np.arange(self._steps, dtype=np.int64)[np.newaxis]
         self.tau = Pheromone(1.0)
-        self._seen = np.zeros((settings.swarm, ground.free.size), dtype=np.bool_)
+        self._seen = np.zeros((ants, ground.free.size), dtype=np.bool_)
         unit = float(ground.moves.unit)
         self._scale = unit
         self._longest = 3 * int(task.best_possible / min(ground.moves.costs)) + 20
-        self._best: tuple[float, Ints] | None = None
         self._seed = None if task.seed is None else self._written(ground, ground.flat(task.seed))
         self._asked: Paths
-        self._stale = self._round = 0
+        self._round = 0
 
     @staticmethod
     def _written(ground: SearchSpace, flat: Ints) -> tuple[Ints, Ints]:
@@ -97,29 +102,27 @@ class _Ants:
         return self._asked
 
     def tell(self, values: Values) -> None:
-        """Take in minus the fitness of each path; evaporate, let the best ant add, keep within the limits."""
-        s, paths = self._settings, self._asked
+        """Take in minus the fitness of each path, and change the pheromone."""
         self._round += 1
-        self._stale += 1
-        arrived = np.flatnonzero(paths.missing == 0)
-        if not arrived.size:
-            return
-        k = int(arrived[values[arrived].argmax()])
-        path = paths[k]
-        now = (-float(values[k]), trails_of(path, self._ground.free.size, self._steps))
-        restart = self._best is None or self._stale > s.patience
-        if self._best is None or now[0] < self._best[0]:
-            self._best, self._stale = now, 0
-        most = 1.0 / (s.rho * self._best[0])
-        if restart:
-            self.tau = Pheromone(most)
-            self._stale = 0
-        cost, trails = self._best if self._round % 2 == 0 else now
-        self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
+        arrived = np.flatnonzero(self._asked.missing == 0)
+        self.renew(arrived, self._asked, values)
+
+    @abstractmethod
+    def renew(self, arrived: Ints, paths: Paths, values: Values) -> None:
+        """Change the pheromone after a round: ``arrived`` are the ants that reached the goal, ``values`` minus the
+        fitness of all ``paths``."""
+
+    @abstractmethod
+    def weights(self, tau: Values, eta: Eta) -> Values:
+        """What the choice of a step is in proportion to: its pheromone and its heuristic, (n, steps) both."""
+
+    def trails(self, path: Paths) -> Ints:
+        """The steps of one walk; see :func:`lampyris.planning.swarm.pheromone.trails_of`."""
+        return trails_of(path, self._ground.free.size, self._steps)
 
     def _walk(self) -> Paths:
         """Every ant's walk; the cells that they saw are forgotten."""
-        ants, ground = self._settings.swarm, self._ground
+        ants, ground = self._ants, self._ground
         here = np.full(ants, self._start, dtype=np.int64)
         walking = np.arange(ants)
         # A row lies far from the next: the system gives these pages now, 50 MB on 512 x 512 in 0.1 s.
@@ -142,20 +145,14 @@ class _Ants:
                 break
         return self._gathered(here, log.pieces())
 
-    def _weights(self, ants: Ints, here: Ints) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """tau eta^beta of every step of some ants, (n, steps); 0 where it may not be made."""
-        ground, s = self._ground, self._settings
+    def _weights(self, ants: Ints, here: Ints) -> Values:
+        """The weight of every step of some ants, (n, steps); 0 where it may not be made."""
+        ground = self._ground
         at, step = here[:, np.newaxis], self._every
         there = at + ground.jump
         may = ground.legal(at, step) & ~self._seen[ants[:, np.newaxis], there]
-        cost = ground.to_go[there]
-        if s.guide == "rise":
-            cost = cost + ground.plain(step) + ground.toll(at, step) - ground.to_go[at]
-        eta = 1.0 / (1.0 + np.where(may, cost, 0) / self._scale)
-        weights = np.where(may, self.tau.at(at * self._steps + step), 0.0)
-        for _ in range(s.beta):
-            weights = weights * eta
-        return weights
+        tau = np.where(may, self.tau.at(at * self._steps + step), 0.0)
+        return self.weights(tau, Eta(self._ground, at, step, there, may))
 
     def _gathered(self, last: Ints, pieces: list[Ints]) -> Paths:
         """The walks ant by ant, of steps that were logged turn by turn; the seed in place of ant 0's."""
@@ -186,6 +183,85 @@ class _Ants:
         for part in parts(at.size):
             legal[part] = True
         return Paths(first, at, step, legal, missing)
+
+
+class Eta:
+    """Heuristics of the steps of some ants, each (n, steps); 1 where a step may not be made.
+
+    Parameters
+    ----------
+    ground : where.
+    at, step, there : flat cells the steps leave, their numbers, the flat cells they lead to.
+    may : whether each may be made.
+    """
+
+    def __init__(self, ground: SearchSpace, at: Ints, step: Ints, there: Ints, may: Flags) -> None:
+        self._ground, self._at, self._step, self._there, self._may = ground, at, step, there, may
+
+    def rise(self) -> Values:
+        """``1 / (1 + rise)``: see :class:`MmasDstar`."""
+        return self._of(self._ground.to_go[self._there] + self._paid() - self._ground.to_go[self._at])
+
+    def cost(self) -> Values:
+        """1 / (1 + cost-to-go where the step ends)."""
+        return self._of(self._ground.to_go[self._there])
+
+    def step(self) -> Values:
+        """1 / d, d what the step costs in cells of plain ground."""
+        unit = self._ground.moves.unit
+        return float(unit) / np.where(self._may, self._paid(), unit)
+
+    def line(self) -> Values:
+        """1 / (1 + straight distance from where the step ends to the goal, cells)."""
+        cells = self._ground.cells(np.where(self._may, self._there, self._at).ravel())
+        away = (cells - np.array(self._ground.scene.goal)).astype(np.float64)
+        return 1.0 / (1.0 + norms(away).reshape(self._there.shape))
+
+    def _paid(self) -> Ints:
+        return self._ground.plain(self._step) + self._ground.toll(self._at, self._step)
+
+    def _of(self, cost: Ints) -> Values:
+        return 1.0 / (1.0 + np.where(self._may, cost, 0) / float(self._ground.moves.unit))
+
+
+def power(weights: Values, base: Values, exponent: int) -> Values:
+    """``weights * base ** exponent``, multiplied one by one, so that the bits are the same everywhere."""
+    for _ in range(exponent):
+        weights = weights * base
+    return weights
+
+
+class MaxMinAnts(Ants):
+    """One run of the max-min ant system."""
+
+    def __init__(self, settings: MmasDstar, task: Task, rng: np.random.Generator) -> None:
+        super().__init__(settings.swarm, task, rng)
+        self._settings = settings
+        self._best: tuple[float, Ints] | None = None
+        self._stale = 0
+
+    def renew(self, arrived: Ints, paths: Paths, values: Values) -> None:
+        """Evaporate, let the best ant add, keep within the limits."""
+        s = self._settings
+        self._stale += 1
+        if not arrived.size:
+            return
+        k = int(arrived[values[arrived].argmax()])
+        now = (-float(values[k]), self.trails(paths[k]))
+        restart = self._best is None or self._stale > s.patience
+        if self._best is None or now[0] < self._best[0]:
+            self._best, self._stale = now, 0
+        most = 1.0 / (s.rho * self._best[0])
+        if restart:
+            self.tau = Pheromone(most)
+            self._stale = 0
+        cost, trails = self._best if self._round % 2 == 0 else now
+        self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
+
+    def weights(self, tau: Values, eta: Eta) -> Values:
+        """``tau eta^beta``."""
+        s = self._settings
+        return power(tau, eta.rise() if s.guide == "rise" else eta.cost(), s.beta)
 
 
 class _Log:

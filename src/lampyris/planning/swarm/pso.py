@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lampyris._core.settings import default_of, number, redeclared, whole
+from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.encoding import Encoding, on_lines
-from lampyris.planning.swarm.optimisers.particle import PSO, FixedInertia, SuccessInertia
+from lampyris.planning.swarm.optimisers.particle import PSO, DiversityRule, FixedInertia, SuccessInertia
 from lampyris.planning.swarm.potential_field import push_of
 from lampyris.planning.swarm.session import SwarmPlanner, Task
 from lampyris.planning.swarm.waypoints import WaypointPlanner
@@ -113,6 +114,47 @@ class APso(WaypointPlanner):
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles whose inertia follows success."""
         return PSO(n=self.swarm, inertia=SuccessInertia(self.low, self.high))
+
+
+@dataclass(frozen=True, slots=True)
+class DiversityPso(ParticlePlanner):
+    """Particle swarm over waypoints that is driven apart where its diversity is low.
+
+    See :class:`lampyris.planning.swarm.optimisers.particle.DiversityRule`.
+
+    Parameters
+    ----------
+    low, high : diversity below which a group is driven apart, and up to which; shares of the box's diagonal, low <= high.
+    groups : of particles, each with its own diversity and its own best, 1 to 100.
+    """
+
+    low: float = number(default_of(DiversityRule, "low"), 0.0, 1.0)
+    high: float = number(default_of(DiversityRule, "high"), 0.0, 1.0)
+    groups: int = whole(3, 1, 100)
+
+    name: ClassVar[str] = "diversity-pso"
+    summary: ClassVar[str] = "Particle swarm of groups that are driven apart where their diversity is low"
+    source: ClassVar[str] = (
+        "Riget and Vesterstroem 2002: attraction and repulsion by diversity. Groups after what the dissertation (2.4.3) "
+        "says of an adaptive PSO for unconstrained optimisation, paper not found. Ours: waypoints, fitness, the seed."
+    )
+
+    def __post_init__(self) -> None:
+        WaypointPlanner.__post_init__(self)
+        if self.low > self.high:
+            allowed = f"at most high, {self.high:g}"
+            raise SettingError.of("LOW", "low", shown(self.low), where=self.name, allowed=allowed)
+
+    def optimiser(self, task: Task, encoding: Encoding) -> PSO:
+        """Particles in groups."""
+        return PSO(
+            n=self.swarm,
+            inertia=FixedInertia(self.inertia),
+            own=self.own,
+            others=self.others,
+            clamp=self.clamp,
+            diversity=DiversityRule(self.low, self.high, self.groups),
+        )
 
 
 @dataclass(frozen=True, slots=True)

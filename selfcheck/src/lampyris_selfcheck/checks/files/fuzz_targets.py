@@ -24,7 +24,10 @@ from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.model.grid import Grid
 from lampyris.model.lattice.motion_primitives import MotionPrimitives
+from lampyris.model.photos.segmented_photo import SegmentedPhoto
 from lampyris.model.robot import DRIVES, Robot
+from lampyris.model.settings.photo import CHANNELS
+from lampyris.photos.segment import segment_photo
 from lampyris.planning.lattice.sampled import sampled
 from lampyris.scenarios import load_scenario
 from lampyris_selfcheck.checks.files import fuzz_study as of_study
@@ -115,6 +118,14 @@ def _primitives(path: Path, k: int) -> MotionPrimitives:
     return found
 
 
+def _photo(path: Path, k: int) -> SegmentedPhoto:
+    """The map of a photograph, with each channel and several sizes of cells."""
+    free = "dark" if k % 2 else "bright"
+    return segment_photo(
+        path, channel=CHANNELS[k % 4], cell=1 + k % 3, median=1 + 2 * (k % 5 == 0), free=free
+    )
+
+
 def _zones(path: Path, _: int) -> Any:
     return read_zones(path, valid.SMALL, 1.0)
 
@@ -177,5 +188,6 @@ TARGETS: Mapping[str, Target] = {
     "dob": Target(corpora.DOB, "t.dob", _obstacles, valid.obstacles),
     "mprim": Target(corpora.MPRIM, "p.mprim", _primitives, valid.primitives),
     "primitives-json": Target(corpora.PRIMITIVES_JSON, "p.json", _primitives, valid.primitives),
+    "photo": Target(corpora.PHOTO, "p.jpg", _photo, valid.photo),
     "robot": Target(corpora.ROBOT, "r.yaml", lambda p, k: Robot(**read_robot(p)), valid.robot),
 }

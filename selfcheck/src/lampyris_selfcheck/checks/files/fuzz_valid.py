@@ -16,6 +16,7 @@ from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.grid import Grid
 from lampyris.model.lattice.motion_primitives import MAX_HEADINGS, MotionPrimitives
 from lampyris.model.obstacles import ObstacleStates
+from lampyris.model.photos.segmented_photo import SegmentedPhoto
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.typing import Cell
 from lampyris_selfcheck.reference.files.map_sizes import Uneven, size
@@ -192,3 +193,17 @@ def robot(found: Robot) -> None:
     for value in (found.radius, found.v_max, found.a_max, found.d_max, found.a_lat_max, found.turn_radius):
         must(0 <= value <= 1e9, f"a limit of {value}")
     must(found.inscribed_radius <= found.radius, "the inscribed radius is above the circumscribed")
+
+
+def photo(found: SegmentedPhoto) -> None:
+    """A map made of a photograph."""
+    grid(found.grid)
+    side = found.settings.cell
+    rows, columns = -(-found.height // side), -(-found.width // side)
+    must(found.grid.blocked.shape == (rows, columns), "another number of cells than of squares of pixels")
+    must(list(found.thresholds) == sorted(set(found.thresholds)), "thresholds are not in ascending order")
+    must(all(found.counts), "a class without pixels")
+    must(found.gap == 0.0, "the exact thresholds are not the best")
+    must(int(found.histogram.sum()) <= found.width * found.height, "more pixels than the photograph has")
+    for note in found.notes:
+        words(note)

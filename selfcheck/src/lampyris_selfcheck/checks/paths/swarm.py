@@ -1,6 +1,6 @@
 """Swarm planners keep to their bounds: valid, never shorter than the best way, never longer than their seed.
 
-What is promised: a seeded swarm (the eight that judge whole ways begin with the exact way unless told not
+What is promised: a seeded swarm (the ten that judge whole ways begin with the exact way unless told not
 to) is never longer than that way and its slack; without a seed and repairing it may find nothing, but says so
 and denies no way: it alone may give up. The two baselines that move cell by cell and AD-GSO promise a valid
 way. Nobody is better than the best. The reference is that of the check ``random``.
@@ -23,7 +23,18 @@ from lampyris_selfcheck.checks.paths.answers import Truth, drawn, in_cells, wron
 from lampyris_selfcheck.checks.paths.worlds import SmallWorld
 from lampyris_selfcheck.reference.paths.search import Cell
 
-SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
+SWARMS = (
+    "gso",
+    "igso",
+    "pso",
+    "lpso",
+    "apso",
+    "ipso",
+    "pso-apf",
+    "diversity-pso",
+    "ant-system",
+    "mmas-dstar",
+)
 STEPPERS = ("ad-gso", "dstar-lpso", "dstar16-lpso")
 MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 SEEDS = 5

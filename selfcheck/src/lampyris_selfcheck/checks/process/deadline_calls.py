@@ -28,7 +28,18 @@ SIDES = {
     "clutter": (64, 512, 1024), "weighted": (64, 512, 1024), "traffic": (64, 256, 256),
 }  # fmt: skip
 """Cells a side of each map; the last for calls that may be large."""
-SWARMS = ("apso", "gso", "igso", "ipso", "lpso", "mmas-dstar", "pso", "pso-apf")
+SWARMS = (
+    "ant-system",
+    "apso",
+    "diversity-pso",
+    "gso",
+    "igso",
+    "ipso",
+    "lpso",
+    "mmas-dstar",
+    "pso",
+    "pso-apf",
+)
 FOR_MINUTES: Mapping[str, Any] = {"iterations": 100_000, "swarm": 200, "seeded": False}
 """Settings with which such a planner goes on for minutes."""
 _TIMED = ("sipp", "space-time-astar")

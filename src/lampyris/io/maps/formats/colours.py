@@ -113,7 +113,36 @@ def read_pixels(pixels: Pixels, source: FileSource) -> Reading:
     if pixels.left_out is not None and (n := int(np.count_nonzero(pixels.left_out))):
         reading.codes[pixels.left_out] = UNKNOWN
         notes += (f"{plural(n, 'pixel')} the picture leaves out read as unknown",)
-    return replace(reading, notes=notes)
+    reading = replace(reading, notes=notes)
+    return reading if source.values == "costmap" else scaled_down(reading)
+
+
+def scaled_down(reading: Reading) -> Reading:
+    """A drawing in which each cell is a square of several pixels, as one of a pixel a cell; others as they are.
+
+    The marks of start and goal tell: each that there is covers one square of the same side s > 1, at a multiple of s;
+    the sides of the picture are multiples of s, and within each square of s x s pixels all codes are the same. Such a
+    picture would be refused otherwise, for its second start or goal.
+    """
+    codes = reading.codes
+    height, width = codes.shape
+    sides: list[int] = []
+    for mark in (START, GOAL):
+        ys, xs = np.nonzero(codes == mark)
+        if ys.size:
+            x, y = int(xs.min()), int(ys.min())
+            side = int(xs.max()) - x + 1
+            square = int(ys.max()) - y + 1 == side and ys.size == side * side
+            sides.append(side if square and x % side == 0 == y % side else 1)
+    s = min(sides, default=1) if min(sides, default=1) == max(sides, default=1) else 1
+    if s == 1 or width % s or height % s:
+        return reading
+    squares = codes.reshape(height // s, s, width // s, s)
+    first = squares[:, :1, :, :1]
+    if not (squares == first).all():
+        return reading
+    note = f"each cell is drawn by {s} x {s} pixels: read as {width // s} x {height // s} cells"
+    return replace(reading, codes=np.ascontiguousarray(first[:, 0, :, 0]), notes=(note, *reading.notes))
 
 
 def brightness(pixels: Pixels, source: FileSource) -> tuple[NDArray[np.uint8], bool]:

@@ -96,7 +96,7 @@ def _take_apart(source: FileSource) -> _Png:
             raise source.error("IMG_FRAMES", f"{frames} frames", todo="give a single image")
         elif kind == b"zTXt":
             _check_text(source, bytes(body))
-        elif kind == b"eXIf" and (turn := _orientation(bytes(body))) not in (0, 1):
+        elif kind == b"eXIf" and (turn := orientation_of(bytes(body))) not in (0, 1):
             notes.append(f"the EXIF orientation {turn} is ignored; a viewer may show the map turned")
         elif kind == b"IHDR" or (not kind[0] & 32 and kind != b"IEND"):
             raise source.error("IMG_CORRUPT", f"chunk{_kind(source, kind)} in a place or of a kind unknown")
@@ -165,7 +165,7 @@ def _check_text(source: FileSource, body: bytes) -> None:
         )
 
 
-def _orientation(body: bytes) -> int:
+def orientation_of(body: bytes) -> int:
     """The EXIF orientation, 0 where there is none to be found."""
     order = {b"II": "<", b"MM": ">"}.get(body[:2])
     try:
@@ -319,6 +319,8 @@ def not_a_picture(source: FileSource, allowed: str) -> Exception:
     head = source.data[:4096]
     if name := foreign(head):
         todo = "save it as PNG" if name in _PICTURES else ""
+        if name == "JPEG":
+            todo += ", or make a map of it by `lampyris maps segment`"
         return source.error("IMG_FORMAT", f"this is {name}", allowed=allowed, todo=todo)
     shown = "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in head[:4])
     starts = f' (starts with "{shown}")' if source.quotes else ""

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.scalars import in_range
+from lampyris._core.scalars import in_range, is_whole
 from lampyris.errors import SettingError, shown
-from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values
+from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values, norms
 
 MOST = 100_000
 
@@ -79,6 +79,39 @@ class SuccessInertia:
         return self.low + (self.high - self.low) * share
 
 
+@dataclass(frozen=True, slots=True)
+class DiversityRule:
+    """Attraction and repulsion by diversity, in groups of particles.
+
+    The diversity of a group is the mean distance of its particles from their centre, as a share of the box's diagonal.
+    Every particle is drawn to its own best place, and to the best of its group; when the group's diversity falls below
+    ``low`` that second pull becomes a push, until the diversity exceeds ``high``. J. Riget, J. S. Vesterstroem, "A
+    diversity-guided particle swarm optimizer", EVALife 2002-02, turn both pulls around, in one group. That particles
+    are divided into groups, and in a group of low diversity follow their own best place, is what the dissertation
+    (2.4.3) says of an adaptive PSO for unconstrained optimisation, a paper that could not be found.
+
+    Parameters
+    ----------
+    low, high : shares of the diagonal, 0 <= low <= high <= 1.
+    groups : of particles with numbers that follow each other, 1 or more; no more than particles.
+
+    Raises
+    ------
+    SettingError : ``DIVERSITY``.
+    """
+
+    low: float = 0.02
+    high: float = 0.1
+    groups: int = 1
+
+    def __post_init__(self) -> None:
+        if not in_range(self.low, 0.0, 1.0) or not in_range(self.high, 0.0, 1.0) or self.low > self.high:
+            what = f"low {shown(self.low)}, high {shown(self.high)}"
+            raise SettingError("DIVERSITY", what, allowed="0 <= low <= high <= 1", setting="low")
+        if not is_whole(self.groups, 1, MOST):
+            raise SettingError.of("DIVERSITY", "groups", shown(self.groups), allowed=f"1 to {MOST:,}")
+
+
 Push = Callable[[Points], Points]
 """From positions (n, d) to what is added to the speeds (n, d)."""
 
@@ -95,6 +128,7 @@ class PSO:
     own, others : c1 and c2, the pulls towards the own best place and the neighbourhood's, >= 0.
     clamp : greatest speed, in sides of the box an iteration, > 0.
     push : an outside force: what it says is added to the speeds before they are clamped.
+    diversity : turns the pull of the best around where a group is too close together; without a ring. None: never.
 
     Raises
     ------
@@ -108,6 +142,7 @@ class PSO:
     others: float = 1.49618
     clamp: float = 0.5
     push: Push | None = None
+    diversity: DiversityRule | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.n, int) or isinstance(self.n, bool) or not 1 <= self.n <= MOST:
@@ -143,6 +178,7 @@ class ParticleSwarm(Exclusive):
     iteration : rounds so far.
     positions, speeds : (n, d).
     places, values : (n, d) and (n,); each particle's own best place and its value.
+    group, apart : (n,) and (groups,); which group a particle is in, and which groups are being driven apart.
     """
 
     def __init__(
@@ -155,6 +191,10 @@ class ParticleSwarm(Exclusive):
         self.speeds = np.zeros_like(self.positions)
         self.places = self.positions
         self.values = np.full(settings.n, -np.inf)
+        rule = settings.diversity
+        many = 1 if rule is None else min(rule.groups, settings.n)
+        self.group = np.arange(settings.n) * many // settings.n
+        self.apart = np.zeros(many, dtype=np.bool_)
         self._rng = rng
 
     def ask(self) -> Points:
@@ -173,7 +213,12 @@ class ParticleSwarm(Exclusive):
         own, others = self._rng.random(x.shape), self._rng.random(x.shape)
         speeds = s.inertia.after(share) * self.speeds
         speeds = speeds + s.own * own * (self.places - x)
-        speeds = speeds + s.others * others * (self.places[self.guides()] - x)
+        pull = self.places[self.guides()] - x
+        if s.diversity is not None:
+            spread = self.diversity()
+            self.apart = np.where(self.apart, spread <= s.diversity.high, spread < s.diversity.low)
+            pull = np.where(self.apart[self.group][:, np.newaxis], -pull, pull)
+        speeds = speeds + s.others * others * pull
         if s.push is not None:
             speeds = speeds + s.push(x)
         most = s.clamp * self.box.span
@@ -184,10 +229,23 @@ class ParticleSwarm(Exclusive):
         self.positions = kept
         self.iteration += 1
 
+    def diversity(self) -> Values:
+        """Of each group: the mean distance of its particles from their centre, as a share of the diagonal."""
+        found = []
+        for k in range(self.apart.size):
+            x = self.positions[self.group == k]
+            away = norms(x - np.cumsum(x, axis=0)[-1] / len(x))
+            found.append(np.cumsum(away)[-1] / len(x) / self.box.diagonal)
+        return np.array(found)
+
     def guides(self) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
         """Index of the particle whose best place each one looks at, (n,). Ties: itself, then the nearer, then
         the one behind."""
         n, ring = self.settings.n, self.settings.ring
+        if self.apart.size > 1:
+            first = np.searchsorted(self.group, np.arange(self.apart.size))
+            best = np.array([a + self.values[self.group == k].argmax() for k, a in enumerate(first)])
+            return best[self.group].astype(np.intp)
         if ring is None:
             return np.full(n, self.values.argmax(), dtype=np.intp)
         at = np.arange(n)

@@ -19,8 +19,10 @@ from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris.cli import text
 from lampyris.cli.option_errors import Command
+from lampyris.cli.option_groups import with_groups
 from lampyris.cli.outputs import check_outputs
 from lampyris.cli.text import print_json, print_notes
+from lampyris.cli.verbs.maps.segment import segment
 from lampyris.errors import FileError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ app = typer.Typer(
     cls=_NameOrAction,
     invoke_without_command=True,
     subcommand_metavar="[NAME | FILE | ACTION ...]",
-    help="List the bundled maps, show a map, make new ones, convert files.",
+    help="List the bundled maps, show a map, make new ones, convert files, make maps of photographs.",
 )
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -102,6 +104,9 @@ def _maps(context: typer.Context, json_: Json = False) -> None:
     context.obj = json_
 
 
+app.command(cls=Command)(with_groups(segment))
+
+
 def _list(as_json: bool) -> None:
     """List the bundled maps."""
     from lampyris.io.maps import library
@@ -155,7 +160,7 @@ def show(
             "neither a file nor a bundled map",
             where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
             allowed="a map file, or a name that `lampyris maps` lists",
-            todo=did_you_mean(name, (*library.names(), "recipes", "make", "convert")),
+            todo=did_you_mean(name, (*library.names(), "recipes", "make", "convert", "segment")),
         )
     document = load_map(
         Path(name),

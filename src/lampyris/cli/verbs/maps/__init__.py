@@ -1,0 +1,1 @@
+"""``lampyris maps``: maps, listed, shown, made, converted, and made of photographs."""

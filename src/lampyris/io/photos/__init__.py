@@ -1,0 +1,1 @@
+"""From a photograph's file to its grey levels."""
