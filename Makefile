@@ -87,13 +87,14 @@ lint: $(VENV)/.dev
 	$(BIN)/python tools/lint_determinism.py
 	$(BIN)/python tools/house.py
 
-# A test that hangs is named and ended: the slowest takes a tenth of that. pytest rewrites assertions to show the values
+# A test that hangs is named and ended with its process: the slowest takes a tenth of that. pytest rewrites assertions to show the values
 # in them, which takes half a minute for the whole suite: only what failed is run again so. It stays a failure.
+HANGS := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal --timeout 600 --timeout-method thread --assert=plain $(TESTS) || { \
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(HANGS) --assert=plain $(TESTS) || { \
 	echo "what failed, once more, with the values in its assertions:"; \
-	$(BIN)/python -m pytest -q --timeout 600 --timeout-method thread --lf --lfnf none $(TESTS); exit 1; }
+	$(BIN)/python -m pytest -q $(HANGS) --lf --lfnf none $(TESTS); exit 1; }
 
 # Each check resumes where it was stopped: delete build/nightly.ledger to start over. Results are appended to
 # build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
