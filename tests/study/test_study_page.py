@@ -21,10 +21,10 @@ from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.worker import run_job
 from lampyris.study.page.films import choose
 from lampyris.study.page.page import key_of, page_of, write_page
+from sizes import sized
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from html_reader import Reader, read
-from sizes import sized
 from test_report_html import HOSTILE
 
 ONE_CROWD = (StudyTraffic(),)
