@@ -2,6 +2,7 @@
 SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
+space := $(subst ,, )
 BIN := $(VENV)/bin
 # The suite starts hundreds of processes; without caches of bytecode each compiles the package for a fifth of a second.
 unexport PYTHONDONTWRITEBYTECODE
@@ -10,7 +11,9 @@ TESTERS := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 TESTS := -m "not nightly"
 ROOMS := $(ROOM:%=tests/%)
 # A module is compiled to bytecode when it is first imported; most of what wheels hold never is (half of pip's time).
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# Requirements name every package with its version, so that pip has nothing to resolve (--no-deps).
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
+BACKEND := $(shell grep -E '^(hatchling|editables|pathspec|pluggy|tomlkit|trove-classifiers)==' requirements/dev.txt)
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
@@ -38,13 +41,18 @@ $(VENV)/.made:
 
 $(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml selfcheck/pyproject.toml
 	@echo "installing lampyris and what it runs on ..."
-	@$(PIP) -r requirements/run.txt
-	@$(PIP) --no-deps --no-build-isolation -e . -e ./selfcheck
+	@$(PIP) -r requirements/run.txt $(BACKEND)
+	@$(PIP) --no-build-isolation -e . -e ./selfcheck
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/.run requirements/dev.txt
+# What only development needs, beside what lampyris runs on: `make test` installs both at once, a processor each.
+$(VENV)/.tools: $(VENV)/.made requirements/dev.txt requirements/run.txt
 	@echo "installing the development tools ..."
-	@$(PIP) -r requirements/dev.txt
+	@grep -E '^[^# ]' requirements/dev.txt | grep -vxFf requirements/run.txt | grep -vE '$(subst $(space),|,$(BACKEND))' >$(VENV)/tools.txt
+	@$(PIP) -r $(VENV)/tools.txt
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.run $(VENV)/.tools
 	@touch $@
 
 $(VENV)/.nightly: $(VENV)/.dev requirements/nightly.txt
@@ -68,10 +76,13 @@ else
 # Before the suite's workers start, the machine code that each of them would make is made once, by two processes, while
 # the tools and a browser are installed. Lint and types are judged beside that and beside the suite: one of them alone
 # would leave a processor idle for a minute. Theirs is the last word.
-test: $(VENV)/.run
-	@mkdir -p build; { tools/browser.sh; exec $(BIN)/lampyris warm --workers 2; } >build/warm.txt 2>&1 & warmed=$$!; \
-	trap "kill $$warmed" INT TERM; \
-	$(MAKE) --no-print-directory $(VENV)/.dev || { kill $$warmed; exit 1; }; \
+test: $(VENV)/.made
+	@mkdir -p build; $(MAKE) --no-print-directory $(VENV)/.tools >build/tools.txt 2>&1 & tools=$$!; \
+	trap "kill $$tools" INT TERM; \
+	$(MAKE) --no-print-directory $(VENV)/.run || { kill $$tools; exit 1; }; \
+	{ tools/browser.sh; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
+	trap "kill $$warmed $$tools" INT TERM; \
+	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed; exit 1; }; \
 	$(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & linted=$$!; \
 	trap "kill $$warmed $$linted" INT TERM; \
 	wait $$warmed || { cat build/warm.txt; kill $$linted; exit 1; }; \
@@ -87,13 +98,14 @@ lint: $(VENV)/.dev
 	$(BIN)/python tools/lint_determinism.py
 	$(BIN)/python tools/house.py
 
-# A test that hangs is named and ended: the slowest takes a tenth of that. pytest rewrites assertions to show the values
+# A test that hangs is named and ended with its process: the slowest takes a tenth of that. pytest rewrites assertions to show the values
 # in them, which takes half a minute for the whole suite: only what failed is run again so. It stays a failure.
+HANGS := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal --timeout 600 --timeout-method thread --assert=plain $(TESTS) || { \
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(HANGS) --assert=plain $(TESTS) || { \
 	echo "what failed, once more, with the values in its assertions:"; \
-	$(BIN)/python -m pytest -q --timeout 600 --timeout-method thread --lf --lfnf none $(TESTS); exit 1; }
+	$(BIN)/python -m pytest -q $(HANGS) --lf --lfnf none $(TESTS); exit 1; }
 
 # Each check resumes where it was stopped: delete build/nightly.ledger to start over. Results are appended to
 # build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.

@@ -96,7 +96,7 @@ def test_the_lists_are_whole(right: dict[str, dict[str, Any]]) -> None:
         assert not lacks, f"say in samples() what {name} may be given for {lacks}"
 
 
-@pytest.mark.commit(30)
+@pytest.mark.commit(15)
 @pytest.mark.parametrize("name", CLASSES)
 def test_a_class_given_anything(name: str, right: dict[str, dict[str, Any]]) -> None:
     kind, given = CLASSES[name], right.get(name, {})
@@ -105,7 +105,7 @@ def test_a_class_given_anything(name: str, right: dict[str, dict[str, Any]]) -> 
     assert not found, "\n".join(found)
 
 
-@pytest.mark.commit(6)
+@pytest.mark.commit(4)
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_given_anything(name: str, right: dict[str, dict[str, Any]], folder: Path) -> None:
     call, given = FUNCTIONS[name], right.get(name, {})

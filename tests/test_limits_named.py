@@ -445,7 +445,9 @@ CALLED = re.compile(rf"_?([A-Z0-9]+_)*({WORDS})(_[A-Z0-9_]+)?")
 
 def named_in(text: str) -> set[str]:
     """Constants of a module that are called a limit."""
-    found = set()
+    found: set[str] = set()
+    if not re.search(WORDS, text):
+        return found
     for node in ast.parse(text).body:
         if isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]

@@ -20,4 +20,3 @@ if ! "$python" -m venv "$dir" >/dev/null 2>&1; then
     exit 1
   fi
 fi
-"$dir/bin/python" -m pip install --quiet --disable-pip-version-check --no-compile "hatchling==1.33.0" "editables==0.5"

@@ -12,7 +12,7 @@ import multiprocessing
 import os
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -78,7 +78,7 @@ Progress = Callable[[int, int, str], None]
 """Called with how many are done, of how many, and which kernel is next."""
 
 
-def warm(progress: Progress | None = None, workers: int = 1) -> Warmed:
+def warm(progress: Progress | None = None, workers: int = 1, *, rare: bool = True) -> Warmed:
     """Compile what there is not yet, or is damaged, and delete what other versions of the kernels left.
 
     Parameters
@@ -86,6 +86,7 @@ def warm(progress: Progress | None = None, workers: int = 1) -> Warmed:
     progress : called with how many are done, of how many, and which kernel is next.
     workers : processes that compile. More than one start afresh, as :mod:`multiprocessing` has it: call this under
         ``if __name__ == "__main__":`` in a script.
+    rare : whether also for types that only the largest maps ask for.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def warm(progress: Progress | None = None, workers: int = 1) -> Warmed:
             "NUMBA_DISABLE_JIT is set, so that kernels are never compiled",
             todo="unset it, and ask again",
         )
-    asked = wanted()
+    asked = wanted(rare)
     ahead = _ahead(asked, min(workers, len(asked)), progress) if workers > 1 else 0
     try:
         made, folders = _prepare(asked, None if ahead else progress)
@@ -197,18 +198,18 @@ def _kept(folder: Path) -> list[Path]:
     return sorted(folder.glob("*.nb[ic]"))
 
 
-def wanted() -> tuple[Wanted, ...]:
-    """Every kernel, with each list of argument types that it is called with."""
+def wanted(rare: bool = True) -> tuple[Wanted, ...]:
+    """Every kernel, with each list of argument types that it is called with; ``rare`` as in :func:`warm`."""
     for module in pkgutil.walk_packages(kernels.__path__, f"{kernels.__name__}."):
         importlib.import_module(module.name)
     with _jit.recorded() as found:
-        for job in jobs():
+        for job in jobs(rare):
             job()
     return tuple(found)
 
 
-def jobs() -> Iterator[Callable[[], object]]:
-    """Small work of every kind."""
+def jobs(rare: bool = True) -> Iterator[Callable[[], object]]:
+    """Small work of every kind; ``rare`` as in :func:`warm`."""
     for moves in MOVES:
         for terrain in (False, True):
             yield partial(_fields, moves, terrain)
@@ -223,7 +224,7 @@ def jobs() -> Iterator[Callable[[], object]]:
         yield partial(_speeds, law)
         yield partial(_driven, law)
     yield _watched
-    yield _fleets
+    yield partial(_fleets, rare)
     yield _fleet_drives
     yield _swarms
 
@@ -265,7 +266,7 @@ def _fields(moves: str, terrain: bool) -> None:
 
 def _cells(planner: str, moves: str, terrain: bool) -> None:
     """A plan, and a simulation among moving obstacles and walls that come and go."""
-    edits = (Edit(2, blocked=((8, 3), (4, 8))), Edit(5, freed=((8, 3), (5, 5))))
+    edits = (Edit(2, blocked=((8, 3), (4, 8))), Edit(4, freed=((8, 3), (5, 5))))
     scene = _scene(moves, terrain=terrain, edits=edits, traffic=(RandomWalk(3), Crossing(1)))
     known = registry.settings_of(registry.planner_class(planner))
     if {"swarm", "particles"} & set(known) and moves != "octile":
@@ -275,7 +276,7 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     }
     with suppress(LampyrisError):  # not every planner serves every step set and ground
         api.plan(scene, planner, **few)
-        api.simulate(scene, planner, ticks=12, **few)
+        api.simulate(scene, planner, ticks=6, **few)
         if planner == "ad-gso":
             api.plan(scene, planner, gates="replan", choice="exact")
 
@@ -305,7 +306,8 @@ def _poses() -> None:
         with suppress(LampyrisError):
             api.drive(there, "lattice", time_limit=3.0, **more)
     for controller in CONTROLLERS:
-        api.drive(scene, "lattice", time_limit=0.5, controller=controller)
+        few = {"samples": 10} if controller == "mppi" else {}
+        api.drive(scene, "lattice", time_limit=0.5, controller=controller, controller_settings=few)
     for drive in DRIVES:
         api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
     for curve in (curves.dubins, curves.reeds_shepp):
@@ -332,8 +334,8 @@ def _studied(moves: str) -> None:
     Replay(scene, 1).upto(10)
 
 
-def _fleets() -> None:
-    """A fleet, by each planner of fleets, with tables of both kinds of numbers; and discs larger than cells."""
+def _fleets(rare: bool) -> None:
+    """A fleet, by each planner of fleets, also with tables of long distances if asked; and discs larger than cells."""
     grid = _grid()
     disc = Robot(radius=0.5 * grid.resolution)
     for planner, row in fleet_planners.list_fleet_planners().items():
@@ -341,9 +343,9 @@ def _fleets() -> None:
         if row.traits.sizes:
             asked.append(Fleet(grid, [Agent((1, 1), (1, 9), disc)]))
         for fleet in asked:
-            fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
-            with wide_tables():
-                fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
+            for tables in (nullcontext(), wide_tables()) if rare else (nullcontext(),):
+                with tables:
+                    fleets.plan_fleet(fleet, planner, budget=Budget(expansions=200))
 
 
 def _fleet_drives() -> None:

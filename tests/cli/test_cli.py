@@ -67,7 +67,7 @@ def test_every_planner_plans_with_the_default_preset(planner: str) -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ("simulate", "env-3", "--obstacles", "12", "--mobility", "mixed"),
+        ("simulate", "env-1", "--obstacles", "12", "--mobility", "mixed"),
         pytest.param(("plan", "env-1"), marks=pytest.mark.nightly),
     ],
 )

@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from sizes import some
+
 RSS = """
 import resource, sys
 import numpy as np
@@ -29,7 +31,7 @@ def test_memory_of_10_000_robots(planner: str, iterations: int) -> None:
     assert int(done.stdout) * 1024 < 2e9
 
 
-@pytest.mark.parametrize("planner", ["lacam", "pibt", "cbs"])
+@pytest.mark.parametrize("planner", some(["lacam", "pibt", "cbs"]))
 def test_beyond_the_limit_the_command_exits_with_5_and_says_why(planner: str) -> None:
     """Before the tables are made: the limit is far below what any process takes."""
     words = ["fleet", "warehouse-200", "--robots", "200", "--planner", planner]

@@ -19,7 +19,7 @@ from lampyris.errors import LimitError, SettingError, UsageError
 from lampyris.fleets import random_fleet
 from lampyris.kernels import _jit
 from lampyris.kernels._jit import Kernel, compiled_only
-from lampyris.planning.fleet.distance_tables import tables_of
+from lampyris.planning.fleet.distance_tables import tables_of, wide_tables
 from lampyris.planning.fleet.lacam import Lacam
 from lampyris.planning.fleet.pibt import PibtRun
 from lampyris.planning.fleet.registry import list_fleet_planners, names
@@ -409,7 +409,22 @@ def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
     assert call("fleet", "guide", "--robots", "2", "--planner", "stay", "--moves", "octile").returncode == 2
 
 
-@pytest.mark.parametrize("seed", some(range(60), 3))
+@pytest.mark.parametrize("form", ["plain", pytest.param("compiled", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("planner", list_fleet_planners())
+def test_wide_tables_give_the_same_plans(planner: str, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables of distances over 32,766 steps have numbers of four bytes, which are warmed for users but not for the suite."""
+    if form == "plain":
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    fleet = random_fleet(lampyris.load_grid("guide"), 4, seed=3)
+    with wide_tables():
+        assert tables_of(fleet).table.dtype == np.int32
+        wide = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=200))
+    narrow = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=200))
+    assert [path.tolist() for path in wide.paths] == [path.tolist() for path in narrow.paths]
+    assert wide.status is narrow.status
+
+
+@pytest.mark.parametrize("seed", some(range(60)))
 def test_many_robots(seed: int) -> None:
     """Dense fleets on the bundled maps are solved at their first plan."""
     name, robots = (("rooms-100", 300), ("warehouse-200", 500), ("office-120", 400))[seed % 3]

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import lampyris
+from source_tree import statements
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path(lampyris.__file__).parent
@@ -33,7 +34,7 @@ def test_files_and_functions_hold_one_idea() -> None:
         if len(text.splitlines()) > MAX_FILE:
             long.append(f"{name}: a file this long holds two ideas")
         limit = MAX_KERNEL if "kernels" in name.parts else MAX_FUNCTION
-        for node in ast.walk(ast.parse(text)):
+        for node in statements(ast.parse(text)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 body = node.body[1:] if ast.get_docstring(node) else node.body
                 length = (node.end_lineno or 0) - body[0].lineno + 1 if body else 0

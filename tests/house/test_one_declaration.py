@@ -17,6 +17,7 @@ from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
+from source_tree import statements
 
 SOURCE = Path(lampyris.__file__).parent
 OWNERS: tuple[type, ...] = (
@@ -44,7 +45,7 @@ DIFFERENT: dict[tuple[str, Any], str] = {
 
 def stated(tree: ast.AST) -> Iterator[tuple[str, Any, int]]:
     """Name, value and line of every literal default of a parameter or of a field."""
-    for node in ast.walk(tree):
+    for node in statements(tree):
         pairs: list[tuple[str, ast.expr | None]] = []
         if isinstance(node, ast.FunctionDef):
             most = [*node.args.posonlyargs, *node.args.args]

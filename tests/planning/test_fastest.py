@@ -8,7 +8,7 @@ from query_checks import NAMES, RNG, ask_at_random
 
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.model.change import Change
-from lampyris.model.grid import Grid
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.path import count_steps
 from lampyris.model.scene import Scene
@@ -114,7 +114,7 @@ def test_ways_read_off_the_field_are_as_cheap_as_any(name: str) -> None:
 
 
 def test_a_small_budget_is_kept() -> None:
-    free = comb(31)
+    free = frozen(comb(31))
     one = FieldSearch(free, MOVES["octile"], JumpSearch(free, MOVES["octile"]))
     whole = one.find_path((1, 1), (1, 29))
     assert whole.ending == FOUND

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lampyris.errors import LampyrisError
+from lampyris.kernels import _jit
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
@@ -93,3 +95,29 @@ def test_a_copy_of_a_copy_and_turns(planner: Planner) -> None:
         sessions.append(way(sessions[-1]))
     seen = [[told(one.plan(change)) for one in sessions] for change in LATER]
     assert seen == [[answer] * len(sessions) for answer in never_copied]
+
+
+@pytest.mark.commit(20)
+@pytest.mark.parametrize("weighed", [False, True], ids=["plain ground", "terrain"])
+@pytest.mark.parametrize("planner", PLANNERS, ids=lambda one: one.name)
+def test_copies_call_no_kernel_with_other_types(planner: Planner, weighed: bool) -> None:
+    """NumPy makes arrays of copies writable; for those of other types every kernel would be compiled once more."""
+    ground = np.full((12, 12), 3, dtype=np.uint8) if weighed else None
+    scene = Scene(Grid(np.zeros((12, 12), dtype=bool), terrain=ground), (1, 1), (9, 10))
+    changes = (Change(), Change(blocked=((5, 5),)), Change(robot=(2, 2), obstacles=frozenset({(4, 4)})))
+
+    def asked(make: Callable[[Any], Any]) -> set[Any]:
+        with _jit.recorded() as found:
+            session = make(planner.open(scene, np.random.default_rng(7)))
+            for change in changes:
+                session = make(session)
+                session.plan(change)
+        return set(found)
+
+    try:
+        alone = asked(lambda session: session)
+    except LampyrisError:  # a planner that does not serve terrain
+        return
+    assert alone
+    for way in WAYS.values():
+        assert asked(way) <= alone

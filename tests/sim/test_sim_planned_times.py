@@ -104,17 +104,18 @@ def test_planned_times_alone_keep_it_off_the_obstacle() -> None:
     assert np.abs(drive.s[:-1][stood] - table.s[waits]).max() <= 0.02 * scene.grid.resolution + 1e-9
 
 
-def test_a_late_robot_still_touches_nobody() -> None:
+@sized("crossings", 3, 5)
+def test_a_late_robot_still_touches_nobody(crossings: int) -> None:
     """A slow start makes it miss its gap: it brakes, and asks for new times."""
-    walls = np.zeros((9, 60), dtype=bool)
+    walls = np.zeros((9, 30 + 6 * crossings), dtype=bool)
     grid = lampyris.Grid(walls, resolution=0.5)
-    start, goal = ((*grid.to_metres((x, 4)).tolist(), 0.0) for x in (3, 56))
+    start, goal = ((*grid.to_metres((x, 4)).tolist(), 0.0) for x in (3, 26 + 6 * crossings))
     # Crossings that a robot of the planned speed just passes.
     crossing = [
         lampyris.Recorded(
             tuple([(20 + 6 * k, 0)] * (16 + 6 * k) + [(20 + 6 * k, y) for y in range(9)]), radius=0.2
         )
-        for k in range(5)
+        for k in range(crossings)
     ]
     scene = Scene(
         grid, start_pose=start, goal_pose=goal, traffic=tuple(crossing),

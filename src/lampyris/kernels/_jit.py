@@ -326,11 +326,16 @@ def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
     from numba import typeof
 
     found: dict[tuple[Kernel, tuple[Any, ...]], None] = {}
+    alike: set[tuple[Any, ...]] = set()
     as_it_was = Kernel.__call__
 
     def noting(self: Kernel, *args: Any) -> Any:
         args = self.complete(args)
-        found[self, tuple(typeof(a) for a in args)] = None
+        # numba takes longer to name the types of a call than most of the calls take.
+        looks = (self, *map(_look, args))
+        if looks not in alike:
+            alike.add(looks)
+            found[self, tuple(typeof(a) for a in args)] = None
         return self.run_plain(*args)
 
     Kernel.__call__ = noting  # type: ignore[method-assign]
@@ -338,6 +343,14 @@ def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
         yield found
     finally:
         Kernel.__call__ = as_it_was  # type: ignore[method-assign]
+
+
+def _look(value: Any) -> Any:
+    """What numba's type of a value depends on."""
+    if isinstance(value, np.ndarray):
+        flags = value.flags
+        return value.dtype, value.ndim, flags.writeable, flags.c_contiguous, flags.f_contiguous, flags.aligned
+    return (int, value < 2**63) if type(value) is int else type(value)
 
 
 def keep_nothing(what: str, why: str, todo: str = "") -> None:

@@ -1,6 +1,6 @@
 // The server, as the page sees it: every call bears the token, every error is a sentence.
 
-import { framesOf, json as told } from "./frames.js";
+import { framesOf, json as parsed } from "./frames.js";
 
 /** @typedef {{code: string, what: string, where?: string, allowed?: string, todo?: string}} Fault */
 
@@ -22,9 +22,9 @@ export class Api {
   /** @param {string} token */
   constructor(token) {
     this.token = token;
-    /** Told when the server stops answering, and when it is back. @type {(gone: boolean) => void} */
+    /** Called when the server stops answering, and when it is back. @type {(gone: boolean) => void} */
     this.onGone = () => {};
-    /** Told when an answer waits for code that is compiled for the first time, and when none does any more. @type {(on: boolean) => void} */
+    /** Called when an answer waits for code that is compiled for the first time, and when none does any more. @type {(on: boolean) => void} */
     this.onCompiling = () => {};
     /** Answers that do. */
     this._compiling = 0;
@@ -94,7 +94,7 @@ export class Api {
     };
     try {
       for await (const frame of framesOf(answer.body)) {
-        now(frame.kind === "P" && told(frame.bytes).what === "compiling");
+        now(frame.kind === "P" && parsed(frame.bytes).what === "compiling");
         yield frame;
       }
     } catch (error) {

@@ -1,5 +1,5 @@
 // Colours. The landscape is cividis, made pale; speeds are the middle of inferno: both can be read with the
-// common kinds of colour blindness. Whatever could be told apart by colour alone differs in shape as well.
+// common kinds of colour blindness. Whatever could be distinguished by colour alone differs in shape as well.
 
 /** @typedef {[number, number, number]} Rgb */
 

@@ -11,7 +11,7 @@ const REST = 250;
 const GROUND = ["free", "wall", "unknown"];
 const KIND = /** @type {Record<string, string>} */ ({ "random-walk": "random walker", patrol: "patrol", crossing: "crosser", recorded: "recorded body" });
 
-/** Pieces of what is told of a cell: name, value. @param {Page} page @param {Cell} cell @param {number} reach cells around it that count as it @returns {Array<[string, string]>} */
+/** Pieces of what is shown of a cell: name, value. @param {Page} page @param {Cell} cell @param {number} reach cells around it that count as it @returns {Array<[string, string]>} */
 function facts(page, cell, reach = 0) {
   const { ground } = page;
   const [x, y] = cell;
@@ -106,7 +106,7 @@ export function mount(page, element) {
   let inside = false;
   let asked = false;
   let rest = 0;
-  let told = "";
+  let announced = "";
   let box = { left: 0, top: 0 };
   /** Of the card, read when its rows change. */
   let size = { width: 0, height: 0 };
@@ -115,7 +115,7 @@ export function mount(page, element) {
     inside = false;
     clearTimeout(rest);
     element.hidden = true;
-    told = "";
+    announced = "";
   };
   const show = () => {
     asked = false;
@@ -127,11 +127,11 @@ export function mount(page, element) {
     const text = rows.map((row) => row.join(" ")).join("|");
     if (!rows.length) {
       element.hidden = true;
-      told = "";
+      announced = "";
       return;
     }
-    if (text !== told) {
-      told = text;
+    if (text !== announced) {
+      announced = text;
       list.replaceChildren(...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
       element.hidden = false;
       size = { width: element.offsetWidth, height: element.offsetHeight };

@@ -63,14 +63,14 @@ class Keep {
     into.append(this.bar, el("div", { class: "row" }, this.words, this.stop));
     const rename = () => (this.name.placeholder = nameOf(page));
     // Whoever hears of it first puts the layer onto the map.
-    const told = () => queueMicrotask(() => (this.shows.textContent = shows(page, this.now.checked)));
+    const refresh = () => queueMicrotask(() => (this.shows.textContent = shows(page, this.now.checked)));
     page.store.listen(rename);
     page.on("ground", rename);
-    for (const name of ["layer", "layer-came", "run", "end", "tick"]) page.on(name, told);
-    page.store.listen(told);
-    this.now.addEventListener("change", told);
+    for (const name of ["layer", "layer-came", "run", "end", "tick"]) page.on(name, refresh);
+    page.store.listen(refresh);
+    this.now.addEventListener("change", refresh);
     rename();
-    told();
+    refresh();
   }
 
   /** @param {string} what @param {string} ending @param {string} about */

@@ -51,9 +51,9 @@ export class Source {
     this._timer = 0;
     /** Whose order the expanded cells are in. @type {{own: boolean, planner: string} | null} */
     this.order = null;
-    /** Told when one is asked for, and with an empty name when nothing is any more. @type {(name: string) => void} */
+    /** Called when one is asked for, and with an empty name when nothing is any more. @type {(name: string) => void} */
     this.onAsked = () => {};
-    /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
+    /** Called when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
     this.onLayer = () => {};
   }
 

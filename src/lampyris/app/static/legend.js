@@ -12,7 +12,7 @@ const NAMES = /** @type {Record<string, string>} */ ({
 const GATES = [["path", "gate on the path"], ["gate", "gate"], ["end", "gate, dead end"]];
 const SIDE = 18;
 
-/** What stands on the map, in the order in which it is told. @param {Page} page @returns {Array<[string, (pen: CanvasRenderingContext2D) => void]>} */
+/** What stands on the map, in the order in which it is listed. @param {Page} page @returns {Array<[string, (pen: CanvasRenderingContext2D) => void]>} */
 function marks(page) {
   const { ground, map, run, store } = page;
   const theme = THEMES[page.dark ? "dark" : "light"];

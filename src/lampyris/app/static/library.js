@@ -73,8 +73,8 @@ class Shelf {
 
   async load() {
     try {
-      const told = await this._page.api.json("/api/maps");
-      this._show(Array.isArray(told) ? told : told.maps);
+      const listed = await this._page.api.json("/api/maps");
+      this._show(Array.isArray(listed) ? listed : listed.maps);
     } catch (error) {
       this._page.fault(error);
     }

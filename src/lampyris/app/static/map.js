@@ -65,9 +65,9 @@ export class MapView {
     this._stale = true;
     this._asked = false;
     this._ratio = 1;
-    /** Told after each frame with its milliseconds. @type {((ms: number) => void) | null} */
+    /** Called after each frame with its milliseconds. @type {((ms: number) => void) | null} */
     this.onFrame = null;
-    /** Told when the map is shown at another scale or place because its room has changed. @type {(() => void) | null} */
+    /** Called when the map is shown at another scale or place because its room has changed. @type {(() => void) | null} */
     this.onView = null;
     new ResizeObserver(() => this.resize()).observe(canvas);
   }

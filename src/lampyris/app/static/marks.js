@@ -87,7 +87,7 @@ export function kindMark(pen, [shape, colour, letter], side, dark, seen = side) 
   const mid = side / 2;
   const r = mid - Math.max(1, side * 0.05);
   pen.fillStyle = colour;
-  // An outline that is told from walls; small ones have little of it, so that their colour is seen.
+  // An outline that differs from that of walls; small ones have little of it, so that their colour is seen.
   pen.strokeStyle = dark ? "#f4f6fa" : "#20242c";
   pen.lineWidth = Math.max(0.8, side * 0.06);
   pen.beginPath();

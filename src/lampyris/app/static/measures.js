@@ -31,15 +31,15 @@ const MEASURES = [
 
 /**
  * One number of one entrant; `low` and `high` where there is an interval.
- * @typedef {{value: number, low: number | null, high: number | null}} Told
+ * @typedef {{value: number, low: number | null, high: number | null}} Estimate
  */
 
-/** What a comparison found: a name, and numbers by measure. @typedef {{label: string, outcome: string, told: Map<string, Told>}} Entrant */
+/** What a comparison found: a name, and numbers by measure. @typedef {{label: string, outcome: string, estimates: Map<string, Estimate>}} Entrant */
 
 /** Entrants of what was gathered. @param {import("./runs.js").Gathered} all @returns {Entrant[]} */
 export function entrants(all) {
   return all.runs.map((run, k) => {
-    /** @type {Map<string, Told>} */
+    /** @type {Map<string, Estimate>} */
     const numbers = new Map();
     const one = { ...run.end?.metrics, plan_s: planSeconds(run.end) };
     const own = entryOf(all.summary, run.label, k)?.own ?? {};
@@ -52,7 +52,7 @@ export function entrants(all) {
     }
     // In a simulation both say the same.
     if (numbers.has("arrived")) numbers.delete("found");
-    return { label: run.label, outcome: run.end?.outcome ?? "", told: numbers };
+    return { label: run.label, outcome: run.end?.outcome ?? "", estimates: numbers };
   });
 }
 
@@ -79,7 +79,7 @@ const STARS = { "★": "best", "☆": "best number, not distinguishable" };
 /** The table: measures down, entrants across. @param {Entrant[]} some @param {string} note @param {Bests} bests */
 export function tableOf(some, note, bests) {
   const rows = MEASURES.map(([name, title]) => {
-    const numbers = some.map((one) => one.told.get(name));
+    const numbers = some.map((one) => one.estimates.get(name));
     if (numbers.every((one) => one === undefined)) return null;
     const { who, sure } = bests[name] ?? { who: [], sure: false };
     const star = sure ? "★" : "☆";
@@ -119,7 +119,7 @@ const CHARTS = /** @type {Array<[string, Array<[string, string]>]>} */ ([
 /** @param {Entrant[]} some */
 export function charts(some) {
   return CHARTS.map(([title, columns]) => {
-    const there = columns.filter(([name]) => some.some((one) => one.told.has(name)));
+    const there = columns.filter(([name]) => some.some((one) => one.estimates.has(name)));
     return there.length ? bars(title, there, some) : null;
   });
 }
@@ -129,7 +129,7 @@ const BAR = 13;
 
 /** Bars, one beneath the other, on one axis from 0. @param {string} title @param {Array<[string, string]>} columns @param {Entrant[]} some */
 function bars(title, columns, some) {
-  const greatest = Math.max(1e-12, ...some.flatMap((one) => columns.map(([name]) => one.told.get(name)?.value ?? 0)));
+  const greatest = Math.max(1e-12, ...some.flatMap((one) => columns.map(([name]) => one.estimates.get(name)?.value ?? 0)));
   const room = WIDE - 52;
   const parts = [];
   const words = [];
@@ -138,7 +138,7 @@ function bars(title, columns, some) {
     parts.push(svg("text", { x: 0, y: y + 10, class: "name" }, one.label));
     y += 14;
     for (const [c, [name, what]] of columns.entries()) {
-      const number = one.told.get(name);
+      const number = one.estimates.get(name);
       const value = number?.value ?? 0;
       const width = Math.max(value ? 1 : 0, (room * value) / greatest);
       const colour = LINES[k % LINES.length][0];

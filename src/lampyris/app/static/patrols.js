@@ -3,7 +3,7 @@
 import { byId } from "./page.js";
 
 export class Patrols {
-  /** @param {Page} page @param {() => void} changed told when what is being drawn is another */
+  /** @param {Page} page @param {() => void} changed called when what is being drawn is another */
   constructor(page, changed) {
     this.page = page;
     this._changed = changed;

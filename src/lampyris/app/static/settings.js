@@ -102,7 +102,7 @@ export function mount(page, into) {
 function plannerPart(page, into) {
   const planners = [...page.hello.planners, ...page.hello.planners_of_poses];
   const pick = el("select", { "aria-label": "Planner" }, ...families(planners));
-  const facts = el("div", { class: "stack told" });
+  const facts = el("div", { class: "stack tight" });
   const form = new Form(page, (settings) => {
     const { planner } = page.store.scenario;
     return { planner: { ...planner, settings } };
@@ -115,7 +115,7 @@ function plannerPart(page, into) {
   pick.addEventListener("change", () => {
     const { planner } = page.store.scenario;
     left.set(planner.name, planner.settings);
-    // Planners of poses always drive in continuous time; the others do if they are told to.
+    // Planners of poses always drive in continuous time; the others do if they are set to.
     const poses = (/** @type {string} */ name) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
     if (poses(planner.name) && !poses(pick.value)) {
       drive = page.store.scenario.drive;
@@ -165,7 +165,7 @@ function lawPart(page, into) {
   const own = el("option", { value: "" });
   const pick = el("select", { "aria-label": "Speed law" }, own,
     ...page.hello.laws.map((/** @type {any} */ row) => el("option", { value: row.name }, row.name)));
-  const facts = el("div", { class: "stack told" });
+  const facts = el("div", { class: "stack tight" });
   const form = new Form(page, (settings) => ({ law: { name: named().name, settings } }), "law");
   into.append(pick, facts, form.root);
   const named = () => page.store.scenario.law ?? { name: PRESETS[page.store.scenario.preset]?.law ?? "physical", settings: {} };

@@ -32,7 +32,7 @@ export class Store {
     this.touched = false;
   }
 
-  /** Be told of each change, with the keys that changed. @param {(changed: Set<string>) => void} listener */
+  /** Have a function called at each change, with the keys that changed. @param {(changed: Set<string>) => void} listener */
   listen(listener) {
     this._listeners.add(listener);
   }
@@ -222,7 +222,7 @@ export function mount(page) {
   /** The look of the link that was opened, until its map is there. */
   let wanted = fragment().get("v") ?? "";
   let begun = false;
-  let told = false;
+  let reported = false;
   // Nobody's work does not take the place of somebody's.
   const save = () => store.touched && keep(store.scenario, viewOf(page, layer));
   const address = async () => {
@@ -242,8 +242,8 @@ export function mount(page) {
     // Where it came from has it.
     if (long && !store.touched) return;
     const short = long ? `${location.origin}/#t=${fragment().get("t") ?? ""}` : made;
-    if (long && !told) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Keep).");
-    told = long;
+    if (long && !reported) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Keep).");
+    reported = long;
     if (short !== location.href) history.replaceState(null, "", short);
   };
   const soon = () => {

@@ -25,7 +25,7 @@ export function mount(page, bar) {
   bar.append(undo, redo, el("span", { class: "sep" }), link, look, help);
 
   const apply = () => {
-    const kept = told();
+    const kept = preferred();
     page.dark = kept === "dark" || (kept === "auto" && DARK.matches);
     document.documentElement.dataset.theme = page.dark ? "dark" : "light";
     look.replaceChildren(icon(ICONS[kept]));
@@ -58,7 +58,7 @@ export function mount(page, bar) {
 }
 
 /** @returns {"auto" | "light" | "dark"} */
-function told() {
+function preferred() {
   try {
     const kept = localStorage.getItem(KEPT);
     return kept === "light" || kept === "dark" ? kept : "auto";
@@ -70,7 +70,7 @@ function told() {
 /** The next of system, light and dark. @param {Page} page */
 export function turnTheme(page) {
   const order = DARK.matches ? ["auto", "light", "dark"] : ["auto", "dark", "light"];
-  const next = order[(order.indexOf(told()) + 1) % 3];
+  const next = order[(order.indexOf(preferred()) + 1) % 3];
   try {
     localStorage.setItem(KEPT, next);
   } catch {

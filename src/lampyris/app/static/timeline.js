@@ -179,9 +179,9 @@ class Timeline {
   /** The next event worth a line, or the one before. @param {1 | -1} way */
   _event(way) {
     const { page, play } = this;
-    const told = (page.run?.events ?? []).filter((event) => EVENTS[event.word]?.tell);
-    if (way < 0) told.reverse();
-    const next = told.find((event) => way * (event.tick - play.tick) > 1e-6);
+    const listed = (page.run?.events ?? []).filter((event) => EVENTS[event.word]?.tell);
+    if (way < 0) listed.reverse();
+    const next = listed.find((event) => way * (event.tick - play.tick) > 1e-6);
     if (!next) return;
     play.pause();
     play.seek(next.tick);

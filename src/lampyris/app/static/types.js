@@ -78,12 +78,12 @@
 /**
  * What every module gets. Made by page.js, filled by main.js.
  *
- * Told by name: "ground" (a map came or its cells changed; detail, when none could be had: why), "plan" (page.plan is new; detail: Plan or null),
+ * Announced by name: "ground" (a map came or its cells changed; detail, when none could be had: why), "plan" (page.plan is new; detail: Plan or null),
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "progress" (page.driving changed), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
  * "panel" (detail: the panel that was opened), "fleet" (a fleet is shown in place of a single robot, or no longer), "token" (another address was opened), "help", "map" (the view panned or zoomed).
- * Changes of the scenario are told by `store.listen(changed keys)`.
+ * Changes of the scenario are announced by `store.listen(changed keys)`.
  *
  * @typedef {{
  *   store: import("./state.js").Store, api: import("./api.js").Api, map: import("./map.js").MapView,

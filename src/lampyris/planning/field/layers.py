@@ -106,7 +106,6 @@ def _squared_half_cells(blocked: BoolGrid) -> NDArray[np.int64]:
     height, width = blocked.shape
     squared = np.empty(blocked.size, dtype=np.int64)
     scratch = np.zeros((3, width), dtype=np.int64)
-    wall_distance(
-        np.ascontiguousarray(blocked).view(np.uint8).ravel(), squared, *scratch, height, width, _NEVER, 1
-    )
+    walls = frozen(np.ascontiguousarray(blocked).view(np.uint8).ravel())
+    wall_distance(walls, squared, *scratch, height, width, _NEVER, 1)
     return squared.reshape(height, width)

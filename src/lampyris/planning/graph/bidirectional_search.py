@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.graph.bidirectional import FOUND, SPAN, meet, meet_even
+from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
-from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_limits, rules_of
+from lampyris.planning.graph.grid_graph import PaddedMap, ReadOnly, SearchResult, check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 _Ints = NDArray[np.int64]
@@ -35,7 +36,7 @@ class TwoSearches:
         self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         r = rules_of(moves, informed=True)
-        self._rules = (*self._board.steps(r), r.cost, r.slope, r.slot, r.shift, r.queues)
+        self._rules = ReadOnly((*self._board.steps(r), r.cost, r.slope, r.slot, r.shift, r.queues))
         self._after = np.empty(2 * (n + r.queues), dtype=np.int32)
         self._before = np.empty(2 * (n + r.queues), dtype=np.int32)
         self._f = np.zeros(2 * n, dtype=np.int64)
@@ -87,7 +88,7 @@ class TwoTerrainSearches:
         self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         r = rules_of(moves, informed=True)
-        self._rules = (*self._board.steps(r), r.cost // moves.scale, r.slope)
+        self._rules = ReadOnly((*self._board.steps(r), frozen(r.cost // moves.scale), r.slope))
         self._weight = np.zeros(n, dtype=np.uint8)
         self._heaps = [(np.zeros(n + 1, dtype=np.int32), np.zeros(n, dtype=np.int32)) for _ in range(2)]
         self._costs = [(np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)) for _ in range(2)]

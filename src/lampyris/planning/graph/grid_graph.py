@@ -53,6 +53,26 @@ class Rules:
     queues: int
 
 
+class ReadOnly(tuple[_Ints | int, ...]):
+    """What a kernel reads of the rules: arrays that nobody writes into, and numbers.
+
+    A copied planner shares them, and a pickled one has them read-only again: NumPy makes copied and pickled arrays
+    writable, for which numba would compile the kernels once more.
+    """
+
+    __slots__ = ()
+
+    def __deepcopy__(self, _: dict[int, Any]) -> ReadOnly:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _read_only, tuple(self)
+
+
+def _read_only(*values: _Ints | int) -> ReadOnly:
+    return ReadOnly(frozen(one) if isinstance(one, np.ndarray) else one for one in values)
+
+
 @lru_cache(maxsize=32)
 def rules_of(moves: Moves, informed: bool) -> Rules:
     """The rules of a step set, with the metric of its open plane as heuristic or with none."""
@@ -250,12 +270,12 @@ class PaddedMap:
         finally:
             self.free[indices] = 1
 
-    def steps(self, r: Rules) -> tuple[_Ints, ...]:
+    def steps(self, r: Rules) -> ReadOnly:
         """What every search reads of the rules: offset, via, across, dx, dy."""
         jump = np.array([1, self.stride], dtype=np.int64)
         of = (np.stack((r.dx, r.dy), axis=1), r.via, r.across)
         at = [frozen(pairs @ jump) for pairs in of]  # bits: whole numbers
-        return (*at, r.dx, r.dy)
+        return ReadOnly((*at, r.dx, r.dy))
 
 
 class Reads(list[int]):
@@ -312,8 +332,9 @@ class GridSearch:
         self._spent = 0
         self.set_free(free)
 
-    def _arguments(self, r: Rules) -> tuple[_Ints | int, ...]:
-        return (*self._board.steps(r), r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues)
+    def _arguments(self, r: Rules) -> ReadOnly:
+        steps = self._board.steps(r)
+        return ReadOnly((*steps, r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues))
 
     def set_free(self, free: BoolGrid) -> None:
         """Take a whole new free space of the same shape."""
@@ -346,7 +367,7 @@ class GridSearch:
         """How many cells can be reached from a free cell, itself included: the expansions of the answer."""
         return self._run(self._blind, self._board.flat(cell), -1, budget)
 
-    def _run(self, rules: tuple[_Ints | int, ...], start: int, goal: int, budget: int | None) -> SearchResult:
+    def _run(self, rules: ReadOnly, start: int, goal: int, budget: int | None) -> SearchResult:
         if self._base < -(2**63) + 2 * SPAN:
             self._f.fill(0)
             self._base = 0

@@ -12,7 +12,7 @@ from lampyris.kernels import loading
 from lampyris.kernels.graph.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
-from lampyris.planning.graph.grid_graph import SearchResult, check_limits
+from lampyris.planning.graph.grid_graph import ReadOnly, SearchResult, check_limits
 from lampyris.planning.graph.session import PathSearch
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
@@ -153,7 +153,7 @@ class JumpSearch:
         self._cutting = int(sides)
         price = dict(zip(moves.offsets, moves.costs, strict=True))
         self._prices = (price[_STEPS[0]], price[_STEPS[4]])
-        self._tables = (frozen(np.array(_STEPS, dtype=np.int64).ravel()), _turns(sides))
+        self._tables = ReadOnly((frozen(np.array(_STEPS, dtype=np.int64).ravel()), _turns(sides)))
         self._found = np.empty(36 + (64 if sides else 32) * min(free.shape), dtype=np.int64)
         self._node = np.empty(n, dtype=np.int32)
         self._state = np.zeros(5, dtype=np.int64)

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.graph.search import FOUND
 from lampyris.kernels.graph.weighted_search import weighted_search
+from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import (
     HEAVIEST,
     PLAIN_EXPANSIONS,
     GridSearch,
     PaddedMap,
+    ReadOnly,
     Reads,
     Rules,
     SearchResult,
@@ -23,8 +24,6 @@ from lampyris.planning.graph.grid_graph import (
     rules_of,
 )
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
-
-_Ints = NDArray[np.int64]
 
 _LOWEST = -(2**62)
 """Bases go no lower: costs, below 2^60, and h must still fit 64 bits on either side."""
@@ -66,8 +65,8 @@ class TerrainSearch:
         self._spent = 0
         self.set_ground(free, terrain)
 
-    def _arguments(self, r: Rules) -> tuple[_Ints, ...]:
-        return (*self._board.steps(r), r.cost // self._scale, r.first, r.follow, r.slope)
+    def _arguments(self, r: Rules) -> ReadOnly:
+        return ReadOnly((*self._board.steps(r), frozen(r.cost // self._scale), r.first, r.follow, r.slope))
 
     def set_ground(self, free: BoolGrid, terrain: ByteGrid) -> None:
         """Take a whole new free space and terrain of the same shape."""
@@ -102,7 +101,7 @@ class TerrainSearch:
         """How many cells can be reached from a free cell, itself included: the expansions of the answer."""
         return self._run(self._blind, self._board.flat(cell), -1, budget)
 
-    def _run(self, rules: tuple[_Ints, ...], start: int, goal: int, budget: int | None) -> SearchResult:
+    def _run(self, rules: ReadOnly, start: int, goal: int, budget: int | None) -> SearchResult:
         if self._base - self._span < _LOWEST:
             self._g.fill(0)
             self._base = 0

@@ -15,6 +15,7 @@ from lampyris._core.settings import check_settings, flag, number, under_name, wh
 from lampyris.errors import SceneError
 from lampyris.kernels.curves.many import shortest
 from lampyris.kernels.hybrid.search import LIMIT
+from lampyris.model.grid import frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -244,9 +245,9 @@ class HybridSession(PoseSession[HybridSearch]):
             return 0.0
         if question.reach < 0 and self._shape.drive == "ackermann":
             length = np.zeros(1)
-            start = np.array([*question.place, question.yaw])
+            start, goal = frozen(np.array([*question.place, question.yaw])), frozen(np.array(question.goal))
             room = (np.zeros(5), np.zeros(5, dtype=np.int64))
-            shortest(start, np.array(question.goal), radius, self._shape.backward, length, *room)
+            shortest(start, goal, radius, self._shape.backward, length, *room)
             return float(length[0]) * radius * (1 - 1e-9)
         turn = abs(difference(question.goal[2], question.yaw)) - max(question.yaw_reach, 0.0)
         price = radius if self._shape.drive == "ackermann" else min(radius, self._shape.turn_cost)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.motion.curve_motion import first_contact
 from lampyris.kernels.motion.footprint_motion import outline_first_contact
+from lampyris.model.grid import frozen
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.sim.sensor import ObstacleMessage
@@ -171,9 +172,9 @@ class ObstacleSet:
                 route.margin,
             )
         else:
-            none, one = np.zeros(len(lines.px)), np.ones(len(lines.px))
+            none, one = frozen(np.zeros(len(lines.px))), frozen(np.ones(len(lines.px)))
             turning, rate, arm, margin = Turning(one, none, none), one, 0.0, robot.radius
-            vx = vy = np.zeros(1)
+            vx = vy = frozen(np.zeros(1))
         outlines = [np.array(self.roster.obstacles[k].outline) for k in obstacles.tolist()]
         counts = np.array([len(outline) for outline in outlines])
         vertices = np.concatenate(outlines)
