@@ -47,8 +47,6 @@ class FastestTime(SearchPlanner):
     turns : whether corners do: an arc within half a step, as slow as a_lat_max asks, or a stop.
     blind : whether blind areas do, as in the law ``blind`` with its default settings, for a robot that goes straight on.
     creep : share of v_max that clearance leaves, as the law's ``creep``.
-    slowing : whether a corner also costs the time that braking from v_max and speeding up again take. Closer to the time
-        of the whole law where corners are far apart; the least time is then no lower bound any more.
     """
 
     clearance: bool = flag(True)
@@ -56,7 +54,6 @@ class FastestTime(SearchPlanner):
     turns: bool = flag(True)
     blind: bool = flag(False)
     creep: float = number(CREEP, 1e-6, 1.0)
-    slowing: bool = flag(False)
 
     name: ClassVar[str] = "fastest-time"
     traits: ClassVar[Traits] = Traits(optimal=False)
@@ -102,7 +99,6 @@ class _Layers:
     edge: Floats
     layered: bool
     corner: Floats
-    extra: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,9 +123,10 @@ def _layers(scene: Scene, settings: FastestTime) -> _Layers:
     if layers is not None:
         for k, layer in enumerate(layers):
             board.lay(layer, edge[k * board.size : (k + 1) * board.size])
-    corners = corner_speeds(scene, moves, turns=settings.turns, slowing=settings.slowing)
-    corner, extra = (np.ascontiguousarray(one.ravel()) for one in corners)
-    return _Layers(frozen(node), frozen(edge), layers is not None, frozen(corner), frozen(extra))
+    corner = corner_speeds(scene.robot, scene.grid.resolution, moves)
+    if not settings.turns:
+        corner = np.full(corner.shape, np.inf)
+    return _Layers(frozen(node), frozen(edge), layers is not None, frozen(np.ascontiguousarray(corner.ravel())))
 
 
 def _searched(scene: Scene, free: BoolGrid, start: Cell, layers: _Layers, limit: int | None) -> _Found:
@@ -148,7 +145,7 @@ def _searched(scene: Scene, free: BoolGrid, start: Cell, layers: _Layers, limit:
     top = float(layers.node.max())
     travel_time(
         board.free, layers.node, layers.edge, layers.layered, board.stride, board.flat(start), board.flat(scene.goal),
-        -1 if limit is None else limit, *board.steps(rules), length, layers.corner, layers.extra,
+        -1 if limit is None else limit, *board.steps(rules), length, layers.corner,
         _norm(moves) * scene.grid.resolution * _DOWN, top, robot.a_max, robot.d_max,
         heap, place, f, h, g, before, result,
     )  # fmt: skip

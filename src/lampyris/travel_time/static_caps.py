@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,13 @@ from numpy.typing import NDArray
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
+from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.geometry.sampled_path import corners_of_path
 from lampyris.motion.laws.physical import PhysicalLaw, map_clearance_cap
 from lampyris.motion.safety.blind_areas import BlindArea, caps_by_step
 from lampyris.typing import BoolGrid, FloatGrid, Floats
-
-
-class CornerSpeeds(NamedTuple):
-    """What corners cost, by the step into a node and the step out of it.
-
-    Parameters
-    ----------
-    most : float64 (steps, steps), greatest speed, m/s: infinity straight on, 0 for a stop.
-    lost : float64 (steps, steps), seconds that slowing down to that speed and speeding up again take more than passing at
-        v_max; 0 where they are not counted.
-    """
-
-    most: Floats
-    lost: Floats
 
 
 def node_caps(scene: Scene, free: BoolGrid, *, clearance: bool, creep: float) -> FloatGrid:
@@ -46,26 +33,25 @@ def node_caps(scene: Scene, free: BoolGrid, *, clearance: bool, creep: float) ->
     return out
 
 
-def corner_speeds(scene: Scene, moves: Moves, *, turns: bool, slowing: bool) -> CornerSpeeds:
-    """How fast each corner between two steps may be driven: as a profile on the path's cells has it."""
-    robot, steps = scene.robot, len(moves.offsets)
-    most, lost = np.full((steps, steps), np.inf), np.zeros((steps, steps))
-    if not turns:
-        return CornerSpeeds(most, lost)
+@lru_cache(maxsize=32)
+def corner_speeds(robot: Robot, resolution: float, moves: Moves) -> Floats:
+    """The greatest speed at each corner between two steps, as a profile on the path's cells has it.
+
+    Returns
+    -------
+    float64 (steps, steps), m/s, by the step into a node and the step out of it: infinity straight on, 0 for a stop.
+    """
+    steps = len(moves.offsets)
+    most = np.full((steps, steps), np.inf)
     for i, (ax, ay) in enumerate(moves.offsets):
         for j, (bx, by) in enumerate(moves.offsets):
             cells = np.array([(0, 0), (ax, ay), (ax + bx, ay + by)], dtype=np.int64)
-            corners = corners_of_path(path_of(cells, moves, None), scene.grid.resolution, robot)
-            if len(corners.node) == 0:
-                continue
-            if corners.stop[0]:
+            corners = corners_of_path(path_of(cells, moves, None), resolution, robot)
+            if len(corners.node) and corners.stop[0]:
                 most[i, j] = 0.0
-            else:
+            elif len(corners.node):
                 most[i, j] = caps.curvature(1.0 / corners.radius, a_lat_max=robot.a_lat_max)[0]
-    if slowing:
-        gap = np.maximum(robot.v_max - most, 0.0)
-        lost = 0.5 * gap * gap / robot.v_max * (1.0 / robot.a_max + 1.0 / robot.d_max)
-    return CornerSpeeds(most, lost)
+    return frozen(most)
 
 
 def edge_caps(scene: Scene, free: BoolGrid, moves: Moves, *, zones: bool, blind: bool) -> Floats | None:

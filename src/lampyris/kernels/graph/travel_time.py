@@ -38,7 +38,7 @@ def half_step(length, one, other, corner, acceleration):
 @kernel(out=("heap", "place", "f", "h", "g", "before", "result"), each=6000)
 def travel_time(
     free, node, edge, layered, stride, start, goal, budget,
-    offset, via, across, dx, dy, length, corner, extra, norm, top, a_max, d_max,
+    offset, via, across, dx, dy, length, corner, norm, top, a_max, d_max,
     heap, place, f, h, g, before, result, halt,
 ):  # fmt: skip
     """The path of least travel time between two free cells.
@@ -54,7 +54,6 @@ def travel_time(
     length : float64 (steps,), metres.
     corner : float64 (steps * steps,), greatest speed by the step into a node and the step out of it: infinity straight
         on, 0 for a stop.
-    extra : float64 (steps * steps,), seconds more that the corner costs.
     norm : float64 (4,), the length of the shortest path in an open plane, as two linear forms, in metres a cell.
     top : the greatest cap anywhere.
     a_max, d_max : m/s2.
@@ -115,7 +114,6 @@ def travel_time(
                 reached += half_step(length[u64(k)], out_a, out_b, inf, a_max)
             else:
                 most = corner[u64(last * steps + k)]
-                reached += extra[u64(last * steps + k)]
                 reached += half_step(length[u64(last)], in_a, in_b, most, d_max)
                 reached += half_step(length[u64(k)], out_a, out_b, most, a_max)
             to = k * n + there
