@@ -132,12 +132,12 @@ Input: TypeAlias = Uniform | Normal
 _NORMAL = re.compile(r"normal\(([^,()]+),([^,()]+)\)")
 
 
-def parse_input(text: str, where: str) -> Input:
+def parse_input(text: str, name: str) -> Input:
     """``0.8:1.2`` or ``normal(0.15,0.02)`` as a distribution.
 
     Parameters
     ----------
-    where : the option or setting that an error names.
+    name : of the input, for errors.
 
     Raises
     ------
@@ -151,4 +151,7 @@ def parse_input(text: str, where: str) -> Input:
         return Normal(first, second) if normal else Uniform(first, second)
     except (ValueError, SettingError) as problem:
         more = f" ({problem.allowed})" if isinstance(problem, SettingError) else ""
-        raise SettingError("UNCERTAIN_INPUT", shown(text), where=where, allowed=NOTATION + more) from None
+        raise SettingError(
+            "UNCERTAIN_INPUT", shown(text), where=f"vary.{name}", allowed=NOTATION + more, setting="vary",
+            value=f"{name}={text}"[:200],
+        ) from None  # fmt: skip

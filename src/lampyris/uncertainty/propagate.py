@@ -157,11 +157,11 @@ def _input(name: str, given: Any) -> Input:
     if isinstance(given, Uniform | Normal):
         return given
     if isinstance(given, str):
-        return parse_input(given, f"vary {name}")
+        return parse_input(given, name)
     if isinstance(given, tuple | list) and len(given) == 2:
         return Uniform(*given)
     raise SettingError(
-        "UNCERTAIN_INPUT", shown(given), where=f"vary {name}", allowed="a distribution, a pair (low, high) or text"
+        "UNCERTAIN_INPUT", shown(given), where=f"vary.{name}", allowed="a distribution, a pair (low, high) or text"
     )
 
 

@@ -78,9 +78,10 @@ def full_names(run: Run, vary: Mapping[str, Input]) -> dict[str, str]:
         if len(matches) != 1:
             what = f"{shown(name)} is no setting that can vary" if not matches else f"{shown(name)} is one of several"
             allowed = ", ".join(matches or (one.removeprefix("robot.") for one in known))
-            raise UsageError("VARY", what, where=f"vary {name}", allowed=allowed, todo=did_you_mean(name, known))
+            near = [one.partition(".")[2] for one in known]
+            raise UsageError("VARY", what, where="vary", allowed=allowed, todo=did_you_mean(plain, near))
         if matches[0] in found.values():
-            raise UsageError("VARY", f"{matches[0]} is given twice", where=f"vary {name}", allowed="once each")
+            raise UsageError("VARY", f"{matches[0]} is given twice", where="vary", allowed="once each")
         found[name] = matches[0]
     for name, one in vary.items():
         for end in one.range:
@@ -88,9 +89,10 @@ def full_names(run: Run, vary: Mapping[str, Input]) -> dict[str, str]:
                 run.with_values({found[name]: end})
             except InputError as refused:
                 low, high = one.range
+                what = f"{low:g} to {high:g}"
                 raise SettingError(
-                    "VARY", f"{low:g} to {high:g}", where=f"vary {name}",
-                    allowed=refused.allowed or refused.what,
+                    "VARY", what, where=f"vary.{name}", allowed=refused.allowed or refused.what,
+                    setting="vary", value=f"{name} from {what}",
                 ) from refused  # fmt: skip
     return found
 
