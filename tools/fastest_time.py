@@ -19,12 +19,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 
 import lampyris
 from lampyris.io.maps import library
 from lampyris.io.maps.load import load_map
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
+from lampyris.report.style import speed_map
 
 ROBOT = lampyris.Robot(radius=0.3)
 STRAIGHT = 256
@@ -38,7 +42,9 @@ def bound_of(plan: Plan) -> float:
     return float(text.removeprefix(NOTE).split()[0])
 
 
-def driven(scene: lampyris.Scene, planner: str, law: str, **settings: Any) -> tuple[Plan, list[Profile], float]:
+def driven(
+    scene: lampyris.Scene, planner: str, law: str, **settings: Any
+) -> tuple[Plan, list[Profile], float]:
     """A plan, its profiles on the cells and pulled straight, and the CPU seconds of planning."""
     began = time.process_time()
     plan = lampyris.plan(scene, planner, record=False, **settings)
@@ -67,7 +73,9 @@ def row(name: str, law: str, most: int) -> str | None:
         lengths = [float(one[1][0].s[-1]) for one in (short, fast)]
         assert bound <= min(times[0], times[len(fast[1])]) * (1 + 1e-9), name
         straight = (times[1], times[3]) if len(times) == 4 else (np.nan, np.nan)
-        rows.append((short[1][0].duration, fast[1][0].duration, *lengths, bound, *straight, short[2], fast[2]))
+        rows.append(
+            (short[1][0].duration, fast[1][0].duration, *lengths, bound, *straight, short[2], fast[2])
+        )
     if not rows:
         return None
     a = np.array(rows)
@@ -98,20 +106,44 @@ def table(law: str, widest: int, most: int) -> None:
 
 def picture(out: Path, name: str, law: str) -> None:
     """Draw the two paths side by side, coloured by speed."""
-    from lampyris.report.pictures.speed_paths import draw_speed_paths
-
     document = load_map(name)
     query = document.queries[0] if document.queries else document
-    scene = lampyris.Scene(document.grid, query.start, query.goal, robot=ROBOT)
+    grid = replace(document.grid, terrain=None)
+    scene = lampyris.Scene(grid, query.start, query.goal, robot=ROBOT)
     short = driven(scene, "astar", law)
     fast = driven(scene, "fastest-time", law, **({"blind": True} if law == "blind" else {}))
-    draw_speed_paths(
-        scene.grid, [("shortest path", short[0].cells, short[1][0]), ("fastest path", fast[0].cells, fast[1][0])], out
-    )
+    tall = grid.height / grid.width
+    figure = Figure(figsize=(10.0, 4.5 * tall + 0.75), dpi=120, facecolor="white")
+    top = max(float(one[1][0].v.max()) for one in (short, fast))
+    lines = None
+    for k, (word, (plan, profiles, _)) in enumerate(
+        (("shortest path", short), ("path of fastest-time", fast))
+    ):
+        axes = figure.add_axes((0.01 + 0.46 * k, 0.02, 0.45, 4.5 * tall / (4.5 * tall + 0.75)))
+        axes.imshow(grid.blocked, cmap=ListedColormap(["#faf9f5", "#20242c"]), interpolation="nearest")
+        assert plan.cells is not None
+        profile, xy = profiles[0], plan.cells.astype(float)
+        lines = LineCollection(list(np.stack((xy[:-1], xy[1:]), axis=1)), cmap=speed_map(), linewidths=2.6)
+        lines.set_array(0.5 * (profile.v[:-1] + profile.v[1:]))
+        lines.set_clim(0.0, top)
+        axes.plot(xy[:, 0], xy[:, 1], color="#20242c", linewidth=4.2, zorder=1.5)
+        axes.add_collection(lines)
+        axes.plot(*xy[0], "o", color="#c1121f", markeredgecolor="white", markersize=8, zorder=5)
+        axes.plot(*xy[-1], "o", color="#ffb703", markeredgecolor="white", markersize=8, zorder=5)
+        axes.set_title(f"{word}: {profile.s[-1]:.4g} m in {profile.duration:.4g} s", fontsize=10)
+        axes.set_xticks([])
+        axes.set_yticks([])
+    figure.text(0.01, 0.985, f"{name}, law {law}", fontsize=12, fontweight="bold", va="top")
+    assert lines is not None
+    bar = figure.colorbar(lines, cax=figure.add_axes((0.935, 0.08, 0.014, 0.7)))
+    bar.set_label("speed (m/s)", fontsize=9)
+    figure.savefig(out, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--law", default="physical", choices=("physical", "blind"))
     parser.add_argument("--widest", type=int, default=1024, help="greatest side of a map, cells")
     parser.add_argument("--most", type=int, default=3, help="queries of a map")

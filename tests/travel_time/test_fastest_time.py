@@ -14,10 +14,10 @@ import lampyris
 from lampyris.errors import SettingError
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.plan import Plan
+from lampyris.motion.cap_values import Around
 from lampyris.motion.geometry.sampled_path import sample_with_corners
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap, caps_by_step
-from lampyris.motion.cap_values import Around
 from lampyris.planning.base import Budget
 from lampyris.testing import check_planner
 from lampyris.travel_time.fastest_time import FastestTime
@@ -56,7 +56,12 @@ def clearance_speeds(walls: NDArray[np.bool_], robot: lampyris.Robot) -> NDArray
 
 
 def least_times(
-    walls: NDArray[np.bool_], moves: Moves, robot: lampyris.Robot, start: Cell, goal: Cell, zones: FloatGrid | None = None
+    walls: NDArray[np.bool_],
+    moves: Moves,
+    robot: lampyris.Robot,
+    start: Cell,
+    goal: Cell,
+    zones: FloatGrid | None = None,
 ) -> NDArray[np.float64]:
     """The least travel time of each of many maps by relaxing every pair of steps until nothing changes; infinity: none."""
     m, height, width = walls.shape
@@ -107,7 +112,9 @@ def least_times(
                 if inside(x + ex, y + ey):
                     corner = corner_speed(steps[j], steps[k], robot)
                     cost = half(px, py, j, corner, robot.d_max) + half(x, y, k, corner, robot.a_max)
-                    edges.append(((x, y, j), (x + ex, y + ey, k), np.where(legal(x, y, ex, ey), cost, np.inf)))
+                    edges.append(
+                        ((x, y, j), (x + ex, y + ey, k), np.where(legal(x, y, ex, ey), cost, np.inf))
+                    )
     changed = True
     while changed:
         changed = False
@@ -220,7 +227,8 @@ def test_the_cap_of_a_step_is_never_below_the_laws_own_on_a_path() -> None:
     for k, (a, b) in enumerate(zip(cells[:-1], cells[1:], strict=True)):
         step = scene.moves.offsets.index(tuple(int(v) for v in b - a))
         here = by_step[step, a[1], a[0]]
-        assert cap.v[k] <= here + 1e-12 and cap.v[k + 1] <= here + 1e-12
+        assert cap.v[k] <= here + 1e-12
+        assert cap.v[k + 1] <= here + 1e-12
         limited += math.isfinite(here)
     assert limited > 5
     least = seconds_of(lampyris.plan(scene, "fastest-time", blind=True)) * (1 - 1e-5)
@@ -235,7 +243,8 @@ def test_it_keeps_the_contract_of_planners() -> None:
 def test_a_budget_of_expansions_is_kept() -> None:
     scene = random_scene(0)
     limited = FastestTime().open(scene, np.random.default_rng(0)).plan(None, Budget(expansions=20))
-    assert limited.status == "limit" and limited.expansions == 20
+    assert limited.status == "limit"
+    assert limited.expansions == 20
 
 
 def test_walls_that_change_change_the_caps() -> None:
@@ -245,7 +254,8 @@ def test_walls_that_change_change_the_caps() -> None:
     wall = lampyris.Change(blocked=frozenset({(4, 3), (4, 5)}))
     slower = session.plan(wall)
     fresh = FastestTime().open(
-        replace(scene, grid=lampyris.Grid(np.isin(np.arange(81).reshape(9, 9), (31, 49)))), np.random.default_rng(0)
+        replace(scene, grid=lampyris.Grid(np.isin(np.arange(81).reshape(9, 9), (31, 49)))),
+        np.random.default_rng(0),
     )
     assert seconds_of(slower) == seconds_of(fresh.plan()) > free
 

@@ -10,7 +10,14 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.uncertainty import Normal, Uniform, expand
-from lampyris.uncertainty.bases import HERMITE_POINTS, PATTERSON_LEVELS, hermite, legendre, normal_rule, uniform_rule
+from lampyris.uncertainty.bases import (
+    HERMITE_POINTS,
+    PATTERSON_LEVELS,
+    hermite,
+    legendre,
+    normal_rule,
+    uniform_rule,
+)
 from lampyris.uncertainty.inputs import parse_input
 
 ANGLE = Uniform(-math.pi, math.pi)
@@ -28,7 +35,8 @@ def test_ishigami_within_one_percent_in_250_runs() -> None:
         return ishigami(x)
 
     made = expand(counted, dict.fromkeys(("x1", "x2", "x3"), ANGLE))
-    assert made.method == "polynomial chaos" and made.runs == len(calls) <= 250
+    assert made.method == "polynomial chaos"
+    assert made.runs == len(calls) <= 250
     assert made.mean == pytest.approx(3.5, rel=0.01)
     assert made.variance == pytest.approx(13.8446, rel=0.01)
     assert made.sobol["x1"].first == pytest.approx(0.3139, rel=0.01)
@@ -44,13 +52,17 @@ def test_ishigami_within_one_percent_in_250_runs() -> None:
 def test_monte_carlo_of_ishigami_agrees_within_its_standard_errors() -> None:
     inputs = dict.fromkeys(("x1", "x2", "x3"), ANGLE)
     made = expand(ishigami, inputs, method="monte-carlo", monte_carlo_runs=20_000)
-    assert made.runs == 20_000 and made.method == "monte-carlo" and made.held_out_error is None
-    assert made.mean_error is not None and made.sd_error is not None
+    assert made.runs == 20_000
+    assert made.method == "monte-carlo"
+    assert made.held_out_error is None
+    assert made.mean_error is not None
+    assert made.sd_error is not None
     assert abs(made.mean - 3.5) < 4 * made.mean_error < 0.5
     assert abs(made.sd - 13.8446**0.5) < 4 * made.sd_error < 0.5
     for name, first, total in (("x1", 0.3139, 0.5576), ("x2", 0.4424, 0.4424), ("x3", 0.0, 0.2437)):
         one = made.sobol[name]
-        assert one.first_error is not None and one.total_error is not None
+        assert one.first_error is not None
+        assert one.total_error is not None
         assert abs(one.first - first) < 4 * one.first_error < 0.2
         assert abs(one.total - total) < 4 * one.total_error < 0.2
 
@@ -109,11 +121,15 @@ def test_steps_are_not_smooth_and_go_to_monte_carlo() -> None:
 
     inputs = {"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 1.0)}
     made = expand(steps, inputs, runs=120, tolerance=0.003, monte_carlo_runs=400, seed=3)
-    assert made.method == "monte-carlo" and made.note.startswith("not smooth")
-    assert made.held_out_error is not None and made.held_out_error > 0.003
-    assert made.mean_error is not None and made.runs <= 120 + 400
+    assert made.method == "monte-carlo"
+    assert made.note.startswith("not smooth")
+    assert made.held_out_error is not None
+    assert made.held_out_error > 0.003
+    assert made.mean_error is not None
+    assert made.runs <= 120 + 400
     again = expand(steps, inputs, runs=120, tolerance=0.003, method="polynomial-chaos", seed=3)
-    assert again.method == "polynomial chaos" and again.held_out_error == made.held_out_error
+    assert again.method == "polynomial chaos"
+    assert again.held_out_error == made.held_out_error
 
 
 def test_the_same_seed_gives_the_same_result() -> None:

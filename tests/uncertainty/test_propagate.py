@@ -23,7 +23,9 @@ def corridor(length: int = 12) -> lampyris.Scene:
 
 
 def test_the_mean_time_of_a_straight_drive_is_that_of_its_integral() -> None:
-    made = propagate_uncertainty(corridor(), {"v_max": (0.5, 1.0)}, planner="astar", law="optimum", tolerance=1e-4)
+    made = propagate_uncertainty(
+        corridor(), {"v_max": (0.5, 1.0)}, planner="astar", law="optimum", tolerance=1e-4
+    )
     times = [
         lampyris.speed_profile(
             lampyris.Scene(corridor().grid, (0, 4), (11, 4), robot=lampyris.Robot(radius=0.2, v_max=v)),
@@ -34,7 +36,8 @@ def test_the_mean_time_of_a_straight_drive_is_that_of_its_integral() -> None:
     ]
     assert made.mean == pytest.approx(float(np.mean(times)), rel=1e-3)
     assert made.sd == pytest.approx(float(np.std(times)), rel=0.02)
-    assert made.unit == "s" and made.sobol["v_max"].first == pytest.approx(1.0)
+    assert made.unit == "s"
+    assert made.sobol["v_max"].first == pytest.approx(1.0)
 
 
 def test_settings_of_every_owner_are_found_by_name() -> None:
@@ -43,12 +46,18 @@ def test_settings_of_every_owner_are_found_by_name() -> None:
     scene = lampyris.Scene(lampyris.Grid(walls), (0, 4), (11, 4), robot=ROBOT)
     made = propagate_uncertainty(
         scene,
-        {"d-max": "0.8:1.2", "law.creep": "0.1:0.2", "rolling": "normal(0.02,0.001)", "planner.creep": "0.1:0.2"},
+        {
+            "d-max": "0.8:1.2",
+            "law.creep": "0.1:0.2",
+            "rolling": "normal(0.02,0.001)",
+            "planner.creep": "0.1:0.2",
+        },
         of="energy",
         planner="fastest-time",
         tolerance=0.1,
     )
-    assert set(made.sobol) == {"d-max", "law.creep", "rolling", "planner.creep"} and made.unit == "J/kg"
+    assert set(made.sobol) == {"d-max", "law.creep", "rolling", "planner.creep"}
+    assert made.unit == "J/kg"
     assert made.sobol["rolling"].total > 0.1
 
 
@@ -84,6 +93,14 @@ def test_the_energy_of_a_drive_is_that_of_its_speeds() -> None:
     assert energy_of(profile, robot, EnergyModel(recovered=0.6)) == pytest.approx(0.2 + rolling)
     # From rest to rest over 1 m: up to sqrt(2 / 3) m/s, in 3 v seconds.
     peak = math.sqrt(2.0 / 3.0)
-    short = Profile("physical", np.array([0.0, 1.0]), np.zeros(2), np.zeros(2), np.array([0.0, 3 * peak]), ("goal",) * 2, "m/s")
+    short = Profile(
+        "physical",
+        np.array([0.0, 1.0]),
+        np.zeros(2),
+        np.zeros(2),
+        np.array([0.0, 3 * peak]),
+        ("goal",) * 2,
+        "m/s",
+    )
     want = 0.5 * peak * peak + 0.015 * GRAVITY
     assert energy_of(short, robot, EnergyModel()) == pytest.approx(want, rel=1e-6)

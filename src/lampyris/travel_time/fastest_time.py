@@ -57,8 +57,12 @@ class FastestTime(SearchPlanner):
 
     name: ClassVar[str] = "fastest-time"
     traits: ClassVar[Traits] = Traits(optimal=False)
-    summary: ClassVar[str] = "Fastest time: the path of least travel time under clearance, turns, zones and blind areas."
-    source: ClassVar[str] = "Ours, after the choice of path by travel time of Tsubasa et al.; A* of Hart, Nilsson, Raphael 1968."
+    summary: ClassVar[str] = (
+        "Fastest time: the path of least travel time under clearance, turns, zones and blind areas."
+    )
+    source: ClassVar[str] = (
+        "Ours, after the choice of path by travel time of Tsubasa et al.; A* of Hart, Nilsson, Raphael 1968."
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -126,7 +130,9 @@ def _layers(scene: Scene, settings: FastestTime) -> _Layers:
     corner = corner_speeds(scene.robot, scene.grid.resolution, moves)
     if not settings.turns:
         corner = np.full(corner.shape, np.inf)
-    return _Layers(frozen(node), frozen(edge), layers is not None, frozen(np.ascontiguousarray(corner.ravel())))
+    return _Layers(
+        frozen(node), frozen(edge), layers is not None, frozen(np.ascontiguousarray(corner.ravel()))
+    )
 
 
 def _searched(scene: Scene, free: BoolGrid, start: Cell, layers: _Layers, limit: int | None) -> _Found:

@@ -100,7 +100,9 @@ def expand(
         growth, held_out_error = _grown(model, given, draws[0], tolerance, runs, held_out)
         if held_out_error <= tolerance or method == "polynomial-chaos":
             z = _random(given, draws[1], SAMPLE)
-            return _of_expansion(growth.terms, names, given, z, of, unit, model.runs, held_out_error, held_out)
+            return _of_expansion(
+                growth.terms, names, given, z, of, unit, model.runs, held_out_error, held_out
+            )
         note = (
             f"not smooth: the expansion's held-out error is {held_out_error:.2g} of the variance after "
             f"{model.runs} runs, above the tolerance {tolerance:g}; Monte Carlo instead"
@@ -123,7 +125,12 @@ class _Model:
     """The function of standardised inputs, its runs counted."""
 
     def __init__(
-        self, function: Function, names: Sequence[str], inputs: Sequence[Input], progress: Progress | None, most: int
+        self,
+        function: Function,
+        names: Sequence[str],
+        inputs: Sequence[Input],
+        progress: Progress | None,
+        most: int,
     ) -> None:
         self._function, self._names, self._inputs, self._progress = function, names, inputs, progress
         self.most, self.runs = most, 0
@@ -144,7 +151,12 @@ class _Model:
 
 
 def _grown(
-    model: _Model, inputs: Sequence[Input], rng: np.random.Generator, tolerance: float, runs: int, held_out: int
+    model: _Model,
+    inputs: Sequence[Input],
+    rng: np.random.Generator,
+    tolerance: float,
+    runs: int,
+    held_out: int,
 ) -> tuple[Growth, float]:
     """An expansion, and its mean square error at held-out inputs as a share of the variance."""
     z = _random(inputs, rng, held_out)
@@ -206,14 +218,24 @@ def _of_expansion(
 
 
 def _check(
-    inputs: Mapping[str, Input], tolerance: float, runs: int, method: str, monte_carlo_runs: int, held_out: int, seed: int
+    inputs: Mapping[str, Input],
+    tolerance: float,
+    runs: int,
+    method: str,
+    monte_carlo_runs: int,
+    held_out: int,
+    seed: int,
 ) -> None:
     if not isinstance(inputs, Mapping) or not 1 <= len(inputs) <= MOST_INPUTS:
         count = len(inputs) if isinstance(inputs, Mapping) else shown(inputs)
-        raise SettingError("UNCERTAIN_INPUTS", f"{count}", where="inputs", allowed=f"1 to {MOST_INPUTS}, by name")
+        raise SettingError(
+            "UNCERTAIN_INPUTS", f"{count}", where="inputs", allowed=f"1 to {MOST_INPUTS}, by name"
+        )
     for name, one in inputs.items():
         if not isinstance(one, Uniform | Normal):
-            raise SettingError("UNCERTAIN_INPUTS", shown(one), where=f"inputs.{name}", allowed="Uniform or Normal")
+            raise SettingError(
+                "UNCERTAIN_INPUTS", shown(one), where=f"inputs.{name}", allowed="Uniform or Normal"
+            )
 
     def need(right: bool, name: str, value: object, allowed: str) -> None:
         if not right:
@@ -224,7 +246,12 @@ def _check(
     need(is_whole(runs, 1, most), "runs", runs, f"1 to {most:,}")
     need(is_word(method, METHODS), "method", method, ", ".join(METHODS))
     fewest = 10 * (len(inputs) + 2)
-    need(is_whole(monte_carlo_runs, fewest, most), "monte_carlo_runs", monte_carlo_runs, f"{fewest} to {most:,}")
+    need(
+        is_whole(monte_carlo_runs, fewest, most),
+        "monte_carlo_runs",
+        monte_carlo_runs,
+        f"{fewest} to {most:,}",
+    )
     need(is_whole(held_out, 2, 100_000), "held_out", held_out, "2 to 100,000")
     need(is_whole(seed, 0, MAX_SEED), "seed", seed, SEED_RANGE)
 

@@ -49,7 +49,9 @@ def sampled(
         sobol.append(_indices(first, total, variance))
     fourth = float(np.mean((sample - mean) ** 4))
     sd = variance**0.5
-    sd_error = (max(fourth - variance * variance, 0.0) / (4.0 * variance * len(sample))) ** 0.5 if sd > 0.0 else 0.0
+    sd_error = (
+        (max(fourth - variance * variance, 0.0) / (4.0 * variance * len(sample))) ** 0.5 if sd > 0.0 else 0.0
+    )
     return Sampled(mean, sd, sd / len(sample) ** 0.5, sd_error, sobol, sample)
 
 

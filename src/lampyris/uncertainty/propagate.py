@@ -98,7 +98,9 @@ def propagate_uncertainty(
         monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress,
     )  # fmt: skip
     if made.outcome is None:
-        raise SettingError("UNCERTAIN_OUTCOME", made.plan.sentence, where="scene", allowed="a scene with a path")
+        raise SettingError(
+            "UNCERTAIN_OUTCOME", made.plan.sentence, where="scene", allowed="a scene with a path"
+        )
     return made.outcome
 
 
@@ -161,7 +163,10 @@ def _input(name: str, given: Any) -> Input:
     if isinstance(given, tuple | list) and len(given) == 2:
         return Uniform(*given)
     raise SettingError(
-        "UNCERTAIN_INPUT", shown(given), where=f"vary.{name}", allowed="a distribution, a pair (low, high) or text"
+        "UNCERTAIN_INPUT",
+        shown(given),
+        where=f"vary.{name}",
+        allowed="a distribution, a pair (low, high) or text",
     )
 
 
@@ -171,7 +176,9 @@ def _evaluated(run: Run, of: str, smooth: Smooth, seed: int) -> tuple[Plan, floa
     plan = api.plan(run.scene, run.planner, seed=seed, record=False, planner_settings=settings)
     if plan.path is None:
         return plan, None
-    profile = api.speed_profile(run.scene, plan, run.law, smooth=smooth, law_settings=run.law_settings or None)
+    profile = api.speed_profile(
+        run.scene, plan, run.law, smooth=smooth, law_settings=run.law_settings or None
+    )
     if of == "duration":
         return plan, float(profile.duration)
     if of == "length":

@@ -76,7 +76,11 @@ def full_names(run: Run, vary: Mapping[str, Input]) -> dict[str, str]:
         plain = name.replace("-", "_")
         matches = [one for one in known if plain in (one, one.partition(".")[2])]
         if len(matches) != 1:
-            what = f"{shown(name)} is no setting that can vary" if not matches else f"{shown(name)} is one of several"
+            what = (
+                f"{shown(name)} is no setting that can vary"
+                if not matches
+                else f"{shown(name)} is one of several"
+            )
             allowed = ", ".join(matches or (one.removeprefix("robot.") for one in known))
             near = [one.partition(".")[2] for one in known]
             raise UsageError("VARY", what, where="vary", allowed=allowed, todo=did_you_mean(plain, near))

@@ -67,13 +67,15 @@ def uncertain(
         float, typer.Option("--tolerance", metavar="SHARE", help="Share of the variance that may be missing.")
     ] = 0.01,
     runs: Annotated[
-        int, typer.Option("--runs", metavar="N", help="Most runs for polynomial chaos, held-out runs included.")
+        int,
+        typer.Option("--runs", metavar="N", help="Most runs for polynomial chaos, held-out runs included."),
     ] = 300,
     monte_carlo_runs: Annotated[
         int, typer.Option("--monte-carlo-runs", metavar="N", help="Runs for Monte Carlo.")
     ] = 2000,
     held_out: Annotated[
-        int, typer.Option("--held-out", metavar="N", help="Random runs that the expansion is checked against.")
+        int,
+        typer.Option("--held-out", metavar="N", help="Random runs that the expansion is checked against."),
     ] = 30,
     smooth: Annotated[
         str,
@@ -96,7 +98,9 @@ def uncertain(
         "of": of, "method": method, "tolerance": tolerance, "runs": runs, "monte_carlo_runs": monte_carlo_runs,
         "held_out": held_out, "smooth": smooth,
     }  # fmt: skip
-    raise typer.Exit(propagate_and_print(request, vary_of(vary or []), how, UncertainOutputs(json_, picture, force)))
+    raise typer.Exit(
+        propagate_and_print(request, vary_of(vary or []), how, UncertainOutputs(json_, picture, force))
+    )
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,9 @@ def vary_of(words: list[str]) -> dict[str, str]:
     return found
 
 
-def propagate_and_print(request: Request, vary: dict[str, str], how: dict[str, Any], out: UncertainOutputs) -> int:
+def propagate_and_print(
+    request: Request, vary: dict[str, str], how: dict[str, Any], out: UncertainOutputs
+) -> int:
     """Compute, write and print. Returns the exit code."""
     from lampyris.report.data.serialize import grid_record
     from lampyris.uncertainty.propagate import propagate
@@ -146,7 +152,9 @@ def propagate_and_print(request: Request, vary: dict[str, str], how: dict[str, A
         )  # fmt: skip
     if made.outcome is None:
         if out.json:
-            print_json({"map": grid_record(scenario.scene.grid), "sentence": made.plan.sentence, "mean": None})
+            print_json(
+                {"map": grid_record(scenario.scene.grid), "sentence": made.plan.sentence, "mean": None}
+            )
         else:
             text.line(made.plan.sentence, style="bold red")
         return NO_ANSWER
@@ -219,7 +227,9 @@ def print_outcome(made: Propagation) -> None:
     sd_error = "" if one.sd_error is None else f" (standard error {one.sd_error:.2g})"
     text.line(f"{one.of}: {one.mean:.5g} {unit} +- {one.sd:.3g} {unit}", style="bold")
     checked = (
-        "none" if one.held_out_error is None else f"{one.held_out_error:.2g} of the variance in {one.held_out} runs"
+        "none"
+        if one.held_out_error is None
+        else f"{one.held_out_error:.2g} of the variance in {one.held_out} runs"
     )
     terms = f", {one.terms} terms" if one.terms else ""
     text.facts(
@@ -235,9 +245,7 @@ def print_outcome(made: Propagation) -> None:
     )
     rows = []
     for name, each in sorted(one.sobol.items(), key=lambda item: -item[1].total):
-        errors = [
-            "" if e is None else f" +- {e:.1%}" for e in (each.first_error, each.total_error)
-        ]
+        errors = ["" if e is None else f" +- {e:.1%}" for e in (each.first_error, each.total_error)]
         rows.append((name, f"{each.first:.1%}{errors[0]}", f"{each.total:.1%}{errors[1]}"))
     columns = ("setting", "by itself", "with others")
     text.table("share of the variance", columns, rows, right=columns[1:])

@@ -102,7 +102,11 @@ def travel_time(
         x = cell - y * stride
         for k in range(steps):
             there = cell + offset[u64(k)]
-            if free[u64(there)] == 0 or free[u64(cell + via[u64(k)])] == 0 or free[u64(cell + across[u64(k)])] == 0:
+            if (
+                free[u64(there)] == 0
+                or free[u64(cell + via[u64(k)])] == 0
+                or free[u64(cell + across[u64(k)])] == 0
+            ):
                 continue
             out_a = node[u64(cell)]
             out_b = node[u64(there)]

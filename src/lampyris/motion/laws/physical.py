@@ -328,7 +328,12 @@ def map_clearance_cap(cells: NDArray[np.int64], scene: Scene, law: PhysicalLaw) 
     cells : int64 (n, 2), of the map, in any order.
     """
     nowhere = SampledPath(
-        np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1), np.zeros(1, dtype=np.bool_), scene.grid.resolution
+        np.zeros(1),
+        np.zeros((1, 2)),
+        np.zeros((1, 2)),
+        np.zeros(1),
+        np.zeros(1, dtype=np.bool_),
+        scene.grid.resolution,
     )
     g = CapContext(nowhere, scene, law, Around(), cells)
     squared = wall_squares(cells, scene.grid.blocked, g.rings)

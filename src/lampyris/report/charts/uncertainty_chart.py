@@ -65,7 +65,12 @@ def _draw_density(axes: Axes, sample: Floats, of: str, unit: str, nominal: float
     axes.axvspan(low, high, color=COLOURS[0], alpha=0.12, linewidth=0)
     axes.hist(sample, bins=bins, density=True, color=COLOURS[0], alpha=0.85)
     axes.set_ylim(0.0, 1.22 * axes.get_ylim()[1])
-    marks: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "fontsize": 8.5, "color": style.INK, "va": "top"}
+    marks: dict[str, Any] = {
+        "transform": axes.get_xaxis_transform(),
+        "fontsize": 8.5,
+        "color": style.INK,
+        "va": "top",
+    }
     axes.axvline(median, color=style.INK, linewidth=1.4)
     axes.text(median, 0.985, f" median {median:.4g}", ha="left", **marks)
     for value, word, side in ((low, "5 % ", "right"), (high, " 95 %", "left")):
@@ -76,7 +81,9 @@ def _draw_density(axes: Axes, sample: Floats, of: str, unit: str, nominal: float
         left = nominal < median
         place = {"ha": "right" if left else "left", **marks, "color": COLOURS[1]}
         axes.text(nominal, 0.985 if left else 0.74, f" as set {nominal:.4g} ", **place)
-    axes.set_xlabel(f"{_TITLES.get(of, of or 'outcome')}{f' ({unit})' if unit else ''}", fontsize=9, color=style.INK)
+    axes.set_xlabel(
+        f"{_TITLES.get(of, of or 'outcome')}{f' ({unit})' if unit else ''}", fontsize=9, color=style.INK
+    )
     axes.set_ylabel("density", fontsize=9, color=style.INK)
     _plain(axes)
 
@@ -89,9 +96,16 @@ def _draw_shares(axes: Axes, shares: Mapping[str, tuple[float, float]]) -> None:
         axes.barh(k, first, height=0.62, color=COLOURS[0], label="by itself" if k == 0 else None)
         together = max(0.0, total - first)
         axes.barh(
-            k, together, left=first, height=0.62, color=COLOURS[4], label="together with others" if k == 0 else None
+            k,
+            together,
+            left=first,
+            height=0.62,
+            color=COLOURS[4],
+            label="together with others" if k == 0 else None,
         )
-        axes.text(first + together + 0.01, k, f"{max(first, total):.1%}", va="center", fontsize=8.5, color=style.INK)
+        axes.text(
+            first + together + 0.01, k, f"{max(first, total):.1%}", va="center", fontsize=8.5, color=style.INK
+        )
     axes.set_yticks(range(len(order)), [clean(name, 20) for name in order], fontsize=9)
     axes.set_xlim(0.0, 1.12)
     axes.set_xticks((0.0, 0.25, 0.5, 0.75, 1.0), ("0", "25 %", "50 %", "75 %", "100 %"))
