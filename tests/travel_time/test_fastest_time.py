@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -224,7 +225,7 @@ def test_the_cap_of_a_step_is_never_below_the_laws_own_on_a_path() -> None:
     by_step = caps_by_step(scene, ~scene.grid.blocked, scene.moves.offsets, BlindArea())
     cells = plan.path.cells
     limited = 0
-    for k, (a, b) in enumerate(zip(cells[:-1], cells[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(cells)):
         step = scene.moves.offsets.index(tuple(int(v) for v in b - a))
         here = by_step[step, a[1], a[0]]
         assert cap.v[k] <= here + 1e-12

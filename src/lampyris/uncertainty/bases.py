@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -26,7 +26,7 @@ _HALVINGS = 90
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rule:
+class QuadratureRule:
     """One level of one input.
 
     Parameters
@@ -48,7 +48,8 @@ def legendre(z: Floats, degree: int) -> Floats:
     """Legendre polynomials orthonormal for the uniform distribution on [-1, 1]; (degree + 1, *z.shape)."""
     rows = _legendre(z, degree)
     norms = np.sqrt(2.0 * np.arange(degree + 1) + 1.0)
-    return rows * norms.reshape(-1, *([1] * np.ndim(z)))
+    normed: Floats = rows * norms.reshape(-1, *([1] * np.ndim(z)))
+    return normed
 
 
 def hermite(z: Floats, degree: int) -> Floats:
@@ -62,7 +63,7 @@ def hermite(z: Floats, degree: int) -> Floats:
 
 
 @lru_cache(maxsize=32)
-def uniform_rule(level: int) -> Rule:
+def uniform_rule(level: int) -> QuadratureRule:
     """Level 0 to ``PATTERSON_LEVELS`` - 1."""
     points = _patterson(level)
     m = len(points)
@@ -73,19 +74,18 @@ def uniform_rule(level: int) -> Rule:
         weights[i] = (w * np.prod((z[:, None] - others) / (points[i] - others), axis=1)).sum()
     exact = 1 if m == 1 else (3 * m + 1) // 2
     degree = exact // 2
-    return Rule(points, weights, degree, legendre(points, degree) * weights)
+    return QuadratureRule(points, weights, degree, legendre(points, degree) * weights)
 
 
 @lru_cache(maxsize=32)
-def normal_rule(level: int) -> Rule:
+def normal_rule(level: int) -> QuadratureRule:
     """Level 0 to ``len(HERMITE_POINTS)`` - 1."""
     m = HERMITE_POINTS[level]
     points = np.zeros(0)
     for k in range(1, m + 1):
-        far = math.sqrt(4.0 * k + 2.0)
-        points = _roots(lambda z, k=k: hermite(z, k)[k], points, far)
+        points = _roots(partial(_highest, hermite, k), points, math.sqrt(4.0 * k + 2.0))
     weights = 1.0 / (m * hermite(points, m - 1)[m - 1] ** 2)
-    return Rule(points, weights, m - 1, hermite(points, m - 1) * weights)
+    return QuadratureRule(points, weights, m - 1, hermite(points, m - 1) * weights)
 
 
 def _legendre(z: Floats, degree: int) -> Floats:
@@ -97,6 +97,12 @@ def _legendre(z: Floats, degree: int) -> Floats:
     return rows
 
 
+def _highest(basis: Callable[[Floats, int], Floats], degree: int, z: Floats) -> Floats:
+    """The polynomial of one degree."""
+    found: Floats = basis(z, degree)[degree]
+    return found
+
+
 def _roots(function: Callable[[Floats], Floats], between: Floats, far: float) -> Floats:
     """Roots, one in each gap of the sorted ``between`` and beyond its ends to ``far``; 0 exactly in the middle."""
     low, high = np.concatenate(([-far], between)), np.concatenate((between, [far]))
@@ -106,8 +112,7 @@ def _roots(function: Callable[[Floats], Floats], between: Floats, far: float) ->
         above = (function(middle) > 0.0) == rising
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     found = 0.5 * (low + high)
-    found = 0.5 * (found - found[::-1])  # symmetric to the last bit
-    return found
+    return 0.5 * (found - found[::-1])  # symmetric to the last bit
 
 
 @lru_cache(maxsize=8)
@@ -115,8 +120,7 @@ def _gauss_legendre(m: int) -> tuple[Floats, Floats]:
     """Points and weights of the Gauss rule for the uniform distribution on [-1, 1]."""
     points = np.zeros(0)
     for k in range(1, m + 1):
-        # At the ends the sign is known; the roots lie strictly within.
-        points = _roots(lambda z, k=k: _legendre(z, k)[k], points, 1.0)
+        points = _roots(partial(_highest, _legendre, k), points, 1.0)
     below = _legendre(points, m - 1)[m - 1]
     return points, (1.0 - points * points) / (m * below) ** 2
 
@@ -144,7 +148,7 @@ def _patterson(level: int) -> Floats:
 
     def added(t: Floats) -> Floats:
         at = _legendre(t, n + 1)
-        total = at[n + 1]
+        total: Floats = at[n + 1]
         for j, term in zip(even, terms, strict=True):
             total = total + term * at[j]
         return total

@@ -10,7 +10,7 @@ from lampyris._core import cancellation
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_real, is_whole, is_word
 from lampyris.errors import SettingError, callable_or_none, shown
 from lampyris.typing import Floats
-from lampyris.uncertainty.index_growth import FORCED, Growth, Terms, value_of
+from lampyris.uncertainty.index_growth import FORCED, IndexGrowth, Terms, value_of
 from lampyris.uncertainty.inputs import Input, Normal, Uniform
 from lampyris.uncertainty.monte_carlo import sampled
 from lampyris.uncertainty.outcome import SobolIndices, UncertainOutcome, quantiles_of
@@ -157,11 +157,11 @@ def _grown(
     tolerance: float,
     runs: int,
     held_out: int,
-) -> tuple[Growth, float]:
+) -> tuple[IndexGrowth, float]:
     """An expansion, and its mean square error at held-out inputs as a share of the variance."""
     z = _random(inputs, rng, held_out)
     truth = np.array([model(row) for row in z])
-    growth = Growth(model, inputs)
+    growth = IndexGrowth(model, inputs)
     growth.start()
     rounding = float(np.mean(truth * truth)) * _ROUNDING * _ROUNDING
     aim = tolerance

@@ -31,7 +31,7 @@ an effect of its own has a surplus of 0 and would never be paired: on Ishigami's
 than half of the variance."""
 
 
-class Growth:
+class IndexGrowth:
     """The expansion as it grows.
 
     Parameters

@@ -14,7 +14,7 @@ from lampyris.typing import Floats
 from lampyris.uncertainty.bases import (
     HERMITE_POINTS,
     PATTERSON_LEVELS,
-    Rule,
+    QuadratureRule,
     hermite,
     legendre,
     normal_rule,
@@ -58,7 +58,7 @@ class Uniform:
         """Least and greatest value."""
         return float(self.low), float(self.high)
 
-    def rule(self, level: int) -> Rule:
+    def rule(self, level: int) -> QuadratureRule:
         """The quadrature rule of a level."""
         return uniform_rule(level)
 
@@ -109,7 +109,7 @@ class Normal:
         """Least and greatest value."""
         return self.mean - CUT * self.sd, self.mean + CUT * self.sd
 
-    def rule(self, level: int) -> Rule:
+    def rule(self, level: int) -> QuadratureRule:
         """The quadrature rule of a level."""
         return normal_rule(level)
 

@@ -62,7 +62,7 @@ def propagate_uncertainty(
 ) -> UncertainOutcome:
     """The distribution of a planned drive's duration, length or energy under uncertain settings.
 
-    Each run plans a path anew and computes its speed profile, with the values that the settings have in that run;
+    Each run plans a path again and computes its speed profile, with the values that the settings have in that run;
     nothing moves but the robot. docs/uncertainty.md has the method.
 
     Parameters
