@@ -122,6 +122,8 @@ def propagate(
     of_kind("scene", scene, Scene)
     of_kind("vary", vary, Mapping)
     of_kind("planner", planner, str)
+    of_kind("planner_settings", planner_settings, Mapping, none=True)
+    of_kind("law_settings", law_settings, Mapping, none=True)
     of_kind("law", law, str)
     if not is_word(of, tuple(OUTCOMES)):
         todo = "an outcome that changes in steps has no expansion" if is_word(of, STEPS) else ""
