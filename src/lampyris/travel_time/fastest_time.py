@@ -19,7 +19,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.graph.grid_graph import PaddedMap, rules_of
+from lampyris.planning.graph.grid_graph import PaddedMap, check_limits, rules_of
 from lampyris.planning.search_planner import SearchPlanner, SearchSession
 from lampyris.travel_time.static_caps import corner_speeds, edge_caps, node_caps
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
@@ -118,6 +118,7 @@ class _Found:
 def _layers(scene: Scene, settings: FastestTime) -> _Layers:
     """The caps of a scene, padded and flat."""
     moves, free = moves_for(scene), free_space(scene)
+    check_limits(free, moves)
     board = PaddedMap(free.shape, moves.reach)
     demand_states(*free.shape, moves.reach, len(moves.offsets), settings.name, each=_BYTES)
     node = np.full(board.size, scene.robot.v_max)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from lampyris._core import cancellation
+from lampyris._core import cancellation, defaults
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_real, is_whole, is_word
 from lampyris.errors import SettingError, callable_or_none, shown
 from lampyris.typing import Floats
@@ -15,11 +15,6 @@ from lampyris.uncertainty.inputs import Input, Normal, Uniform
 from lampyris.uncertainty.monte_carlo import sampled
 from lampyris.uncertainty.outcome import SobolIndices, UncertainOutcome, quantiles_of
 
-METHODS = ("auto", "polynomial-chaos", "monte-carlo")
-"""``auto``: an expansion, and Monte Carlo where its held-out error stays above the tolerance."""
-TOLERANCE, RUNS, MONTE_CARLO_RUNS = 0.01, 300, 2000
-HELD_OUT = 30
-"""Random runs that the expansion is compared with and not computed from."""
 SAMPLE = 20_000
 """Values of the expansion from which quantiles are computed."""
 MOST_INPUTS = 12
@@ -40,11 +35,11 @@ def expand(
     function: Function,
     inputs: Mapping[str, Input],
     *,
-    tolerance: float = TOLERANCE,
-    runs: int = RUNS,
-    method: str = "auto",
-    monte_carlo_runs: int = MONTE_CARLO_RUNS,
-    held_out: int = HELD_OUT,
+    tolerance: float = defaults.UNCERTAINTY_TOLERANCE,
+    runs: int = defaults.EXPANSION_RUNS,
+    method: str = defaults.UNCERTAINTY_METHOD,
+    monte_carlo_runs: int = defaults.MONTE_CARLO_RUNS,
+    held_out: int = defaults.HELD_OUT_RUNS,
     seed: int = 0,
     of: str = "",
     unit: str = "",
@@ -244,7 +239,12 @@ def _check(
     need(in_range(tolerance, 1e-9, 0.5), "tolerance", tolerance, "1e-9 to 0.5")
     most = 10_000_000
     need(is_whole(runs, 1, most), "runs", runs, f"1 to {most:,}")
-    need(is_word(method, METHODS), "method", method, ", ".join(METHODS))
+    need(
+        is_word(method, defaults.UNCERTAINTY_METHODS),
+        "method",
+        method,
+        ", ".join(defaults.UNCERTAINTY_METHODS),
+    )
     fewest = 10 * (len(inputs) + 2)
     need(
         is_whole(monte_carlo_runs, fewest, most),

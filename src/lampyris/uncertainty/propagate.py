@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from lampyris import api
-from lampyris._core.defaults import PLANNER, PROFILE_SMOOTH, Smooth
+from lampyris._core import defaults
+from lampyris._core.defaults import OUTCOME, OUTCOMES, PLANNER, PROFILE_SMOOTH, Smooth
 from lampyris._core.scalars import is_word
 from lampyris.errors import InputError, SettingError, UsageError, of_kind, shown
 from lampyris.model.plan import Plan
@@ -18,8 +19,6 @@ from lampyris.uncertainty.inputs import Input, Normal, Uniform, parse_input
 from lampyris.uncertainty.outcome import UncertainOutcome
 from lampyris.uncertainty.varied import Run, full_names
 
-OUTCOMES: Mapping[str, str] = {"duration": "s", "length": "m", "energy": "J/kg"}
-"""What can be asked, and its unit. Arrivals and ticks are counts: they change in steps and have no expansion."""
 STEPS = ("arrived", "ticks", "collisions", "replans")
 
 
@@ -45,18 +44,18 @@ def propagate_uncertainty(
     scene: Scene,
     vary: Mapping[str, Input | str | tuple[float, float]],
     *,
-    of: str = "duration",
+    of: str = OUTCOME,
     planner: str = PLANNER,
     planner_settings: Mapping[str, Any] | None = None,
     law: str = "physical",
     law_settings: Mapping[str, Any] | None = None,
     smooth: Smooth = PROFILE_SMOOTH,
     energy: EnergyModel | None = None,
-    tolerance: float = expansion.TOLERANCE,
-    runs: int = expansion.RUNS,
-    method: str = "auto",
-    monte_carlo_runs: int = expansion.MONTE_CARLO_RUNS,
-    held_out: int = expansion.HELD_OUT,
+    tolerance: float = defaults.UNCERTAINTY_TOLERANCE,
+    runs: int = defaults.EXPANSION_RUNS,
+    method: str = defaults.UNCERTAINTY_METHOD,
+    monte_carlo_runs: int = defaults.MONTE_CARLO_RUNS,
+    held_out: int = defaults.HELD_OUT_RUNS,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> UncertainOutcome:

@@ -209,9 +209,7 @@ def _nodes(cells: NDArray[np.int64], resolution: float) -> SampledPath:
     n = len(cells)
     xy = cells.astype(np.float64)
     s: Floats = np.arange(n) * resolution
-    return SampledPath(
-        s, xy, np.zeros((n, 2)), np.zeros(n), np.zeros(n, dtype=np.bool_), resolution
-    )
+    return SampledPath(s, xy, np.zeros((n, 2)), np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
 class _Land(NamedTuple):

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris._core.defaults import PROFILE_SMOOTH, SMOOTHING
+from lampyris._core import defaults
+from lampyris._core.defaults import OUTCOME, OUTCOMES, PROFILE_SMOOTH, SMOOTHING, UNCERTAINTY_METHODS
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
     from lampyris.cli.request import Request
     from lampyris.uncertainty.propagate import Propagation
 
-OUTCOMES = ("duration", "length", "energy")
-METHODS = ("auto", "polynomial-chaos", "monte-carlo")
-
 
 def uncertain(
     map_options: MapOptions,
@@ -54,29 +52,29 @@ def uncertain(
     ] = None,
     of: Annotated[
         str, typer.Option("--of", metavar="|".join(OUTCOMES), help="The outcome that is looked at.")
-    ] = "duration",
+    ] = OUTCOME,
     method: Annotated[
         str,
         typer.Option(
             "--method",
-            metavar="|".join(METHODS),
+            metavar="|".join(UNCERTAINTY_METHODS),
             help="auto: polynomial chaos, and Monte Carlo where the outcome is not smooth.",
         ),
-    ] = "auto",
+    ] = defaults.UNCERTAINTY_METHOD,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="SHARE", help="Share of the variance that may be missing.")
-    ] = 0.01,
+    ] = defaults.UNCERTAINTY_TOLERANCE,
     runs: Annotated[
         int,
         typer.Option("--runs", metavar="N", help="Most runs for polynomial chaos, held-out runs included."),
-    ] = 300,
+    ] = defaults.EXPANSION_RUNS,
     monte_carlo_runs: Annotated[
         int, typer.Option("--monte-carlo-runs", metavar="N", help="Runs for Monte Carlo.")
-    ] = 2000,
+    ] = defaults.MONTE_CARLO_RUNS,
     held_out: Annotated[
         int,
         typer.Option("--held-out", metavar="N", help="Random runs that the expansion is checked against."),
-    ] = 30,
+    ] = defaults.HELD_OUT_RUNS,
     smooth: Annotated[
         str,
         typer.Option(
