@@ -120,7 +120,7 @@ def _layers(scene: Scene, settings: FastestTime) -> _Layers:
     moves, free = moves_for(scene), free_space(scene)
     check_limits(free, moves)
     board = PaddedMap(free.shape, moves.reach)
-    demand_states(*free.shape, moves.reach, len(moves.offsets), settings.name, each=_BYTES)
+    demand_states(free.shape[0], free.shape[1], moves.reach, len(moves.offsets), settings.name, each=_BYTES)
     node = np.full(board.size, scene.robot.v_max)
     board.lay(node_caps(scene, free, clearance=settings.clearance, creep=settings.creep), node)
     layers = edge_caps(scene, free, moves, zones=settings.zones, blind=settings.blind)

@@ -45,7 +45,7 @@ def corner_speeds(robot: Robot, resolution: float, moves: Moves) -> Floats:
     most = np.full((steps, steps), np.inf)
     for i, (ax, ay) in enumerate(moves.offsets):
         for j, (bx, by) in enumerate(moves.offsets):
-            cells = np.array([(0, 0), (ax, ay), (ax + bx, ay + by)], dtype=np.int64)
+            cells = np.array([(0, 0), (ax, ay), (ax + bx, ay + by)], dtype=np.int32)
             corners = corners_of_path(path_of(cells, moves, None), resolution, robot)
             if len(corners.node) and corners.stop[0]:
                 most[i, j] = 0.0

@@ -13,6 +13,7 @@ from lampyris._core.scalars import is_word
 from lampyris.errors import InputError, SettingError, UsageError, of_kind, shown
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
+from lampyris.motion.laws import registry as laws
 from lampyris.uncertainty import expansion
 from lampyris.uncertainty.energy import EnergyModel, energy_of
 from lampyris.uncertainty.inputs import Input, Normal, Uniform, parse_input
@@ -130,7 +131,7 @@ def propagate(
     model = EnergyModel() if energy is None else energy
     of_kind("energy", model, EnergyModel)
     run = Run(scene, planner, dict(planner_settings or {}), law, dict(law_settings or {}), model)
-    if api.laws.named(law).units != "m/s":
+    if laws.named(law).units != "m/s":
         raise UsageError("LAW", f"{law} has no metres and seconds", where="law", allowed="a law in m/s")
     inputs = {str(name): _input(str(name), one) for name, one in vary.items()}
     names = full_names(run, inputs)

@@ -42,7 +42,7 @@ class Run:
         ------
         SettingError : a value out of its range.
         """
-        parts: dict[str, dict[str, float]] = {owner: {} for owner in OWNERS}
+        parts: dict[str, dict[str, Any]] = {owner: {} for owner in OWNERS}
         for name, value in values.items():
             owner, _, key = name.partition(".")
             parts[owner][key] = value

@@ -208,7 +208,7 @@ def _nodes(cells: NDArray[np.int64], resolution: float) -> SampledPath:
     """Cells as nodes, for :func:`_land`: it reads their places alone."""
     n = len(cells)
     xy = cells.astype(np.float64)
-    s: Floats = np.arange(n) * resolution
+    s = np.arange(n, dtype=np.float64) * resolution
     return SampledPath(s, xy, np.zeros((n, 2)), np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
