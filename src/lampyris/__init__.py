@@ -24,6 +24,7 @@ _HOME = {
     "save_primitives": "lampyris.io.primitives.write",
     "plan": "lampyris.api",
     "speed_profile": "lampyris.api",
+    "propagate_uncertainty": "lampyris.uncertainty.propagate",
     "simulate": "lampyris.api",
     "load_scenario": "lampyris.scenarios",
     "run": "lampyris.scenarios",
@@ -91,7 +92,7 @@ _HOME = {
     "Track": "lampyris.model.obstacles",
 }
 
-_MODULES = ("curves", "plot")
+_MODULES = ("curves", "plot", "uncertainty")
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 

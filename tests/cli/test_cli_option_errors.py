@@ -38,6 +38,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "swarm": ("guide", "--robots", "3", "--iterations", "2"),
     "primitives": ("--out", "p.json", "--resolution", "0.1"),
     "warm": (),
+    "uncertain": ("guide", "--vary", "v_max=0.8:1.2"),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {

@@ -79,3 +79,16 @@ TRACKS: Final = "replayed"
 
 QUERY_PLANNER: Final = "astar"
 """The planner that MovingAI queries are put to where none is named."""
+
+OUTCOMES: Mapping[str, str] = MappingProxyType({"duration": "s", "length": "m", "energy": "J/kg"})
+"""What ``lampyris uncertain`` can be asked for, and its unit."""
+OUTCOME = "duration"
+UNCERTAINTY_METHODS = ("auto", "polynomial-chaos", "monte-carlo")
+"""``auto``: an expansion, and Monte Carlo where its held-out error stays above the tolerance."""
+UNCERTAINTY_METHOD = "auto"
+UNCERTAINTY_TOLERANCE = 0.01
+"""Share of the variance that an expansion may miss."""
+EXPANSION_RUNS = 300
+MONTE_CARLO_RUNS = 2000
+HELD_OUT_RUNS = 30
+"""Random runs that an expansion is compared with and not computed from."""

@@ -32,6 +32,7 @@ VERBS: Mapping[str, str] = {
     "swarm": "swarm.command:swarm",
     "speed": "speed:speed",
     "laws": "laws:laws",
+    "uncertain": "uncertain.command:uncertain",
     "drive": "drive.command:drive",
     "compare": "compare.command:compare",
     "reproduce": "reproduce:reproduce",

@@ -320,6 +320,26 @@ def physical_profile(
     )
 
 
+def map_clearance_cap(cells: NDArray[np.int64], scene: Scene, law: PhysicalLaw) -> Floats | None:
+    """The clearance cap at the centres of cells, m/s, (n,), as on a path of cells; None: no wall slows the robot.
+
+    Parameters
+    ----------
+    cells : int64 (n, 2), of the map, in any order.
+    """
+    nowhere = SampledPath(
+        np.zeros(1),
+        np.zeros((1, 2)),
+        np.zeros((1, 2)),
+        np.zeros(1),
+        np.zeros(1, dtype=np.bool_),
+        scene.grid.resolution,
+    )
+    g = CapContext(nowhere, scene, law, Around(), cells)
+    squared = wall_squares(cells, scene.grid.blocked, g.rings)
+    return None if squared is None else g.stopping(_metres(squared, scene))
+
+
 def _metres(squared: NDArray[np.int64], scene: Scene) -> Floats:
     """Metres from squared half cells."""
     return np.where(squared == _FAR, np.inf, np.sqrt(squared) * (0.5 * scene.grid.resolution))

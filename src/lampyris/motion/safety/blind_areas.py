@@ -9,6 +9,7 @@ is ours. Equations, guarantee and limits: docs/speed/blind_area.md.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
@@ -137,6 +138,78 @@ def hiding_distance(samples: SampledPath, scene: Scene, settings: BlindArea) -> 
             edges = np.minimum(after[:-1], before[1:])
             out = np.minimum(np.append(edges, np.inf), np.append(np.inf, edges))
     return np.where(out >= limit, end, out * resolution)
+
+
+def caps_by_step(
+    scene: Scene, free: BoolGrid, offsets: Sequence[tuple[int, int]], settings: BlindArea
+) -> Floats:
+    """The law's cap on the step that leaves each free cell, for a robot that looks along this step; m/s.
+
+    What is ahead of a robot that turns later is more: on a path the law's own cap is never greater. The same
+    kernel as on a path, along every straight run of free cells.
+
+    Parameters
+    ----------
+    free : bool (height, width); cells to look from. Elsewhere the cap is infinity.
+    offsets : the steps (dx, dy).
+
+    Returns
+    -------
+    float64 (steps, height, width).
+    """
+    robot, grid = scene.robot, scene.grid
+    enough = need(robot, settings) + robot.radius
+    end = np.inf
+    if settings.reach is not None and settings.reach - settings.hidden_radius < enough:
+        end = settings.reach - settings.hidden_radius
+    limit = min(min(enough, end) / grid.resolution, float(sum(grid.blocked.shape) + 2))
+    out = np.full((len(offsets), *free.shape), np.inf)
+    for k, (dx, dy) in enumerate(offsets):
+        cells, steps = _runs(free, dx, dy)
+        samples = _nodes(cells, grid.resolution)
+        land = _land(samples, grid, settings, limit)
+        if land is None or not steps.any():
+            continue
+        rho = settings.hidden_radius / grid.resolution
+        lead = 1.5 + rho + 0.25 * math.sqrt(dx * dx + dy * dy) if land.dark.any() else 0.0
+        before, after = np.empty(len(cells)), np.empty(len(cells))
+        ahead = np.arange(len(cells)) + steps
+        # Nodes that end a run have a far neighbour: from within a wall the kernel looks at nothing.
+        wall = np.argwhere(land.opaque.reshape(land.height, land.width))[0]
+        land.eyes_x[~steps], land.eyes_y[~steps] = UNIT * int(wall[1]) + 1, UNIT * int(wall[0]) + 1
+        nearest_hiding(*land, ahead, limit, rho, lead, 2 * math.ceil(limit + rho) + 4, before, after)
+        near = np.where(after >= limit, end, after * grid.resolution)
+        v = stop_within(
+            near - robot.radius,
+            d_max=robot.d_max,
+            reaction=settings.reaction,
+            hidden_speed=settings.hidden_speed,
+            a_max=robot.a_max,
+        )
+        v = np.where(np.isinf(near), np.inf, np.maximum(v, settings.creep * robot.v_max))
+        out[k, cells[steps, 1], cells[steps, 0]] = v[steps]
+    return out
+
+
+def _runs(free: BoolGrid, dx: int, dy: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Free cells run by run along a step, and which of them are followed by the next of their run."""
+    rows, columns = np.nonzero(free)
+    # Steps are primitive: cells with the same cross product with one lie whole steps apart.
+    line = columns * dy - rows * dx
+    along = columns * dx + rows * dy
+    order = np.lexsort((along, line))
+    cells = np.stack((columns[order], rows[order]), axis=1).astype(np.int64)
+    steps = np.zeros(len(cells), dtype=np.bool_)
+    steps[:-1] = (np.diff(cells, axis=0) == (dx, dy)).all(axis=1)
+    return cells, steps
+
+
+def _nodes(cells: NDArray[np.int64], resolution: float) -> SampledPath:
+    """Cells as nodes, for :func:`_land`: it reads their places alone."""
+    n = len(cells)
+    xy = cells.astype(np.float64)
+    s = np.arange(n, dtype=np.float64) * resolution
+    return SampledPath(s, xy, np.zeros((n, 2)), np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
 class _Land(NamedTuple):
