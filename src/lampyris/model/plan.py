@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lampyris._core.arrays import cells_of
+from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
@@ -112,6 +112,40 @@ class PlanningRound(Noun):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MapModel(Value):
+    """What a planner of a model of the map searched, for pictures and tables.
+
+    Parameters
+    ----------
+    kind : ``visibility-graph``, ``voronoi`` or ``quadtree``.
+    lines : float64 (n, 4): x0, y0, x1, y1, cells: edges of the graph that were looked along; at most 20,000.
+    points : float64 (n, 2), cells: corners that were expanded, or the cells of the ridges.
+    boxes : int32 (n, 4): x, y of the upper left cell, side in cells, and 1 if free: the leaves of a quadtree.
+    bound : of ``visibility-graph``: no path of straight lines is shorter, wherever it turns; cells. Else None.
+    clearance : of ``voronoi``: least distance of the path's cells from walls, cells; no path has more. Else None.
+    ridge_clearance : of ``voronoi``: the same without the climbs from the ends, on which it only grows. Else None.
+    counts : how many corners, ridge cells or leaves there are, and how many were expanded, by name.
+    """
+
+    kind: str
+    lines: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    points: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    boxes: Cells = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int32))
+    bound: float | None = None
+    clearance: float | None = None
+    ridge_clearance: float | None = None
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shapes = (("lines", (None, 4)), ("points", (None, 2)))
+        for name, shape in shapes:
+            object.__setattr__(self, name, numbers_of("map_model", name, getattr(self, name), shape))
+        boxes = whole_of("map_model", "boxes", self.boxes, (None, 4)).astype(np.int32)
+        boxes.setflags(write=False)
+        object.__setattr__(self, "boxes", boxes)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan(Value, Tabular):
     """A planner's answer.
 
@@ -152,6 +186,7 @@ class Plan(Value, Tabular):
     via : the scene's via points in the order in which they are visited; empty: there are none.
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
+    map_model : of ``visibility-graph``, ``voronoi`` and ``quadtree``: what was searched. Else None.
     """
 
     status: Status
@@ -180,6 +215,7 @@ class Plan(Value, Tabular):
     via: tuple[Cell, ...] = ()
     via_at: tuple[int, ...] = ()
     via_lower_bound: float | None = None
+    map_model: MapModel | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None
