@@ -135,8 +135,8 @@ class _Query:
 
     def answer(self) -> SearchResult:
         """The shortest lines; as a result of the search."""
-        corners = self._corners()
         reach = self._bound if self._wide else self._bound + _OFF
+        corners = self._corners(reach)
         ahead = self._tree(corners, 0, 1, reach)
         if ahead.ending == LIMIT:
             return self._out()
@@ -154,15 +154,18 @@ class _Query:
     def _left(self) -> int:
         return -1 if self._budget is None else max(0, self._budget - self._spent)
 
-    def _corners(self) -> CornerMap:
+    def _corners(self, reach: float) -> CornerMap:
+        """Those corners that are not too far from both ends together, after the ends."""
         made = _wide_corners(self._free) if self._wide else _corners(self._free, self._theta.rule == TOUCH)
         ends = np.array(self._ends, dtype=np.int64)
         ends = 2 * ends + (2 if self._wide else 3)
+        self._corners_in_map = len(made.x)
+        near = sum(np.sqrt((made.x - x) ** 2 + (made.y - y) ** 2) for x, y in ends.tolist()) <= reach
         zero = np.zeros(2, dtype=np.int64)
         return CornerMap(
             made.square, made.node, made.stride,
-            np.concatenate((ends[:, 0], made.x)), np.concatenate((ends[:, 1], made.y)),
-            np.concatenate((zero, made.qx)), np.concatenate((zero, made.qy)),
+            np.concatenate((ends[:, 0], made.x[near])), np.concatenate((ends[:, 1], made.y[near])),
+            np.concatenate((zero, made.qx[near])), np.concatenate((zero, made.qy[near])),
         )  # fmt: skip
 
     def _tree(self, m: CornerMap, root: int, target: int, reach: float) -> Tree:
@@ -199,8 +202,11 @@ class _Query:
         cells, to_go = np.zeros(n, dtype=np.int32), np.zeros(n)
         queue, mark = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.uint8)
         result = np.zeros(1, dtype=np.int64)
+        on = (ahead.closed | back.closed) != 0
+        vertices = [one[on] for one in (m.x, m.y, m.qx, m.qy)]
+        trees = (ahead.length[on], ahead.closed[on], back.length[on], back.closed[on])
         count = cells_within(
-            m.square, m.node, m.stride, m.x, m.y, m.qx, m.qy, ahead.length, ahead.closed, back.length, back.closed,
+            m.square, m.node, m.stride, *vertices, *trees,
             (sy + 1) * m.stride + sx + 1, self._bound, reach, cells, to_go, queue, mark, result,
         )  # fmt: skip
         cells, to_go = cells[:count].copy(), to_go[:count].copy()
@@ -229,7 +235,7 @@ class _Query:
             lines=np.concatenate((places[tree.edges[:, 0]], places[tree.edges[:, 1]]), axis=1),
             points=places[used],
             bound=float(tree.length[1]) / 2.0,
-            counts={"corners": len(m.x) - 2, "expanded": len(used)},
+            counts={"corners": self._corners_in_map, "expanded": len(used)},
         )
         return SearchResult(FOUND, self._spent, walk, waypoints=turns, model=model)
 
