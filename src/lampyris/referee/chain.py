@@ -96,12 +96,27 @@ def _gap(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return best
 
 
+def _wall_gap(polygon: NDArray[np.float64], centres: NDArray[np.float64], half: float) -> float:
+    """The least :func:`_gap` between a rectangle and squares of that half side; infinity without squares."""
+    if not len(centres):
+        return math.inf
+    along = polygon[1] - polygon[0]
+    along = along / math.sqrt(float(along @ along))
+    axes = np.array([[1.0, 0.0], [0.0, 1.0], along, [-along[1], along[0]]])
+    shadow, places = polygon @ axes.T, centres @ axes.T
+    reach = half * np.abs(axes).sum(axis=1)
+    apart = np.maximum(places - reach - shadow.max(axis=0), shadow.min(axis=0) - places - reach)
+    return float(apart.max(axis=1).min())
+
+
 def _room(polygons: NDArray[np.float64], walls: _Walls, most: float) -> tuple[float, str]:
     """How far all links are from what they must not meet, at most ``most``, and what is nearest.
 
     Links count half: both may move.
     """
     room, nearest = most, ""
+    middles = polygons.mean(axis=1)
+    radii = np.sqrt(((polygons - middles[:, None]) ** 2).sum(axis=2)).max(axis=1)
     for k, polygon in enumerate(polygons):
         low, high = polygon.min(axis=0), polygon.max(axis=0)
         inside = float(min(low.min(), (walls.size - high).min()))
@@ -109,13 +124,11 @@ def _room(polygons: NDArray[np.float64], walls: _Walls, most: float) -> tuple[fl
             room, nearest = inside, f"link {k} leaves the map"
         reach = walls.half + most
         near = ((walls.centres > low - reach) & (walls.centres < high + reach)).all(axis=1)
-        h = walls.half
-        square = np.array([[-h, -h], [h, -h], [h, h], [-h, h]])
-        for centre in walls.centres[near]:
-            gap = _gap(polygon, centre + square)
-            if gap < room:
-                room, nearest = gap, f"link {k} meets a wall"
-        for j in range(k - 1):
+        gap = _wall_gap(polygon, walls.centres[near], walls.half)
+        if gap < room:
+            room, nearest = gap, f"link {k} meets a wall"
+        apart = np.sqrt(((middles[: max(0, k - 1)] - middles[k]) ** 2).sum(axis=1)) - radii[: max(0, k - 1)] - radii[k]
+        for j in np.flatnonzero(apart < 2.0 * room).tolist():
             gap = _gap(polygons[j], polygon) / 2.0
             if gap < room:
                 room, nearest = gap, f"links {j} and {k} meet"

@@ -107,7 +107,8 @@ def grow(
     draws : float64 (m * (n + 2),), in [0, 1): one row for each sample.
     twin : 1: a tree from either end, each grown towards the other (RRT-Connect); 0: one tree from the start.
     adaptive : 1: joints that are not released stay on the line from start to goal.
-    patience : extensions that collide before the next joint is released; ten times as many samples suffice, too.
+    patience : extensions that collide before the first joint is released, twice as many before the second, and so on;
+        ten times as many samples suffice, too.
     bias : share of samples that are the goal, where there is one tree.
     free : uint8 (n,), 1 for each joint released; order : int64 (n,), in which order.
     q : float64 (capacity * n,): node 0 the start, node 1 the goal; the last two are scratch.
@@ -126,7 +127,8 @@ def grow(
         which = int(state[2] % 2) if twin == 1 else 0
         state[2] += 1
         state[4] += 1
-        if adaptive == 1 and state[5] < n and (state[3] >= patience or state[4] >= 10 * patience):
+        wait = patience * (1 + state[5])
+        if adaptive == 1 and state[5] < n and (state[3] >= wait or state[4] >= 10 * wait):
             _release(free, hits, order, state)
         to_goal = twin == 0 and draws[row + n + 1] < bias
         share = draws[row + n]

@@ -38,8 +38,8 @@ class RrtSettings:
         the sum of squares of each joint's turn times its distance to the farthest tip.
     piece : how far a point of the chain may move between two looks at a motion, cells; links are that much wider on
         each side when they are looked at, so smaller pieces pass narrower gaps and take longer.
-    patience : of ``rrt-adaptive``: extensions that collide before the next joint is released; or ten times as many
-        samples of any kind.
+    patience : of ``rrt-adaptive``: extensions that collide before the first joint is released, twice as many before
+        the second, and so on; or ten times as many samples of any kind.
     bias : of ``rrt``: share of the samples that are the goal.
 
     Raises
