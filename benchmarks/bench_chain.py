@@ -1,6 +1,6 @@
 """Chains of links by rrt-adaptive, rrt and rrt-connect: solved, joints released, checks; the table of docs/map_models.md.
 
-    python benchmarks/bench_chain.py [--seeds 10] [--scene gap]
+python benchmarks/bench_chain.py [--seeds 10] [--scene gap]
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ def cases() -> list[Case]:
 
     arm = lampyris.Chain((5.0, 5.0), [1.0] * 4, 0.2, (-2.6, 2.6))
     tip, post = grid((18, 22, 34, 36)), grid((18, 22, 28, 30))
-    made.append(("4 links, nothing between", grid((2, 4, 2, 4)), arm, [0.0, 0, 0, 0], [1.5, 0.4, 0.3, 0], 20_000))
+    made.append(
+        ("4 links, nothing between", grid((2, 4, 2, 4)), arm, [0.0, 0, 0, 0], [1.5, 0.4, 0.3, 0], 20_000)
+    )
     made.append(("4 links, a post at the tip", tip, arm, [-0.9, 0, 0, 0], [0.9, 0, 0, 0], 20_000))
     made.append(("4 links, a post halfway", post, arm, [-0.9, 0, 0, 0], [0.9, 0, 0, 0], 20_000))
     eight = lampyris.Chain((5.0, 5.0), [0.5] * 8, 0.15, (-2.2, 2.2))
@@ -68,7 +70,10 @@ def main() -> None:
             solved = [plan for plan in found if plan]
             some = solved or found
             released = statistics.mean(len(plan.released) for plan in some)
-            row = [statistics.median(getattr(plan, key) for plan in found) for key in ("samples", "nodes", "checks")]
+            row = [
+                statistics.median(getattr(plan, key) for plan in found)
+                for key in ("samples", "nodes", "checks")
+            ]
             print(
                 f"| {name} | {planner} | {len(solved)} of {seeds} | {released:.1f} of {chain.joints} "
                 f"| {row[0]:.0f} | {row[1]:.0f} | {row[2]:.0f} | {statistics.median(seconds):.2f} |"

@@ -6,10 +6,12 @@ Nothing leaves through :func:`plan_chain` that the referee has not re-checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, did_you_mean, of_kind, shown
+from lampyris.kernels import loading
 from lampyris.model.chain.chain import Chain, configuration_of
 from lampyris.model.chain.chain_plan import ChainPlan
 from lampyris.model.grid import Grid
@@ -71,7 +73,12 @@ def plan_chain(
     of_kind("budget", budget, Budget, none=True)
     if not isinstance(planner, str) or planner not in PLANNERS:
         todo = did_you_mean(planner, PLANNERS) if isinstance(planner, str) else ""
-        raise UsageError("PLANNER", f"no planner of chains is called {shown(planner)}", allowed=", ".join(PLANNERS), todo=todo)
+        raise UsageError(
+            "PLANNER",
+            f"no planner of chains is called {shown(planner)}",
+            allowed=", ".join(PLANNERS),
+            todo=todo,
+        )
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     known = RrtSettings.__dataclass_fields__
@@ -79,6 +86,13 @@ def plan_chain(
         if name not in known:
             raise UsageError("SETTING", f"{planner} has no setting {shown(name)}", allowed=", ".join(known))
     a, b = configuration_of(chain, start, "start"), configuration_of(chain, goal, "goal")
+    began, loaded = loading.wall(), loading.seconds()
     found = ChainSearch(grid, chain, RrtSettings(**settings)).plan(grid, a, b, planner, int(seed), budget)
+    planned, loaded = loading.wall(), loading.seconds() - loaded
     demand(check_chain_plan(found))
-    return found
+    timing = {
+        "search_s": planned - began - loaded,
+        "loading_s": loaded,
+        "referee_s": loading.wall() - planned,
+    }
+    return replace(found, timing=timing)

@@ -28,7 +28,9 @@ def _at(a: Point, b: Point, t: Fraction) -> Point:
     return a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])
 
 
-def sees(a: Point, b: Point, free: Free, side: Callable[[Point], bool], shut: Callable[[int, int], bool]) -> bool:
+def sees(
+    a: Point, b: Point, free: Free, side: Callable[[Point], bool], shut: Callable[[int, int], bool]
+) -> bool:
     """Whether the line runs through free squares and along free sides alone, and through no shut corner.
 
     ``free(c, r)``: the square from (c, r) to (c + 1, r + 1); ``side(p)``: the side that the point p lies on.
@@ -66,7 +68,9 @@ def _search(points: list[Point], start: Point, goal: Point, seen: Callable[[Poin
     return math.inf
 
 
-def point_optimum(rows: list[list[bool]], start: tuple[int, int], goal: tuple[int, int], cutting: bool) -> float:
+def point_optimum(
+    rows: list[list[bool]], start: tuple[int, int], goal: tuple[int, int], cutting: bool
+) -> float:
     """Least length in the plane for a point between two cell centres, over all corners of all cells.
 
     ``rows``: whether each cell is free. Sides need one free square beside them. Where corners are not cut no path

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
@@ -65,7 +64,9 @@ def test_it_finds_a_path_wherever_there_is_one(name: str, maps: int) -> None:
         assert plan.status == exact.status
         if plan.map_model is not None and plan.any_angle_length is not None:
             found += 1
-            assert plan.map_model.counts["expanded"] == plan.expansions <= plan.map_model.counts["free leaves"]
+            assert (
+                plan.map_model.counts["expanded"] == plan.expansions <= plan.map_model.counts["free leaves"]
+            )
             assert plan.any_angle_length >= np.hypot(goal[0] - start[0], goal[1] - start[1]) - 1e-9
     assert found >= maps // 6
 

@@ -90,7 +90,11 @@ def test_the_bound_is_the_optimum_in_the_plane(name: str, radius: float, cases: 
             continue
         start, goal = (free[int(rng.integers(len(free)))] for _ in range(2))
         rows = open_cells.tolist()
-        best = disc_optimum(rows, start, goal) if radius else point_optimum(rows, start, goal, name == "dissertation")
+        best = (
+            disc_optimum(rows, start, goal)
+            if radius
+            else point_optimum(rows, start, goal, name == "dissertation")
+        )
         plan = plan_of(Scene(grid, start, goal, name, Robot(radius=radius)))
         assert bool(plan) == (best < math.inf)
         if not plan:

@@ -65,7 +65,11 @@ def test_no_path_has_more_room_where_it_is_narrowest(maps: int) -> None:
     found = 0
     for _ in range(maps):
         walls = rng.random(rng.integers(3, 14, 2)) < rng.choice([0.05, 0.1, 0.2, 0.3])
-        name, radius, border = str(rng.choice(sorted(MOVES))), float(rng.choice([0, 0, 0.8])), bool(rng.integers(2))
+        name, radius, border = (
+            str(rng.choice(sorted(MOVES))),
+            float(rng.choice([0, 0, 0.8])),
+            bool(rng.integers(2)),
+        )
         grid = Grid(walls)
         open_cells = free_cells(grid, radius)
         rooms = rooms_of(walls, open_cells, border)

@@ -30,7 +30,9 @@ def check_chain_plan(plan: ChainPlan) -> Violation | None:
     """
     rows = plan.configurations
     if (rows is None) != (plan.status is not Status.FOUND):
-        return Violation("status", "plan", f"{plan.status.value} with {'no ' if rows is None else ''}configurations")
+        return Violation(
+            "status", "plan", f"{plan.status.value} with {'no ' if rows is None else ''}configurations"
+        )
     known = range(plan.chain.joints)
     if len(set(plan.released)) != len(plan.released) or not set(plan.released) <= set(known):
         return Violation("released", "plan", f"joints {plan.released} of {plan.chain.joints}")
@@ -127,7 +129,11 @@ def _room(polygons: NDArray[np.float64], walls: _Walls, most: float) -> tuple[fl
         gap = _wall_gap(polygon, walls.centres[near], walls.half)
         if gap < room:
             room, nearest = gap, f"link {k} meets a wall"
-        apart = np.sqrt(((middles[: max(0, k - 1)] - middles[k]) ** 2).sum(axis=1)) - radii[: max(0, k - 1)] - radii[k]
+        apart = (
+            np.sqrt(((middles[: max(0, k - 1)] - middles[k]) ** 2).sum(axis=1))
+            - radii[: max(0, k - 1)]
+            - radii[k]
+        )
         for j in np.flatnonzero(apart < 2.0 * room).tolist():
             gap = _gap(polygons[j], polygon) / 2.0
             if gap < room:

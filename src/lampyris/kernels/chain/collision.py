@@ -42,10 +42,10 @@ def _meets_wall(blocked, sums, width, height, cx, cy, ux, uy, a, b):
     high = a * abs(uy) + b * abs(ux)
     if cx - wide < -0.5 or cx + wide > width - 0.5 or cy - high < -0.5 or cy + high > height - 0.5:
         return True
-    left = max(0, int(floor(cx - wide + 0.5)))
-    right = min(width - 1, int(floor(cx + wide + 0.5)))
-    top = max(0, int(floor(cy - high + 0.5)))
-    low = min(height - 1, int(floor(cy + high + 0.5)))
+    left = max(0, floor(cx - wide + 0.5))
+    right = min(width - 1, floor(cx + wide + 0.5))
+    top = max(0, floor(cy - high + 0.5))
+    low = min(height - 1, floor(cy + high + 0.5))
     row = width + 1
     walls = (
         sums[u64((low + 1) * row + right + 1)]
@@ -125,7 +125,7 @@ def motion_hit(blocked, sums, width, height, chain, links, lever, reach, q, at, 
     moved = 0.0
     for k in range(len(lever)):
         moved += abs(q[other + k] - q[at + k]) * lever[k]
-    pieces = 1 + int(floor(moved / reach))
+    pieces = 1 + floor(moved / reach)
     more = moved / pieces + SPARE
     # The far end first: motions that fail, fail there most often.
     for i in range(pieces):

@@ -94,7 +94,7 @@ def _release(free, hits, order, state):
 
 @kernel(out=("free", "order", "q", "side", "parent", "place", "hits", "state"), each=20_000)
 def grow(
-    blocked, sums, width, height, chain, links, lever, low, high, reach, stride, draws, twin, adaptive, patience, bias,
+    blocked, sums, width, height, chain, links, lever, low, high, reach, stride, draws, both, adaptive, patience, bias,
     free, order, q, side, parent, place, hits, state, halt,
 ):  # fmt: skip
     """Grow trees by one batch of samples; 1: start and goal are joined.
@@ -105,7 +105,7 @@ def grow(
     low, high : float64 (n,): limits of the joints.
     stride : greatest distance of an extension: root of the sum of squared angles, each times its lever; cells.
     draws : float64 (m * (n + 2),), in [0, 1): one row for each sample.
-    twin : 1: a tree from either end, each grown towards the other (RRT-Connect); 0: one tree from the start.
+    both : 1: a tree from either end, each grown towards the other (RRT-Connect); 0: one tree from the start.
     adaptive : 1: joints that are not released stay on the line from start to goal.
     patience : extensions that collide before the first joint is released, twice as many before the second, and so on;
         ten times as many samples suffice, too.
@@ -124,13 +124,13 @@ def grow(
         if state[1] + 1 >= capacity or stopped(halt):
             return 0
         row = m * (n + 2)
-        which = int(state[2] % 2) if twin == 1 else 0
+        which = int(state[2] % 2) if both == 1 else 0
         state[2] += 1
         state[4] += 1
         wait = patience * (1 + state[5])
         if adaptive == 1 and state[5] < n and (state[3] >= wait or state[4] >= 10 * wait):
             _release(free, hits, order, state)
-        to_goal = twin == 0 and draws[row + n + 1] < bias
+        to_goal = both == 0 and draws[row + n + 1] < bias
         share = draws[row + n]
         for k in range(n):
             if to_goal:
@@ -148,29 +148,29 @@ def grow(
             state[3] += 1
             continue
         # The other tree goes all the way to the new node, or the new node looks for the goal.
-        if twin == 1:
+        if both == 1:
             at = _nearest(q, side, state[1], n, lever, 1 - which, new * n)
         else:
             at = new
-        goal = new * n if twin == 1 else n
+        goal = new * n if both == 1 else n
         while state[1] + 1 < capacity:
             gap = 0.0
             for k in range(n):
                 d = (q[goal + k] - q[at * n + k]) * lever[k]
                 gap += d * d
-            if twin == 0 and gap > stride * stride:
+            if both == 0 and gap > stride * stride:
                 break
             last = at
             if gap > 0.0:
                 last = _extend(
                     blocked, sums, width, height, chain, links, lever, reach, stride, q, side, parent, place, hits,
-                    state, at, goal, spare, 1 - which if twin == 1 else 0,
+                    state, at, goal, spare, 1 - which if both == 1 else 0,
                 )  # fmt: skip
                 if last < 0:
                     break
             if gap <= stride * stride:
-                state[6] = new if which == 0 and twin == 1 else last
-                state[7] = last if which == 0 and twin == 1 else (new if twin == 1 else 1)
+                state[6] = new if which == 0 and both == 1 else last
+                state[7] = last if which == 0 and both == 1 else (new if both == 1 else 1)
                 return 1
             at = last
     return 0

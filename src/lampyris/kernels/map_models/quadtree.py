@@ -20,7 +20,9 @@ def _far(ax, ay, bx, by):
     return sqrt(float(dx * dx + dy * dy))
 
 
-@kernel(out=("f", "g", "h", "gate", "come", "closed", "heap", "place", "chain", "result"), each=10_000, of="side")
+@kernel(
+    out=("f", "g", "h", "gate", "come", "closed", "heap", "place", "chain", "result"), each=10_000, of="side"
+)
 def leaf_search(
     leaf, width, x, y, side, corners, start_x, start_y, goal_x, goal_y, budget,
     f, g, h, gate, come, closed, heap, place, chain, result, halt,
@@ -65,20 +67,20 @@ def leaf_search(
         here_y = gate[u64(4 * u + 3)]
         n = side[u64(u)]
         # Sides: right, left, below, above; then the corners.
-        for way in range(4 + 4 * corners):
+        for face in range(4 + 4 * corners):
             k = 0
-            while k < (n if way < 4 else 1):
-                if way == 0:
+            while k < (n if face < 4 else 1):
+                if face == 0:
                     in_x, in_y, dx, dy = x[u64(u)] + n - 1, y[u64(u)] + k, 1, 0
-                elif way == 1:
+                elif face == 1:
                     in_x, in_y, dx, dy = x[u64(u)], y[u64(u)] + k, -1, 0
-                elif way == 2:
+                elif face == 2:
                     in_x, in_y, dx, dy = x[u64(u)] + k, y[u64(u)] + n - 1, 0, 1
-                elif way == 3:
+                elif face == 3:
                     in_x, in_y, dx, dy = x[u64(u)] + k, y[u64(u)], 0, -1
                 else:
-                    dx = 1 if way & 1 else -1
-                    dy = 1 if way & 2 else -1
+                    dx = 1 if face & 1 else -1
+                    dy = 1 if face & 2 else -1
                     in_x = x[u64(u)] + (n - 1 if dx > 0 else 0)
                     in_y = y[u64(u)] + (n - 1 if dy > 0 else 0)
                 to_x = in_x + dx
@@ -89,12 +91,12 @@ def leaf_search(
                 if v < 0:
                     k += 1
                     continue
-                shared = min(n, side[u64(v)]) if way < 4 else 1
+                shared = min(n, side[u64(v)]) if face < 4 else 1
                 middle = (shared - 1) // 2
-                if way < 2:
+                if face < 2:
                     in_y += middle
                     to_y += middle
-                elif way < 4:
+                elif face < 4:
                     in_x += middle
                     to_x += middle
                 k += shared

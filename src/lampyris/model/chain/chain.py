@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -86,7 +87,7 @@ class Chain(Noun):
     @property
     def reach(self) -> float:
         """Length of the outstretched chain, metres."""
-        return sum(self.links)
+        return math.fsum(self.links)
 
     def joint_points(self, configuration: Sequence[float] | Floats) -> Floats:
         """Where the joints and, last, the tip are; metres of the map frame, float64 (joints + 1, 2).
@@ -98,9 +99,11 @@ class Chain(Noun):
         q = configuration_of(self, configuration, "configuration")
         from lampyris._core import elementary
 
-        angles = np.cumsum(q)  # bits: in this order
-        steps = np.stack((elementary.cos(angles), elementary.sin(angles)), axis=1) * np.array(self.links)[:, None]
-        points: Floats = np.cumsum(np.concatenate(([list(self.base)], steps)), axis=0)  # bits: in this order
+        angles = np.cumsum(q)
+        steps = (
+            np.stack((elementary.cos(angles), elementary.sin(angles)), axis=1) * np.array(self.links)[:, None]
+        )
+        points: Floats = np.cumsum(np.concatenate(([list(self.base)], steps)), axis=0)
         return points
 
 
@@ -120,7 +123,10 @@ def configuration_of(chain: Chain, value: object, name: str) -> Floats:
     if outside.any():
         k = int(outside.argmax())
         raise SettingError(
-            "CONFIGURATION", f"{array[k]:.6g} rad", where=f"{name}, joint {k}", allowed=f"{low[k]:.6g} to {high[k]:.6g}"
+            "CONFIGURATION",
+            f"{array[k]:.6g} rad",
+            where=f"{name}, joint {k}",
+            allowed=f"{low[k]:.6g} to {high[k]:.6g}",
         )
     array.setflags(write=False)
     return array
@@ -131,7 +137,9 @@ def _row(name: str, value: object, n: int | None, low: float, high: float) -> tu
     array = checks.numbers(value, (n,))
     if array is None or not np.isfinite(array).all() or (array < low).any() or (array > high).any():
         count = "numbers" if n is None else f"{n} numbers"
-        raise SettingError("CHAIN", shown(value), where=f"chain.{name}", allowed=f"{count}, {low:g} to {high:g}")
+        raise SettingError(
+            "CHAIN", shown(value), where=f"chain.{name}", allowed=f"{count}, {low:g} to {high:g}"
+        )
     return tuple(array.tolist())
 
 

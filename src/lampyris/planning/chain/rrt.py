@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, number, under_name, whole
-from lampyris.kernels import loading
 from lampyris.kernels.chain.collision import motion_hit
 from lampyris.kernels.chain.trees import grow
 from lampyris.model.chain.chain import Chain
@@ -65,14 +64,21 @@ class ChainSearch:
         height, width = grid.blocked.shape
         blocked = np.ascontiguousarray(grid.blocked).view(np.uint8)
         sums = np.zeros((height + 1, width + 1), dtype=np.int64)
-        sums[1:, 1:] = blocked.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)  # bits: whole numbers
+        sums[1:, 1:] = blocked.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
         base = grid.to_points(*chain.base)
         links = np.array([chain.links, chain.widths]).T / cell
         half = float(links[:, 1].max()) / 2.0
         # The far corners of a link are off its axis by half its width.
-        self._lever = np.cumsum(links[::-1, 0])[::-1] + half  # bits: in this order
+        self._lever = np.cumsum(links[::-1, 0])[::-1] + half
         pose = np.array([float(base[0]), float(base[1]), float(grid.origin[2])])
-        self._world = (blocked.ravel(), sums.ravel(), width, height, pose, np.ascontiguousarray(links).ravel())
+        self._world = (
+            blocked.ravel(),
+            sums.ravel(),
+            width,
+            height,
+            pose,
+            np.ascontiguousarray(links).ravel(),
+        )
         self._place = np.zeros(4 * chain.joints)
 
     def collides(self, q: Floats) -> bool:
@@ -83,7 +89,14 @@ class ChainSearch:
         """Whether the motion between two configurations, rows of (m, joints), is free."""
         n = self._chain.joints
         hit = motion_hit(
-            *self._world, self._lever, self._settings.piece, rows.reshape(-1), i * n, j * n, self._place, counts
+            *self._world,
+            self._lever,
+            self._settings.piece,
+            rows.reshape(-1),
+            i * n,
+            j * n,
+            self._place,
+            counts,
         )
         return bool(hit < 0)
 
@@ -91,8 +104,14 @@ class ChainSearch:
         self, grid: Grid, start: Floats, goal: Floats, planner: str, seed: int, budget: Budget | None
     ) -> ChainPlan:
         """See :func:`lampyris.chains.plan_chain`."""
-        began = loading.wall()
-        asked = {"planner": planner, "grid": grid, "chain": self._chain, "start": start, "goal": goal, "seed": seed}
+        asked = {
+            "planner": planner,
+            "grid": grid,
+            "chain": self._chain,
+            "start": start,
+            "goal": goal,
+            "seed": seed,
+        }
         for q, status in ((start, Status.START_OCCUPIED), (goal, Status.GOAL_OCCUPIED)):
             if self.collides(q):
                 return ChainPlan(status, **asked, checks=1)
@@ -102,7 +121,7 @@ class ChainSearch:
         status, rows = Status.LIMIT, None
         with cancellation.watching(seconds, stop) as own:
             try:
-                if self._grown(trees, planner, np.random.default_rng(seed), most):
+                if self._grown(trees, planner, np.random.Generator(np.random.PCG64(seed)), most):
                     status, rows = Status.FOUND, self._shortened(trees.path(), trees.state)
             except Cancelled:
                 if own is None or (own.outer is not None and own.outer.is_over):
@@ -113,7 +132,6 @@ class ChainSearch:
         released = tuple(trees.order[: trees.state[5]].tolist()) if planner == "rrt-adaptive" else every
         return ChainPlan(
             status, **asked, configurations=rows, released=released, samples=samples, checks=checks, nodes=nodes,
-            timing={"search_s": loading.wall() - began},
         )  # fmt: skip
 
     def _grown(self, trees: _Trees, planner: str, rng: np.random.Generator, most: int) -> bool:

@@ -43,7 +43,9 @@ class Quadtree:
     name: ClassVar[str] = "quadtree"
     traits: ClassVar[Traits] = Traits(optimal=False)
     summary: ClassVar[str] = "Quadtree: A* over square cells as large as obstacles leave them."
-    source: ClassVar[str] = "Kambhampati and Davis 1986; the path pulled straight over its own points is ours."
+    source: ClassVar[str] = (
+        "Kambhampati and Davis 1986; the path pulled straight over its own points is ours."
+    )
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
@@ -174,6 +176,14 @@ class LeafSearch:
         chain = np.zeros(n, dtype=np.int64)
         stride, weight = framed.shape[1], np.zeros(1, dtype=np.uint8)
         left = pulled(
-            framed.ravel(), weight, stride, self._lines.rule, x, y, np.zeros(n), np.zeros(n, dtype=np.int64), chain
+            framed.ravel(),
+            weight,
+            stride,
+            self._lines.rule,
+            x,
+            y,
+            np.zeros(n),
+            np.zeros(n, dtype=np.int64),
+            chain,
         )
         return points[chain[:left][::-1]].astype(np.int32)

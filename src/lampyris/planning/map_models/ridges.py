@@ -24,7 +24,7 @@ _Ints = NDArray[np.int64]
 
 
 @dataclass(slots=True)
-class Walls:
+class KnownWalls:
     """The cells that are walls now; a session keeps it up to date."""
 
     blocked: BoolGrid
@@ -45,7 +45,7 @@ class RidgeSearch:
     """
 
     def __init__(
-        self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, walls: Walls, border: bool
+        self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, walls: KnownWalls, border: bool
     ) -> None:
         check_cells(free.size)
         self._free, self._walls, self._border = free, walls, border

@@ -19,8 +19,8 @@ class VisibilityGraph:
     """The shortest of all paths that any-angle planners may return, by way of the visibility graph.
 
     Lozano-Perez, Wesley, "An algorithm for planning collision-free paths among polyhedral obstacles", CACM 22
-    (1979), 560-570: a shortest path in the plane turns at corners of obstacles only. Two optima have to be told
-    apart for a point robot:
+    (1979), 560-570: a shortest path in the plane turns at corners of obstacles only. For a point robot there are two
+    optima:
 
     * *In the plane* a path turns at corners of blocked cells. Its length is ``Plan.map_model.bound``: no path of
       straight lines, whatever its turning points, is shorter. (Where corners may not be touched it is the limit of
@@ -43,7 +43,9 @@ class VisibilityGraph:
 
     name: ClassVar[str] = "visibility-graph"
     traits: ClassVar[Traits] = Traits(optimal=False)
-    summary: ClassVar[str] = "Visibility graph: the shortest of all any-angle paths, and the bound in the plane."
+    summary: ClassVar[str] = (
+        "Visibility graph: the shortest of all any-angle paths, and the bound in the plane."
+    )
     source: ClassVar[str] = (
         "Lozano-Perez and Wesley 1979; that paths in the plane bound which cell centres matter is ours."
     )

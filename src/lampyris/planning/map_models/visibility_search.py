@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -65,7 +66,7 @@ class CornerMap:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tree:
+class CornerTree:
     """Lengths from one end to all corners that matter."""
 
     length: Floats
@@ -131,7 +132,7 @@ class _Query:
         self._spent = known.expansions
         assert known.waypoints is not None
         d = np.diff(known.waypoints.astype(np.float64), axis=0)
-        self._bound = 2.0 * float(np.sqrt(d[:, 0] ** 2 + d[:, 1] ** 2).sum()) + EDGE
+        self._bound = 2.0 * float(math.fsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]).tolist())) + EDGE
 
     def answer(self) -> SearchResult:
         """The shortest lines; as a result of the search."""
@@ -160,7 +161,7 @@ class _Query:
         ends = np.array(self._ends, dtype=np.int64)
         ends = 2 * ends + (2 if self._wide else 3)
         self._corners_in_map = len(made.x)
-        near = sum(np.sqrt((made.x - x) ** 2 + (made.y - y) ** 2) for x, y in ends.tolist()) <= reach
+        near = _far(made, ends[0]) + _far(made, ends[1]) <= reach
         zero = np.zeros(2, dtype=np.int64)
         return CornerMap(
             made.square, made.node, made.stride,
@@ -168,7 +169,7 @@ class _Query:
             np.concatenate((zero, made.qx[near])), np.concatenate((zero, made.qy[near])),
         )  # fmt: skip
 
-    def _tree(self, m: CornerMap, root: int, target: int, reach: float) -> Tree:
+    def _tree(self, m: CornerMap, root: int, target: int, reach: float) -> CornerTree:
         n = len(m.x)
         f, g = (np.full(n, NEVER) for _ in range(2))
         dx, dy = (m.x - m.x[target]).astype(np.float64), (m.y - m.y[target]).astype(np.float64)
@@ -183,9 +184,9 @@ class _Query:
         )  # fmt: skip
         ending, expanded, kept = result.tolist()
         self._spent += expanded
-        return Tree(g, closed, parent, edges[: 2 * kept].reshape(-1, 2), ending, expanded)
+        return CornerTree(g, closed, parent, edges[: 2 * kept].reshape(-1, 2), ending, expanded)
 
-    def _unwound(self, m: CornerMap, tree: Tree) -> NDArray[np.int32]:
+    def _unwound(self, m: CornerMap, tree: CornerTree) -> NDArray[np.int32]:
         """The turning points of the tree's path to the goal, cells."""
         at = [1]
         while at[-1] != 0:
@@ -195,7 +196,9 @@ class _Query:
         new = np.concatenate(([True], np.any(np.diff(xy, axis=0) != 0, axis=1)))
         return xy[new]
 
-    def _between(self, m: CornerMap, ahead: Tree, back: Tree, reach: float) -> NDArray[np.int32] | None:
+    def _between(
+        self, m: CornerMap, ahead: CornerTree, back: CornerTree, reach: float
+    ) -> NDArray[np.int32] | None:
         """The turning points of the shortest path between cell centres; None: the budget is used."""
         n = len(m.square)
         (sx, sy), (gx, gy) = self._ends
@@ -226,7 +229,7 @@ class _Query:
         y, x = np.divmod(cells[chain[:points][::-1]], np.int32(m.stride))
         return np.stack((x, y), axis=1) - np.int32(1)
 
-    def _result(self, points: NDArray[np.int32], m: CornerMap, tree: Tree) -> SearchResult:
+    def _result(self, points: NDArray[np.int32], m: CornerMap, tree: CornerTree) -> SearchResult:
         walk, turns = self._theta.along(points, self._closed)
         used = np.flatnonzero(tree.closed)
         places = (np.stack((m.x, m.y), axis=1) - (2 if self._wide else 3)) / 2.0
@@ -238,6 +241,13 @@ class _Query:
             counts={"corners": self._corners_in_map, "expanded": len(used)},
         )
         return SearchResult(FOUND, self._spent, walk, waypoints=turns, model=model)
+
+
+def _far(m: CornerMap, point: _Ints) -> Floats:
+    """Distance of each corner to a lattice point."""
+    dx, dy = (m.x - point[0]).astype(np.float64), (m.y - point[1]).astype(np.float64)
+    far: Floats = np.sqrt(dx * dx + dy * dy)
+    return far
 
 
 def _around(free: BoolGrid) -> tuple[_Bytes, tuple[BoolGrid, ...]]:
@@ -256,7 +266,7 @@ def _around(free: BoolGrid) -> tuple[_Bytes, tuple[BoolGrid, ...]]:
 
 def _single(four: tuple[BoolGrid, ...]) -> tuple[BoolGrid, NDArray[np.int64], NDArray[np.int64]]:
     """Corners of exactly one blocked square, and on which side of them it lies."""
-    open_around = np.sum([one.astype(np.int8) for one in four], axis=0)  # bits: whole numbers
+    open_around = np.sum([one.astype(np.int8) for one in four], axis=0)
     single = open_around == 3
     a, b, c, d = (~one for one in four)
     qx = np.where(single, (b | d).astype(np.int64) - (a | c), 0)
@@ -307,7 +317,7 @@ def _wide_corners(free: BoolGrid) -> CornerMap:
     diagonal = (a & d & ~b & ~c) | (b & c & ~a & ~d)
     # Lines with blocked squares on both sides: corridors one cell wide.
     thin = (right & ~(b | d), left & ~(a | c), below & ~(c | d), above & ~(a | b))
-    lines = np.sum([one.astype(np.int8) for one in thin], axis=0)  # bits: whole numbers
+    lines = np.sum([one.astype(np.int8) for one in thin], axis=0)
     through = (lines == 2) & ((thin[0] & thin[1]) | (thin[2] & thin[3])) & ~(a | b | c | d)
     turning = here & (single | diagonal | ((lines > 0) & ~through))
     return _made(square, node.astype(np.uint8), turning, qx, qy)

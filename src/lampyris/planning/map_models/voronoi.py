@@ -12,14 +12,14 @@ from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
 from lampyris.planning.graph.session import GraphSession
-from lampyris.planning.map_models.ridges import RidgeSearch, Walls
+from lampyris.planning.map_models.ridges import KnownWalls, RidgeSearch
 
 
 class _Session(GraphSession):
     """A session that knows walls apart from cells where a robot with a radius cannot be."""
 
     def __init__(self, scene: Scene, name: str, *, border: bool) -> None:
-        self._walls = Walls(scene.grid.blocked)
+        self._walls = KnownWalls(scene.grid.blocked)
         super().__init__(scene, name, partial(RidgeSearch, walls=self._walls, border=border), optimal=False)
 
     def _see(self) -> None:

@@ -92,7 +92,9 @@ def _motion(axes: Axes, plan: ChainPlan, cell: float) -> list[Any]:
         return np.array([np.interp(share * steps[-1], steps, rows[:, k]) for k in range(rows.shape[1])])
 
     look: dict[str, Any] = {"facecolor": "none", "edgecolor": style.FAINT, "linewidth": 0.6, "alpha": 0.7}
-    rings = [ring for k in range(1, _SHOWN + 1) for ring in _corners(plan, _clipped(plan, at(k / (_SHOWN + 1))))]
+    rings = [
+        ring for k in range(1, _SHOWN + 1) for ring in _corners(plan, _clipped(plan, at(k / (_SHOWN + 1))))
+    ]
     axes.add_collection(PolyCollection(rings, zorder=3.0, **look), autolim=False)
     tips = np.array([plan.chain.joint_points(_clipped(plan, at(k / _FINE)))[-1] for k in range(_FINE + 1)])
     xy = plan.grid.to_points(tips[:, 0], tips[:, 1])
@@ -110,6 +112,11 @@ def _clipped(plan: ChainPlan, q: Floats) -> Floats:
 def _mark(axes: Axes, base: Floats) -> Any:
     from matplotlib.lines import Line2D
 
-    look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "markeredgecolor": style.INK, "linestyle": ""}
+    look: dict[str, Any] = {
+        "marker": "o",
+        "markerfacecolor": "white",
+        "markeredgecolor": style.INK,
+        "linestyle": "",
+    }
     axes.plot([base[0]], [base[1]], markersize=8, markeredgewidth=1.6, zorder=6, **look)
     return Line2D([], [], markersize=8, markeredgewidth=1.6, label="base", **look)

@@ -65,7 +65,9 @@ def _leaves(axes: Axes, model: MapModel, frame: FigureLayout) -> Any:
     right, low = left + side, top + side
     rings = np.stack([left, top, right, top, right, low, left, low, left, top], axis=1).reshape(-1, 5, 2)
     width = float(np.clip(frame.cell * 0.08, 0.25, 1.2))
-    axes.add_collection(LineCollection(list(rings), colors=[_LEAF], linewidths=width, zorder=2.1), autolim=False)
+    axes.add_collection(
+        LineCollection(list(rings), colors=[_LEAF], linewidths=width, zorder=2.1), autolim=False
+    )
     return Patch(facecolor="none", edgecolor=_LEAF, linewidth=1.2, label="free leaf of the quadtree")
 
 
