@@ -373,7 +373,7 @@ def _swarms() -> None:
 
 def _chains() -> None:
     """A chain that turns past a wall."""
-    arm = Chain((9.0, 4.0), [1.0, 0.8], 0.2)
+    arm = Chain((12.5, 4.5), [1.0, 0.8], 0.2)
     for planner in PLANNERS:
         chains.plan_chain(_grid(), arm, [0.3, 0.0], [0.9, 0.4], planner)
 

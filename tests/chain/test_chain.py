@@ -14,7 +14,7 @@ from shapely.geometry import Polygon, box
 
 import lampyris
 from lampyris.errors import SettingError, UsageError
-from lampyris.model.chain.chain import Chain
+from lampyris.model.chain.chain import MOST_LINKS, MOST_METRES, MOST_TURN, Chain
 from lampyris.model.chain.chain_plan import ChainPlan
 from lampyris.planning.chain.rrt import PLANNERS, ChainSearch, RrtSettings
 from lampyris.referee.chain import check_chain_plan
@@ -206,6 +206,24 @@ def test_wrong_chains(change: dict[str, object], word: str) -> None:
     good: dict[str, object] = {"base": (0.0, 0.0), "links": [1.0] * 3}
     with pytest.raises(SettingError, match=word):
         Chain(**(good | change))  # type: ignore[arg-type]
+
+
+def test_limits_of_chains_on_both_sides() -> None:
+    for n in (MOST_LINKS - 1, MOST_LINKS, MOST_LINKS + 1):
+        assert _refused({"links": [1.0] * n}) == (n > MOST_LINKS)
+    for x in (MOST_METRES - 1, MOST_METRES, MOST_METRES + 1):
+        assert _refused({"base": (x, 0.0)}) == (x > MOST_METRES)
+    for angle in (MOST_TURN - 0.1, MOST_TURN, MOST_TURN + 0.1):
+        assert _refused({"joint_limits": (-1.0, angle)}) == (angle > MOST_TURN)
+
+
+def _refused(change: dict[str, object]) -> bool:
+    good: dict[str, object] = {"base": (0.0, 0.0), "links": [1.0] * 3}
+    try:
+        Chain(**(good | change))  # type: ignore[arg-type]
+    except SettingError:
+        return True
+    return False
 
 
 def test_wrong_questions() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lampyris._core.arrays import numbers_of
 from lampyris._core.values import Value
-from lampyris.errors import SettingError, shown
+from lampyris.errors import SettingError, of_kind, shown
 from lampyris.model.chain.chain import Chain
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
@@ -52,6 +52,7 @@ class ChainPlan(Value):
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
+        of_kind("chain", self.chain, Chain)
         n = self.chain.joints
         for name in ("start", "goal"):
             object.__setattr__(self, name, numbers_of("chain_plan", name, getattr(self, name), (n,)))
