@@ -12,6 +12,7 @@ import numpy as np
 
 from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
+from lampyris._core.predicates import array_of
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
@@ -137,12 +138,19 @@ class MapModel(Value):
     counts: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        shapes = (("lines", (None, 4)), ("points", (None, 2)))
-        for name, shape in shapes:
-            object.__setattr__(self, name, numbers_of("map_model", name, getattr(self, name), shape))
-        boxes = whole_of("map_model", "boxes", self.boxes, (None, 4)).astype(np.int32)
+        for name, width in (("lines", 4), ("points", 2)):
+            value = _rows(getattr(self, name), width)
+            object.__setattr__(self, name, numbers_of("map_model", name, value, (None, width)))
+        boxes = whole_of("map_model", "boxes", _rows(self.boxes, 4), (None, 4)).astype(np.int32)
         boxes.setflags(write=False)
         object.__setattr__(self, "boxes", boxes)
+
+
+def _rows(value: object, width: int) -> object:
+    """The same, but no rows at all as an array that has its columns, which dictionaries do not keep."""
+    array = array_of(value)
+    empty = array is not None and array.size == 0 and array.ndim <= 2
+    return np.zeros((0, width), dtype=np.int64) if empty else value
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +105,7 @@ class ChainSearch:
         self, grid: Grid, start: Floats, goal: Floats, planner: str, seed: int, budget: Budget | None
     ) -> ChainPlan:
         """See :func:`lampyris.chains.plan_chain`."""
-        asked = {
+        asked: dict[str, Any] = {
             "planner": planner,
             "grid": grid,
             "chain": self._chain,
