@@ -151,7 +151,10 @@ def samples() -> dict[str, dict[str, Any]]:
         "PlannedTimes": {"s": [0.0, 1.0], "reach": [0.0, 1.0], "leave": [0.5, 1.0]},
         "node_table": {"scene": scene(), "path": path()},
         "Chain": {"base": (2.5, 1.5), "links": (0.5,)}, "MapModel": {"kind": "quadtree"},
-        "ChainPlan": {"status": lampyris.Status.LIMIT, "planner": "rrt", "grid": where.grid, "chain": chain(), "start": [0.0], "goal": [0.0]},
+        "ChainPlan": {
+            "status": lampyris.Status.LIMIT, "planner": "rrt", "grid": where.grid, "chain": chain(),
+            "start": [0.0], "goal": [0.0],
+        },
         "plan_chain": {"grid": where.grid, "chain": chain(), "start": [0.0], "goal": [0.1]},
         "draw_chain": {"plan": lampyris.plan_chain(where.grid, chain(), [0.0], [0.1]), "out": "chain.svg"},
         "dissertation_speeds": {"cells": path().cells, "ring1": [0, 0, 0], "ring2": [0, 0, 0]},
