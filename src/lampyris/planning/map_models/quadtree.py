@@ -77,10 +77,12 @@ def leaves_of(free: BoolGrid) -> Leaves:
     whole[:height, :width] = free
     leaf = np.full((side, side), -1, dtype=np.int32)
     kinds: list[list[NDArray[np.int32]]] = [[], []]
-    full = (whole, ~whole)
+    full: tuple[BoolGrid, ...] = (whole, ~whole)
     count, size = 0, 1
     while True:
-        above = tuple(_blocks(one) if size < side else np.zeros((1, 1), dtype=bool) for one in full)
+        above: tuple[BoolGrid, ...] = tuple(
+            _blocks(one) if size < side else np.zeros((1, 1), dtype=bool) for one in full
+        )
         for kind, (one, parent) in enumerate(zip(full, above, strict=True)):
             covered = np.repeat(np.repeat(parent, 2, 0), 2, 1) if size < side else parent
             y, x = np.nonzero(one & ~covered)

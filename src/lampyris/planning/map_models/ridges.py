@@ -143,7 +143,8 @@ class RidgeSearch:
         heap, place = np.zeros(n + 1, dtype=np.int32), np.zeros(n, dtype=np.int32)
         values, tie = np.pad(value, 1).ravel(), np.zeros(n, dtype=np.int64)
         thin(flat, values, tie, *ends, stride, int(self._eight), heap, place)
-        return flat.reshape(height, stride)[1:-1, 1:-1] != 0
+        ridge: BoolGrid = flat.reshape(height, stride)[1:-1, 1:-1] != 0
+        return ridge
 
     def _along(
         self, ridge: BoolGrid, region: BoolGrid, value: _Ints, start: Cell, goal: Cell
