@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lampyris.errors import of_kind
+from lampyris.errors import file_name, of_kind
 from lampyris.model.chain.chain_plan import ChainPlan
 from lampyris.report import style
 from lampyris.report.pictures import canvas
@@ -30,10 +30,12 @@ def draw_chain(plan: ChainPlan, out: style.OutFile) -> None:
 
     Raises
     ------
+    SettingError : ``TYPE``: ``out`` is no name of a file.
     UsageError : another suffix.
     FileError : the system refuses to write.
     """
     of_kind("plan", plan, ChainPlan)
+    out = file_name("out", out)
     suffix = style.suffix_of(out, (".png", ".svg"))
     grid, chain = plan.grid, plan.chain
     labels = ["start", "goal", "on the way", "path of the tip", "base", "wall"]
