@@ -14,6 +14,7 @@ from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field.clearance import wall_distance
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.kernels.map_models.thinning import thin
+from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
 from lampyris.planning.graph.grid_graph import SearchResult, check_cells
@@ -94,6 +95,7 @@ class RidgeSearch:
             blocked, free = blocked.copy(), free.copy()
             x, y = np.array(shut, dtype=np.int64).T
             blocked[y, x], free[y, x] = True, False
+            frozen(blocked)  # to numba an array that can be written is of another type
         height, width = blocked.shape
         squared = np.empty(blocked.size, dtype=np.int64)
         scratch = np.zeros((3, width), dtype=np.int64)
@@ -205,6 +207,7 @@ def _least(steps: _Steps, value: _Ints, a: Cell, b: Cell, without: set[Cell]) ->
     heap = [(-int(value[a[1], a[0]]), a)]
     done: set[Cell] = set()
     while heap:
+        checkpoint()
         worst, here = heappop(heap)
         if here == b:
             return -worst
@@ -224,6 +227,7 @@ def _shortest(steps: _Steps, a: Cell, b: Cell, allowed: Callable[[Cell], bool]) 
     heap = [(0, a)]
     done: set[Cell] = set()
     while heap:
+        checkpoint()
         paid, here = heappop(heap)
         if here in done:
             continue
