@@ -155,16 +155,18 @@ class RidgeSearch:
         steps = _Steps(ridge, region, self._costs, self._eight)
         ahead = _branch(steps, start, goal)
         if ahead[-1] == goal:
-            return ahead, min(int(value[y, x]) for x, y in ahead)
+            # Ridges do not branch: diagonals cut the corners of the one path there is.
+            walk = _shortest(steps, start, goal, set(ahead).__contains__)
+            return walk, min(int(value[y, x]) for x, y in walk)
         back = _branch(steps, goal, start)
         a, b = ahead[-1], back[-1]
         taken = {*ahead[:-1], *back[:-1]}
         crest = _least(steps, value, a, b, taken)
 
-        def high(cell: Cell) -> bool:
-            return cell not in taken and value[cell[1], cell[0]] >= crest
+        def allowed(cell: Cell) -> bool:
+            return cell in taken or bool(value[cell[1], cell[0]] >= crest)
 
-        return [*ahead[:-1], *_shortest(steps, a, b, high), *back[:-1][::-1]], crest
+        return _shortest(steps, start, goal, allowed), crest
 
 
 def _cells_of(squared: int) -> float | None:
@@ -178,6 +180,17 @@ class _Steps:
     def __init__(self, ridge: BoolGrid, region: BoolGrid, costs: dict[Cell, int], eight: bool) -> None:
         self._ridge, self._region, self._costs, self._eight = ridge, region, costs, eight
         self._height, self._width = ridge.shape
+
+    def linked(self, cell: Cell) -> list[Cell]:
+        """The ridge cells beside a cell, in the sense in which ridges are connected."""
+        x, y = cell
+        return [(i, j) for i, j in self._near(x, y) if self._eight or i == x or j == y]
+
+    def _near(self, x: int, y: int) -> Iterator[Cell]:
+        for i in range(max(0, x - 1), min(self._width, x + 2)):
+            for j in range(max(0, y - 1), min(self._height, y + 2)):
+                if (i, j) != (x, y) and self._ridge[j, i]:
+                    yield i, j
 
     def from_cell(self, cell: Cell) -> Iterator[tuple[Cell, int]]:
         x, y = cell
@@ -194,7 +207,7 @@ def _branch(steps: _Steps, end: Cell, other: Cell) -> list[Cell]:
     """The cells from an end to where ridges first branch, that cell included; or to the other end."""
     walk, seen = [end], {end}
     while walk[-1] != other:
-        onward = [to for to, _ in steps.from_cell(walk[-1]) if to not in seen]
+        onward = [to for to in steps.linked(walk[-1]) if to not in seen]
         if len(onward) != 1:
             break
         walk.append(onward[0])
