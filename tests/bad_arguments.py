@@ -77,6 +77,10 @@ def fleet() -> lampyris.Fleet:
     return lampyris.Fleet(grid(), [lampyris.Agent((0, 0), (4, 3)), lampyris.Agent((4, 3), (0, 0))])
 
 
+def chain() -> lampyris.Chain:
+    return lampyris.Chain((1.5, 1.2), (0.5,))
+
+
 def path() -> lampyris.Path:
     return path_of(np.array([(0, 0), (0, 1), (0, 2)]), scene().moves)
 
@@ -149,6 +153,13 @@ def samples() -> dict[str, dict[str, Any]]:
         "load_study": {"path": "study.yaml"}, "run_study": {"study": "study.yaml"},
         "PlannedTimes": {"s": [0.0, 1.0], "reach": [0.0, 1.0], "leave": [0.5, 1.0]},
         "node_table": {"scene": scene(), "path": path()},
+        "Chain": {"base": (2.5, 1.5), "links": (0.5,)}, "MapModel": {"kind": "quadtree"},
+        "ChainPlan": {
+            "status": lampyris.Status.LIMIT, "planner": "rrt", "grid": where.grid, "chain": chain(),
+            "start": [0.0], "goal": [0.0],
+        },
+        "plan_chain": {"grid": where.grid, "chain": chain(), "start": [0.0], "goal": [0.1]},
+        "draw_chain": {"plan": lampyris.plan_chain(where.grid, chain(), [0.0], [0.1]), "out": "chain.svg"},
         "dissertation_speeds": {"cells": path().cells, "ring1": [0, 0, 0], "ring2": [0, 0, 0]},
     }  # fmt: skip
 

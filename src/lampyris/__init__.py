@@ -46,8 +46,12 @@ _HOME = {
     "load_sources": "lampyris.swarms",
     "swarm_robots": "lampyris.swarms",
     "segment_photo": "lampyris.photos.segment",
+    "draw_chain": "lampyris.chains",
+    "plan_chain": "lampyris.chains",
     "Agent": "lampyris.model.fleet.fleet",
     "Budget": "lampyris.planning.base",
+    "Chain": "lampyris.model.chain.chain",
+    "ChainPlan": "lampyris.model.chain.chain_plan",
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
     "Curve": "lampyris.model.curve",
@@ -62,6 +66,7 @@ _HOME = {
     "Grid": "lampyris.model.grid",
     "InverseSquare": "lampyris.model.swarm.sources",
     "LampyrisError": "lampyris.errors",
+    "MapModel": "lampyris.model.plan",
     "MOVES": "lampyris.model.moves",
     "ObstacleStates": "lampyris.model.obstacles",
     "LifelongTrace": "lampyris.model.fleet.lifelong",
@@ -109,6 +114,8 @@ if TYPE_CHECKING:
     from lampyris.api import simulate as simulate
     from lampyris.api import smooth as smooth
     from lampyris.api import speed_profile as speed_profile
+    from lampyris.chains import draw_chain as draw_chain
+    from lampyris.chains import plan_chain as plan_chain
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.errors import SettingError as SettingError
     from lampyris.fleet_drives import simulate_fleet as simulate_fleet
@@ -123,6 +130,8 @@ if TYPE_CHECKING:
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.lifelong import lifelong_fleet as lifelong_fleet
     from lampyris.lifelong import load_tasks as load_tasks
+    from lampyris.model.chain.chain import Chain as Chain
+    from lampyris.model.chain.chain_plan import ChainPlan as ChainPlan
     from lampyris.model.change import Change as Change
     from lampyris.model.curve import Curve as Curve
     from lampyris.model.drive import Drive as Drive
@@ -145,6 +154,7 @@ if TYPE_CHECKING:
     from lampyris.model.obstacles import Track as Track
     from lampyris.model.path import Path as Path
     from lampyris.model.photos.segmented_photo import SegmentedPhoto as SegmentedPhoto
+    from lampyris.model.plan import MapModel as MapModel
     from lampyris.model.plan import Plan as Plan
     from lampyris.model.plan import Status as Status
     from lampyris.model.profile import Profile as Profile

@@ -20,9 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api, curves, fleet_drives, fleets, kernels, lifelong, swarms
+from lampyris import api, chains, curves, fleet_drives, fleets, kernels, lifelong, swarms
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.kernels import _jit, _machine
+from lampyris.model.chain.chain import Chain
 from lampyris.model.edit import Edit
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Agent, Fleet
@@ -41,6 +42,7 @@ from lampyris.motion.timing.path_time import through_tracks
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget
+from lampyris.planning.chain.rrt import PLANNERS
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import checked, fill, solve
 from lampyris.planning.fleet import registry as fleet_planners
@@ -227,6 +229,7 @@ def jobs(rare: bool = True) -> Iterator[Callable[[], object]]:
     yield partial(_fleets, rare)
     yield _fleet_drives
     yield _swarms
+    yield _chains
 
 
 def _grid(terrain: bool = False) -> Grid:
@@ -368,6 +371,13 @@ def _swarms() -> None:
     """A swarm among walls that robots of both methods meet."""
     for method in METHODS:
         swarms.swarm_robots(_grid(), robots=12, iterations=3, method=method)
+
+
+def _chains() -> None:
+    """A chain that turns past a wall."""
+    arm = Chain((12.5, 4.5), [1.0, 0.8], 0.2)
+    for planner in PLANNERS:
+        chains.plan_chain(_grid(), arm, [0.3, 0.0], [0.9, 0.4], planner)
 
 
 def _speeds(law: str) -> None:

@@ -58,7 +58,8 @@ def nouns() -> dict[type, Any]:
     found = [
         grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0], driven_poses,
         driven.tracks[0], driven.obstacle_specs[0], scene.moves, scene.robot, walks, scene.edits[0], seen, poses,
-        adaptive.rounds[0],
+        adaptive.rounds[0], lampyris.plan(still, "voronoi").map_model, lampyris.Chain((1.0, 2.0), [0.5, 0.4]),
+        lampyris.plan_chain(lampyris.Grid(np.zeros((5, 5), dtype=bool)), lampyris.Chain((2.5, 2.5), [1.0]), [0.0], [1.0]),
         Change((0, 0), frozenset({(1, 1)}), obstacle_tracks=(seen,), pose=(0.0, 0.0, 0.0), time_s=1.5),
         lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
@@ -84,7 +85,7 @@ def classes() -> Iterator[type]:
 KINDS = [
     *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, lampyris.Delays, lampyris.FleetTask, lampyris.FleetTrace,
     lampyris.LifelongTrace, MotionPrimitives, Motion,
-    lampyris.SegmentedPhoto,
+    lampyris.SegmentedPhoto, lampyris.Chain, lampyris.ChainPlan,
 ]  # fmt: skip
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lampyris._core.arrays import cells_of
+from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
+from lampyris._core.predicates import array_of
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
@@ -112,6 +113,47 @@ class PlanningRound(Noun):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MapModel(Value):
+    """What a planner of a model of the map searched, for pictures and tables.
+
+    Parameters
+    ----------
+    kind : ``visibility-graph``, ``voronoi`` or ``quadtree``.
+    lines : float64 (n, 4): x0, y0, x1, y1, cells: edges of the graph that were looked along; at most 20,000.
+    points : float64 (n, 2), cells: corners that were expanded, or the cells of the ridges.
+    boxes : int32 (n, 4): x, y of the upper left cell, side in cells, and 1 if free: the leaves of a quadtree.
+    bound : of ``visibility-graph``: no path of straight lines is shorter, wherever it turns; cells. Else None.
+    clearance : of ``voronoi``: least distance of the path's cells from walls, cells; no path has more. Else None.
+    ridge_clearance : of ``voronoi``: the same without the climbs from the ends, on which it only grows. Else None.
+    counts : how many corners, ridge cells or leaves there are, and how many were expanded, by name.
+    """
+
+    kind: str
+    lines: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    points: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    boxes: Cells = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int32))
+    bound: float | None = None
+    clearance: float | None = None
+    ridge_clearance: float | None = None
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, width in (("lines", 4), ("points", 2)):
+            value = _rows(getattr(self, name), width)
+            object.__setattr__(self, name, numbers_of("map_model", name, value, (None, width)))
+        boxes = whole_of("map_model", "boxes", _rows(self.boxes, 4), (None, 4)).astype(np.int32)
+        boxes.setflags(write=False)
+        object.__setattr__(self, "boxes", boxes)
+
+
+def _rows(value: object, width: int) -> object:
+    """The same, but no rows at all as an array that has its columns, which dictionaries do not keep."""
+    array = array_of(value)
+    empty = array is not None and array.size == 0 and array.ndim <= 2
+    return np.zeros((0, width), dtype=np.int64) if empty else value
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan(Value, Tabular):
     """A planner's answer.
 
@@ -152,6 +194,7 @@ class Plan(Value, Tabular):
     via : the scene's via points in the order in which they are visited; empty: there are none.
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
+    map_model : of ``visibility-graph``, ``voronoi`` and ``quadtree``: what was searched. Else None.
     """
 
     status: Status
@@ -180,6 +223,7 @@ class Plan(Value, Tabular):
     via: tuple[Cell, ...] = ()
     via_at: tuple[int, ...] = ()
     via_lower_bound: float | None = None
+    map_model: MapModel | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None

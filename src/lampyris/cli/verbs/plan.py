@@ -30,7 +30,7 @@ from lampyris.errors import LimitError
 
 if TYPE_CHECKING:
     from lampyris.io.scenario.scenario import Scenario
-    from lampyris.model.plan import Plan
+    from lampyris.model.plan import MapModel, Plan
     from lampyris.model.profile import Profile
     from lampyris.model.scene import Scene
     from lampyris.planning.base import Budget
@@ -180,6 +180,8 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     if found.any_angle_length is not None and found.waypoints is not None:
         words = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
         rows.append(("any angle", words))
+    if found.map_model is not None:
+        rows.append(("map model", _model(found.map_model)))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
     if found.planner not in pose_names():
@@ -270,3 +272,15 @@ def _explain_rounds(found: Plan) -> None:
 
 def _duration(profile: Profile) -> str:
     return f"{profile.duration:.4g} {'s' if profile.metric else 'transfers'}"
+
+
+def _model(model: MapModel) -> str:
+    """What the model of the map proves, and how large it is."""
+    words = [f"{count} {name}" for name, count in model.counts.items()]
+    if model.bound is not None:
+        words.insert(0, f"no lines are shorter than {model.bound:.6g} cells")
+    if model.clearance is not None:
+        words.insert(0, f"least clearance {model.clearance:.4g} cells, no path has more")
+    if model.ridge_clearance is not None:
+        words.insert(1, f"{model.ridge_clearance:.4g} between the branchings of ridges")
+    return "; ".join(words)

@@ -17,6 +17,7 @@ from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.graph.search import FOUND, SPAN, search
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import PELL_P, Moves
+from lampyris.model.plan import MapModel
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Ints = NDArray[np.int64]
@@ -194,6 +195,7 @@ class SearchResult:
     cells : int32 (n, 2), start first, or None if no path was found.
     waypoints : int32 (k, 2), the turning points of an any-angle path, both ends included, or None.
     pack_s : seconds spent on preparing the map since the answer before, where that is measured.
+    model : the model of the map that was searched, where the planner shows one.
     """
 
     ending: int
@@ -201,6 +203,7 @@ class SearchResult:
     cells: Cells | None
     waypoints: Cells | None = None
     pack_s: float | None = None
+    model: MapModel | None = None
 
 
 def check_limits(free: BoolGrid, moves: Moves) -> None:

@@ -140,6 +140,7 @@ class GraphSession(SessionBase):
                 expansions=answer.expansions,
                 optimal_exact=path.exact if self._optimal and not change.obstacles else None,
                 waypoints=answer.waypoints,
+                map_model=answer.model,
                 timing=timing,
             )
         if answer.ending == LIMIT:

@@ -15,7 +15,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
-from lampyris.model.plan import Jump, Plan, PlanningRound
+from lampyris.model.plan import Jump, MapModel, Plan, PlanningRound
 from lampyris.model.profile import NodeTable, Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -67,6 +67,7 @@ def plan_record(
         },
         "jumps": [jump_record(j) for j in plan.jumps],
         **({"rounds": [round_record(one) for one in plan.rounds]} if plan.rounds else {}),
+        **({} if plan.map_model is None else {"map_model": model_record(plan, plan.map_model)}),
         "attributes": dict(plan.attributes),
         "notes": list(plan.notes),
         "corners": corners_record(plan, scene, profile),
@@ -75,6 +76,20 @@ def plan_record(
         **({} if nodes is None else {"nodes": nodes.columns()}),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
+    }
+
+
+def model_record(plan: Plan, model: MapModel) -> dict[str, Any]:
+    """What a planner of a model of the map found, cells; without the model's edges, ridges and leaves."""
+    points = plan.waypoints
+    return {
+        "kind": model.kind,
+        "waypoints": None if points is None else points.tolist(),
+        "any_angle_length": plan.any_angle_length,
+        "bound": model.bound,
+        "clearance": model.clearance,
+        "ridge_clearance": model.ridge_clearance,
+        "counts": dict(model.counts),
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from lampyris.errors import UsageError
 from lampyris.model.field import Field, Gate
 from lampyris.model.grid import Grid
-from lampyris.model.plan import Plan
+from lampyris.model.plan import MapModel, Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.report import style
@@ -17,6 +17,7 @@ from lampyris.report.charts.speed_chart import draw_speed
 from lampyris.report.pictures import canvas
 from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.report.pictures.footprints import draw_footprints
+from lampyris.report.pictures.map_models import draw_model
 from lampyris.report.pictures.regions import draw_rounds
 from lampyris.typing import FloatGrid
 
@@ -48,7 +49,8 @@ def draw_plan(
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
     beneath, or without one the terrain, ochre where it is costly; the path is coloured by the profile's
     speeds.
-    Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn. Start, goal, gates
+    Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn, of planners of models of the
+    map the edges, ridges or leaves that they searched. Start, goal, gates
     (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
     map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
@@ -77,6 +79,8 @@ def draw_plan(
         items = draw_footprints(axes, plan.pose_path, grid, scene.robot) + items
     if plan.rounds:
         items = draw_rounds(axes, plan.rounds, frame) + items
+    if plan.map_model is not None:
+        items = draw_model(axes, plan, plan.map_model, frame) + items
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()
@@ -210,6 +214,20 @@ def _subtitle(plan: Plan) -> str:
         parts += [f"optimal {plan.optimal_cost:.6g}", f"gap {plan.gap:.1%}"]
     parts.append(f"{plan.iterations} iteration" + ("s" if plan.iterations != 1 else ""))
     parts.append(f"{plan.expansions} expansions")
+    if plan.map_model is not None:
+        parts += _model_words(plan, plan.map_model)
     if plan.gates_met:
         parts.append("replanned at " + ", ".join(f"({x}, {y})" for x, y in plan.gates_met))
     return "  ·  ".join(parts)
+
+
+def _model_words(plan: Plan, model: MapModel) -> list[str]:
+    """What a model of the map says of the path."""
+    words = [f"{count} {name}" for name, count in model.counts.items() if name != "region"]
+    if plan.any_angle_length is not None:
+        words.insert(0, f"lines {plan.any_angle_length:.6g} cells")
+    if model.bound is not None:
+        words.insert(1, f"bound in the plane {model.bound:.6g}")
+    if model.clearance is not None:
+        words.insert(0, f"least clearance {model.clearance:.3g} cells, the greatest there is")
+    return words

@@ -1,0 +1,1 @@
+"""Loops over chains of links: collisions of their links, trees of configurations."""

@@ -1,0 +1,1 @@
+"""Loops over models of maps: visibility graph, skeleton, quadtree."""

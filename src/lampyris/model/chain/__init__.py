@@ -1,0 +1,1 @@
+"""Values of chains of links: the chain, and plans for it."""

@@ -1,0 +1,1 @@
+"""Planning for chains of links: trees of configurations."""

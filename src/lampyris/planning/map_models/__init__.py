@@ -1,0 +1,1 @@
+"""Planners on models of the map: visibility graph, ridges of clearance, quadtree."""

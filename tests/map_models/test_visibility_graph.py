@@ -1,0 +1,134 @@
+"""The visibility graph: the shortest of all lines between cell centres, and the bound in the plane."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from plane import disc_optimum, point_optimum
+
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget
+from lampyris.planning.field.layers import free_cells
+from lampyris.planning.graph.theta_star import ThetaStar
+from lampyris.planning.map_models.visibility_graph import VisibilityGraph
+from lampyris.referee import check_plan
+from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.paths.any_angle import all_lines, shortest
+from sizes import sized
+
+RNG = np.random.default_rng(0)
+Cell = tuple[int, int]
+
+
+def cells_where(mask: np.ndarray) -> list[Cell]:
+    return [(int(x), int(y)) for y, x in np.argwhere(mask)]
+
+
+def plan_of(scene: Scene, planner: object = None) -> Plan:
+    plan = (planner or VisibilityGraph()).open(scene, RNG).plan()  # type: ignore[attr-defined]
+    assert check_plan(plan, scene) is None
+    return plan
+
+
+def random_walls(rng: np.random.Generator, most: int) -> np.ndarray:
+    walls: np.ndarray = rng.random(rng.integers(3, most, 2)) < rng.choice([0.1, 0.2, 0.3, 0.4])
+    return walls
+
+
+@pytest.mark.nightly
+@sized("cases", 1, 3)
+def test_the_contract(cases: int) -> None:
+    check_planner(VisibilityGraph(), cases=cases)
+
+
+@pytest.mark.parametrize("name", ["dissertation", "octile"])
+@sized("maps", 3, 60)
+def test_no_lines_between_centres_are_shorter(name: str, maps: int) -> None:
+    """Against all pairs of cells, in fractions."""
+    rng = np.random.default_rng([81, name == "octile"])
+    asked = better = 0
+    while asked < 12 * maps:
+        walls = random_walls(rng, 9)
+        free = cells_where(~walls)
+        if len(free) < 2:
+            continue
+        lines = all_lines(set(free), set(cells_where(walls)), name == "dissertation")
+        goal = free[int(rng.integers(len(free)))]
+        least = shortest(set(free), lines, goal)
+        for start in free[:: max(1, len(free) // 6)]:
+            scene = Scene(Grid(walls), start, goal, name)
+            plan = plan_of(scene)
+            assert bool(plan) == (start in least)
+            if not plan:
+                continue
+            asked += 1
+            theta = plan_of(scene, ThetaStar())
+            assert plan.any_angle_length is not None
+            assert theta.any_angle_length is not None
+            assert plan.any_angle_length == pytest.approx(least[start], abs=1e-9)
+            assert plan.any_angle_length <= theta.any_angle_length + 1e-9
+            better += plan.any_angle_length < theta.any_angle_length - 1e-9
+    assert better > 0.05 * asked
+
+
+@pytest.mark.parametrize(("name", "radius"), [("dissertation", 0.0), ("octile", 0.0), ("octile", 0.8)])
+@sized("cases", 6, 120)
+def test_the_bound_is_the_optimum_in_the_plane(name: str, radius: float, cases: int) -> None:
+    """Against all corners of all cells, in fractions, by lines cut at every line of the grid."""
+    rng = np.random.default_rng([82, int(10 * radius), name == "octile"])
+    found = 0
+    while found < cases:
+        grid = Grid(random_walls(rng, 7))
+        open_cells = free_cells(grid, radius)
+        free = cells_where(open_cells)
+        if len(free) < 2:
+            continue
+        start, goal = (free[int(rng.integers(len(free)))] for _ in range(2))
+        rows = open_cells.tolist()
+        best = (
+            disc_optimum(rows, start, goal)
+            if radius
+            else point_optimum(rows, start, goal, name == "dissertation")
+        )
+        plan = plan_of(Scene(grid, start, goal, name, Robot(radius=radius)))
+        assert bool(plan) == (best < math.inf)
+        if not plan:
+            continue
+        found += start != goal
+        assert plan.map_model is not None
+        assert plan.map_model.bound == pytest.approx(best, abs=1e-9)
+        if radius:
+            assert plan.any_angle_length == pytest.approx(best, abs=1e-9)
+
+
+def test_the_best_turning_point_may_be_in_the_open() -> None:
+    """Between two walls one turn far from both is shorter than two turns beside them."""
+    walls = np.zeros((4, 101), dtype=bool)
+    walls[2:, [30, 70]] = True
+    scene = Scene(Grid(walls), (0, 2), (100, 2), "octile")
+    plan = plan_of(scene)
+    assert plan.waypoints is not None
+    assert plan.waypoints.tolist() == [[0, 2], [50, 1], [100, 2]]
+    assert plan.map_model is not None
+    assert plan.map_model.bound == pytest.approx(math.sqrt(29.5**2 + 0.25) * 2 + 41)
+
+
+def test_budgets_and_terrain() -> None:
+    walls = np.zeros((12, 12), dtype=bool)
+    walls[6, 2:] = True
+    scene = Scene(Grid(walls), (11, 11), (11, 0), "octile")
+    full = VisibilityGraph().open(scene, RNG).plan()
+    for few in (1, 2, full.expansions // 2, full.expansions - 1):
+        short = VisibilityGraph().open(scene, RNG).plan(budget=Budget(expansions=few))
+        assert short.status == "limit"
+        assert short.expansions <= few
+    assert VisibilityGraph().open(scene, RNG).plan(budget=Budget(expansions=full.expansions)) == full
+    ground = Grid(walls, terrain=np.full((12, 12), 7, dtype=np.uint8))
+    over = plan_of(Scene(ground, (11, 11), (11, 0), "octile"))
+    assert over.map_model is None
+    assert over.waypoints is not None
