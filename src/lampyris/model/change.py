@@ -50,6 +50,7 @@ class Change(Noun):
         (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
     time_s : when the robot stands there, seconds since the recorded obstacles began to move: for planners of poses with
         times, whose times then count from there.
+    goal : the cell where the goal is now; None: where it was. Only planners whose traits say ``moves_goal`` take it.
     """
 
     robot: Cell | None = None
@@ -61,3 +62,4 @@ class Change(Noun):
     obstacle_tracks: tuple[ObstacleTrack, ...] | None = None
     pose: Pose | None = None
     time_s: float = 0.0
+    goal: Cell | None = None

@@ -10,7 +10,8 @@ From tick t to t + 1, in this order:
 3. **The robot steps** to the next cell of its plan if that is legal now; otherwise it asks its planner
    again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
    asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
-4. **The tick is recorded**, with the robot's speed and what bound it.
+4. **The tick is recorded**, with the robot's speed and what bound it. A robot with a sensor looks around from its new
+   cell (:mod:`lampyris.sim.grid.seen_map`); it is asked again in the next tick where a new wall is in its path.
 
 Legal, for every two obstacles: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow
@@ -50,6 +51,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.model.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planning.base import Budget, Planner
@@ -85,7 +87,8 @@ _NEVER = {
 
 def run(
     scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None, law: SpeedLaw = "physical",
-    patience: int | None = None, budget: Budget | None = None, progress: Callable[[int], None] | None = None,
+    patience: int | None = None, sensor: Sensor | None = None, budget: Budget | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Trace:  # fmt: skip
     """Drive from start to goal through the scene's traffic; the whole story as a Trace.
 
@@ -99,6 +102,7 @@ def run(
         top, but not above :data:`lampyris._core.limits.TICKS`.
     law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
     patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
+    sensor : of a robot that does not know the map; None: it does.
     budget : of every single call of the planner; None: no limit.
     progress : called with each tick that is over.
 
@@ -110,7 +114,9 @@ def run(
     LimitError : too many obstacles.
     InternalFault : a plan that does not begin where the robot stands: a bug of the planner.
     """
-    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, budget=budget)
+    simulation = Simulation(
+        scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, sensor=sensor, budget=budget
+    )
     while simulation.outcome is None:
         simulation.tick()
         if progress is not None:
@@ -129,7 +135,8 @@ class Simulation(Exclusive):
 
     def __init__(
         self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
-        law: SpeedLaw = "physical", patience: int | None = None, budget: Budget | None = None,
+        law: SpeedLaw = "physical", patience: int | None = None, sensor: Sensor | None = None,
+        budget: Budget | None = None,
     ) -> None:  # fmt: skip
         demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
@@ -137,11 +144,12 @@ class Simulation(Exclusive):
         settings = SimulationSettings(ticks, patience)
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
-        self.tick_speed = TickSpeed(scene, law)
+        self.sensor = sensor
         space = CellIndex(scene.grid)
         self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         self.traffic = open_traffic(scene, self.world, self.seed)
-        self.walls = Walls(scene, self.world, self.traffic)
+        self.walls = Walls(scene, self.world, self.traffic, sensor)
+        self.tick_speed = TickSpeed(scene if sensor is None else self.walls.scene, law)
         self.session = planner.open(self.walls.known, self._stream())
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
@@ -330,6 +338,8 @@ class Simulation(Exclusive):
         here = on.route[on.at]
         self.state.cells.append(here)
         self.state.waiting = self.state.holding = 0
+        if self.sensor is not None:
+            self._look((step[1], step[2]))
         if not on.counted:
             self.state.iterations += self.plan.iterations if self.plan.commit is None else 1
             on.counted = True
@@ -341,6 +351,12 @@ class Simulation(Exclusive):
         speed, cause = self.tick_speed.drive([came, *on.route[on.at :]], seen_cells(self.world))
         self.state.speeds.append(speed)
         self.state.causes.append(cause)
+
+    def _look(self, heading: Cell) -> None:
+        """See more of the map from where the robot has just come to stand."""
+        found = self.walls.look(self.state.cells[-1], heading, self.now, self.state.following.route)
+        self.state.map_news = self.state.map_news or found
+        self.tick_speed.scene = self.walls.scene
 
     def _hold(self) -> None:
         """Wait because the plan says so."""
@@ -373,7 +389,10 @@ class Simulation(Exclusive):
         self._tell(
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
-        if self.state.waiting > self.patience:
+        if self.sensor is not None and self.plan.status in _NEVER and not self.scene.traffic:
+            # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
+            self._end(_NEVER[self.plan.status], self.plan.sentence)
+        elif self.state.waiting > self.patience:
             self._give_up(self.state.waiting)
 
     def _give_up(self, ticks: int) -> None:
@@ -434,6 +453,8 @@ class Simulation(Exclusive):
             last_tick=self.state.last_tick,
             edits=tuple(self.walls.done),
             notes=self.notes.all(),
+            sensor=self.sensor,
+            seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
         )
 
 
