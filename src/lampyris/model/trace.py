@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from lampyris._core.arrays import cells_of, items_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
 from lampyris.model.edit import Edit
-from lampyris.model.grid import frozen
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
 from lampyris.model.sensor import Sensor
@@ -188,6 +188,16 @@ class Trace(Value, Tabular):
             return self.scene.goal
         x, y = self.goal_track[min(tick, len(self.goal_track) - 1)].tolist()
         return x, y
+
+    def known_at(self, tick: int) -> Grid:
+        """The map as the robot knew it at the end of a tick; what it had not seen is ``unknown`` and blocked, though the
+        robot took it for free. With a known map the map itself, whatever edits did to it.
+        """
+        grid = self.scene.grid
+        if self.seen is None:
+            return grid
+        unseen = (self.seen < 0) | (self.seen > tick)
+        return replace(grid, blocked=grid.blocked | unseen, unknown=unseen, terrain=None)
 
     def obstacles_at(self, tick: int) -> list[Cell]:
         """The cell of each obstacle that is there at a tick, in order of appearance."""
