@@ -58,7 +58,7 @@ class Watched:
         assert not change.freed
         plan = self.session.plan(change, budget)
         self.calls += 1
-        goal = change.goal or self.scene.goal
+        goal = self.scene.goal
         expected = self.expected(change.robot, goal)
         got = plan.optimal_exact if plan.path is not None else None
         if got != expected:

@@ -62,7 +62,6 @@ class Traits:
     incremental : a session reuses earlier work after a Change.
     stochastic : answers depend on the random generator given to ``open``.
     sees_traffic : it plans with where obstacles will be, not only where they are.
-    moves_goal : a session goes on from what it knows when the goal has moved (``Change.goal``).
     plans_headings : it plans poses (``Plan.pose_path``) for the robot's footprint and drive; the scene's moves and
         terrain are not for it.
     """
@@ -72,7 +71,6 @@ class Traits:
     stochastic: bool = False
     sees_traffic: bool = False
     plans_headings: bool = False
-    moves_goal: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,10 +83,6 @@ def edit(
             else:
                 rhs[u] = NEVER
             _file(g, rhs, low, key, heap, place, setup, cell)
-    goal = int(setup[GOAL])
-    if rhs[u64(goal)] != 0:  # the goal has moved here
-        rhs[u64(goal)] = 0
-        _file(g, rhs, low, key, heap, place, setup, goal)
 
 
 @kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=2600)

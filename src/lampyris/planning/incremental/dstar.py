@@ -24,7 +24,7 @@ class DStar:
     """
 
     name: ClassVar[str] = "dstar"
-    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "D*: costs from the goal, raised and lowered where the map changed."
     source: ClassVar[str] = (
         "Stentz 1994, all three branches of PROCESS-STATE, the second a fresh test; exact integer costs and "

@@ -24,7 +24,7 @@ class DStarLite:
     """
 
     name: ClassVar[str] = "dstar-lite"
-    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "D* Lite: LPA* from the goal, with a bias for a robot that moves."
     source: ClassVar[str] = (
         "Koenig and Likhachev 2002, optimised version; exact integer costs and the local rule for the path "

@@ -23,7 +23,7 @@ class FocussedDStar:
     """
 
     name: ClassVar[str] = "focussed-dstar"
-    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "Focussed D*: D* led towards the robot by a heuristic."
     source: ClassVar[str] = (
         "Stentz 1995; the bookkeeping of the bias, renewed when a cell comes to the top, is ours, as are "

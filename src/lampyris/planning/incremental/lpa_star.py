@@ -26,7 +26,7 @@ class LpaStar:
     """
 
     name: ClassVar[str] = "lpa-star"
-    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=True, incremental=True)
     summary: ClassVar[str] = "LPA*: A* that keeps two estimates a cell and repairs where they differ."
     source: ClassVar[str] = (
         "Koenig, Likhachev, Furcy 2004; rooted at the goal, its queue filed again when the robot moves, exact "

@@ -97,12 +97,6 @@ class SearchMap:
         """Where cells lie in the frame."""
         return (y + self.frame.pad) * np.int32(self.frame.width) + (x + self.frame.pad)
 
-    def put_goal(self, goal: Cell) -> int:
-        """Put the goal on a cell; the index of the one where it was."""
-        old = int(self.setup[incremental.GOAL])
-        self.setup[incremental.GOAL] = self.frame.index(goal)
-        return old
-
     def extract_path(self, cost: NDArray[np.int64]) -> Cells:
         """The path from the robot to the goal down these costs; the robot can reach it."""
         length = incremental.descend(self.free, self.weight, cost, *self.steps, self.setup, self._path)
@@ -259,14 +253,3 @@ class Estimates:
         known = (g.free, g.weight, self.cost, self._ahead, *self._queue.arrays)
         ending, expansions = search(*known, *g.steps, g.setup, -1 if budget is None else budget)
         return int(ending), int(expansions)
-
-    def move_goal(self, goal: Cell) -> None:
-        """The goal is somewhere else: it costs nothing there, and where it was it looks ahead like any other cell.
-
-        The basic form of moving-target D* Lite (Sun, Yeoh, Koenig, "Moving Target D* Lite", AAMAS 2010), with the
-        search rooted at the goal.
-        """
-        g = self.ground
-        old = g.put_goal(goal)
-        weight = g.weight[[old if len(g.weight) > 1 else 0]]
-        self.edit(np.array([old], dtype=np.int32), g.free[[old]], weight)

@@ -17,7 +17,7 @@ from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.field.layers import moves_for
 from lampyris.planning.graph.grid_graph import GridSearch
 from lampyris.planning.graph.no_path_reason import why_not
-from lampyris.planning.incremental.search import LIMIT, Estimates, IncrementalSearch, SearchMap
+from lampyris.planning.incremental.search import LIMIT, IncrementalSearch, SearchMap
 from lampyris.planning.living_map import LivingMap
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Cells
@@ -49,7 +49,6 @@ class IncrementalSession(SessionBase):
         self._make = make
         self._informed = informed
         self._robot = scene.start
-        self._goal = scene.goal
         self._map = LivingMap(scene)
         self._covered: frozenset[Cell] = frozenset()
         self._begin(moves_for(scene))
@@ -57,7 +56,7 @@ class IncrementalSession(SessionBase):
     def _begin(self, moves: Moves) -> None:
         """Start a search over the map as it is."""
         self._moves = moves
-        ends = (self._goal, self._robot)
+        ends = (self._scene.goal, self._robot)
         self._search = self._make(
             SearchMap(self._map.free, self._map.terrain, moves, *ends, informed=self._informed)
         )
@@ -104,8 +103,7 @@ class IncrementalSession(SessionBase):
             self._torn = True
         elif moved:
             self._search.move(self._robot)
-        self._follow_goal(change)
-        inside, ends = self._scene.grid.contains, (self._robot, self._goal)
+        inside, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
         covered = frozenset((int(x), int(y)) for x, y in change.obstacles if inside((x, y))).difference(ends)
         cells = list(dict.fromkeys(altered + sorted(covered ^ self._covered)))
         self._covered = covered
@@ -118,20 +116,8 @@ class IncrementalSession(SessionBase):
             self._search.edit(self._search.ground.indices(x, y), free, weights)
         self._torn = False
 
-    def _follow_goal(self, change: Change) -> None:
-        """Hand on to the search where the goal is; a search that cannot follow it begins anew."""
-        if change.goal is None or change.goal == self._goal:
-            return
-        self._goal = (int(change.goal[0]), int(change.goal[1]))
-        if isinstance(self._search, Estimates):
-            self._search.move_goal(self._goal)
-        else:
-            self._covered = frozenset()
-            self._begin(self._moves)
-            self._torn = True
-
     def _answer(self, among_obstacles: bool, budget: int | None) -> Plan:
-        (x, y), (u, v) = self._robot, self._goal
+        (x, y), (u, v) = self._robot, self._scene.goal
         if not self._map.free[y, x]:
             return Plan(Status.START_OCCUPIED, self._name)
         if not self._map.free[v, u]:

@@ -126,8 +126,6 @@ class TimedSession(SessionBase):
         scene = edited(self._scene, change, self._under_walls)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
-        if change.goal is not None and change.goal_track is None and change.goal != scene.goal:
-            scene = replace(scene, goal=change.goal)
         if scene is not self._scene:
             self._current = None
         if scene is not self._scene or not self._laid:

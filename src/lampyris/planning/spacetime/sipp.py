@@ -26,7 +26,7 @@ class Sipp(Timed):
 
     name: ClassVar[str] = "sipp"
     # What is least is the tick of arrival, not the cost.
-    traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, sees_traffic=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, sees_traffic=True)
     summary: ClassVar[str] = "SIPP: the earliest arrival among moving obstacles, waiting where that helps."
     source: ClassVar[str] = (
         "Phillips, Likhachev 2011. Ours: diagonal crossings, footprints, forecasts, the margin for a change."

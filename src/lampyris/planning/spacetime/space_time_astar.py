@@ -23,7 +23,7 @@ class SpaceTimeAStar(Timed):
     """
 
     name: ClassVar[str] = "space-time-astar"
-    traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, sees_traffic=True, moves_goal=True)
+    traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, sees_traffic=True)
     summary: ClassVar[str] = "Space-time A*: the earliest arrival, by a search of every cell and tick."
     source: ClassVar[str] = "Silver 2005. Ours: diagonal crossings, footprints, forecasts, the margin."
 

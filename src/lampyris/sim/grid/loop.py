@@ -226,13 +226,14 @@ class Simulation(Exclusive):
             observed_obstacles(self.traffic, self.state.now) if self.planner.traits.sees_traffic else None
         )
         change = sense(self.world, tick=tick, obstacle_tracks=known_tracks)
-        if self.pursuit is None:
+        if self.pursuit is None or not self.pursuit.known:
             return change
-        return replace(change, goal=self.goal, goal_track=self.pursuit.ahead(tick) if self.pursuit.known else None)
+        return replace(change, goal_track=self.pursuit.ahead(tick))
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
-        if self.goal != self._aim and not self.planner.traits.moves_goal:
+        if self.goal != self._aim and self.pursuit is not None and not self.pursuit.known:
+            # All costs to the goal are other now: a search that went on from them had no less to do.
             self._aim = self.goal
             self.session = self.planner.open(replace(self.walls.known, goal=self.goal), self._stream())
         repaired = self.state.repaired

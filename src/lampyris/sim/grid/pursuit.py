@@ -4,8 +4,7 @@ At the beginning of tick t the goal moves to its cell of that tick; the robot ha
 end of a tick, or when the goal comes to the robot's cell. The goal is no obstacle: it meets nobody but the robot.
 
 Planners that see traffic know the whole track (:attr:`lampyris.Change.goal_track`), but for ``tracks=hidden``; all others
-are given the goal's cell and asked again whenever it has moved. A planner that cannot go on with another goal is opened
-anew on the map as it is known.
+are asked anew whenever it has moved, by a session that knows the map as it is known and the goal's present cell.
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ class Pursuit:
 
     Raises
     ------
-    SettingError : no track; ``GOAL_EDITS``: the scene has edits.
-    SceneError : ``GOAL_TRACK``: a cell off the map or where the robot cannot be, or farther than one cell from the one
-        before; a track that does not begin at the scene's goal.
+    SettingError : no track; ``GOAL_EDITS``: the scene has edits; ``OBSTACLE_SPEED``: farther than to a neighbouring cell in a tick.
+    SceneError : ``GOAL_TRACK``: a cell off the map or where the robot cannot be; a track that does not begin at the scene's
+        goal.
     """
 
     def __init__(self, scene: Scene, track: Recorded | Sequence[Any], planner: Planner) -> None:
@@ -60,10 +59,6 @@ class Pursuit:
             if not scene.grid.contains((x, y)) or not free[y, x]:
                 what, may = f"cell {(x, y)} at tick {k}", "cells of the map on which the robot can stand"
                 raise SceneError("GOAL_TRACK", what, where="goal_track", allowed=may)
-            u, v = cells[max(k - 1, 0)]
-            if max(abs(x - u), abs(y - v)) > 1:
-                what = f"from {(u, v)} to {(x, y)} at tick {k}"
-                raise SceneError("GOAL_TRACK", what, where="goal_track", allowed="steps to a neighbouring cell, or none")
         self.cells = cells
         self.known = planner.traits.sees_traffic and getattr(planner, "tracks", "known") != "hidden"
 
