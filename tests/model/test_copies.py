@@ -66,7 +66,7 @@ def nouns() -> dict[type, Any]:
         PlannedTimes(np.arange(2.0), np.arange(2.0), np.arange(2.0) + 0.5),
         fleet, fleet.robots[0], lampyris.plan_fleet(fleet), lampyris.Delays(0.1), lampyris.FleetTask([(1, 1)]),
         lampyris.simulate_fleet(fleet, planner="pibt"), lampyris.lifelong_fleet(fleet, 5),
-        primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
+        lampyris.Sensor(2.0), primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))
     return {type(one): one for one in [*found, *jump.candidates[:1]]}
