@@ -22,9 +22,23 @@ from lampyris.planning import registry
 from lampyris.planning.base import Planner
 from lampyris.sim.grid import loop
 
-PLANNERS = (("dstar-lite", {}), ("lpa-star", {}), ("ad-gso", {"choice": "exact"}), ("ad-gso", {}), ("dijkstra", {}), ("astar", {}))
+PLANNERS = (
+    ("dstar-lite", {}),
+    ("lpa-star", {}),
+    ("ad-gso", {"choice": "exact"}),
+    ("ad-gso", {}),
+    ("dijkstra", {}),
+    ("astar", {}),
+)
 MAPS = ("guide", "env-1", "env-2", "env-3", "env-4", "env-5", "env-6")
-LARGE = (("maze", {"corridor": 8}), ("maze", {"corridor": 3, "loops": 0.1}), ("rooms", {}), ("office", {}), ("caves", {}), ("random", {}))
+LARGE = (
+    ("maze", {"corridor": 8}),
+    ("maze", {"corridor": 3, "loops": 0.1}),
+    ("rooms", {}),
+    ("office", {}),
+    ("caves", {}),
+    ("random", {}),
+)
 SIDE, RANGE = 512, 20.0
 SEEDS = 3
 
@@ -32,7 +46,10 @@ SEEDS = 3
 def planners() -> list[tuple[str, Planner]]:
     """The planners, with the settings that they are not named after."""
     return [
-        (f"`{name}`" + "".join(f" {key}={value}" for key, value in settings.items()), registry.make(name, settings))
+        (
+            f"`{name}`" + "".join(f" {key}={value}" for key, value in settings.items()),
+            registry.make(name, settings),
+        )
         for name, settings in PLANNERS
     ]
 
@@ -44,7 +61,9 @@ def driven(scene: lampyris.Scene, planner: Planner, sensor: lampyris.Sensor | No
     return trace
 
 
-def ends(grid: lampyris.Grid, rng: np.random.Generator, far: float) -> tuple[tuple[int, int], tuple[int, int]]:
+def ends(
+    grid: lampyris.Grid, rng: np.random.Generator, far: float
+) -> tuple[tuple[int, int], tuple[int, int]]:
     """Two free cells with a path between them, at least ``far`` times the side apart."""
     free = np.argwhere(~grid.blocked)
     while True:
@@ -72,12 +91,17 @@ def bundled() -> None:
         replans = np.mean([sensed.replans for _, sensed in pairs])
         work = [np.mean([run[k].expansions for run in pairs]) for k in (0, 1)]
         mean = f"{np.mean(ratio):.2f} (median {ratio[len(ratio) // 2]:.2f}, most {ratio[-1]:.2f})"
-        print(f"| {label} | {len(pairs)} | {mean} | {replans:.1f} | {work[0]:,.0f} | {work[1]:,.0f} |", flush=True)
+        print(
+            f"| {label} | {len(pairs)} | {mean} | {replans:.1f} | {work[0]:,.0f} | {work[1]:,.0f} |",
+            flush=True,
+        )
 
 
 def large() -> None:
     """Expansions on maps of 512 x 512 cells with a sensor of 20 cells."""
-    print("| map | planner | moves driven | replans | expansions | A* anew / it | Dijkstra anew / it | CPU s |")
+    print(
+        "| map | planner | moves driven | replans | expansions | A* anew / it | Dijkstra anew / it | CPU s |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for recipe, settings in LARGE:
         grid = lampyris.Grid(make(recipe, SIDE, SIDE, 0, **settings))

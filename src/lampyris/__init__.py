@@ -78,7 +78,7 @@ _HOME = {
     "SampledPath": "lampyris.motion.geometry.sampled_path",
     "Scenario": "lampyris.io.scenario.scenario",
     "Scene": "lampyris.model.scene",
-    "Sensor": "lampyris.model.sensor",
+    "Sensor": "lampyris.model.settings.sensor",
     "SettingError": "lampyris.errors",
     "Status": "lampyris.model.plan",
     "CancelToken": "lampyris._core.cancellation",
@@ -147,7 +147,7 @@ if TYPE_CHECKING:
     from lampyris.model.profile import Profile as Profile
     from lampyris.model.robot import Robot as Robot
     from lampyris.model.scene import Scene as Scene
-    from lampyris.model.sensor import Sensor as Sensor
+    from lampyris.model.settings.sensor import Sensor as Sensor
     from lampyris.model.swarm.sources import InverseSquare as InverseSquare
     from lampyris.model.swarm.sources import Plume as Plume
     from lampyris.model.swarm.sources import ThreePeaks as ThreePeaks

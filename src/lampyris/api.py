@@ -40,7 +40,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.motion.geometry.curve import polyline_of
@@ -65,7 +65,7 @@ from lampyris.sim.world.endings import why
 from lampyris.typing import CellLike, Points
 
 if TYPE_CHECKING:
-    from lampyris.sim.sensor import Sensor as ObstacleSensor
+    from lampyris.sim.sensor import ObstacleSensor
     from lampyris.sim.traffic.motion_sources import MotionSource
 
 

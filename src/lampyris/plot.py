@@ -156,7 +156,9 @@ def trace(trace: Trace, *, ax: Axes | None = None) -> Axes:
     ax : where to draw; None: the current axes.
     """
     of_kind("trace", trace, Trace)
-    scene = replace(trace.scene, grid=trace.known_at(trace.ticks), goal=trace.goal_at(trace.ticks), goal_pose=None)
+    scene = replace(
+        trace.scene, grid=trace.known_at(trace.ticks), goal=trace.goal_at(trace.ticks), goal_pose=None
+    )
     return _run(scene, trace.robot, trace.tracks, ax)
 
 

@@ -23,7 +23,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws

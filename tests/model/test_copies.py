@@ -82,7 +82,7 @@ def classes() -> Iterator[type]:
 
 KINDS = [
     *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, lampyris.Delays, lampyris.FleetTask, lampyris.FleetTrace,
-    lampyris.LifelongTrace, MotionPrimitives, Motion,
+    lampyris.LifelongTrace, lampyris.Sensor, MotionPrimitives, Motion,
 ]  # fmt: skip
 
 

@@ -67,7 +67,9 @@ def test_the_meeting_is_earlier_than_a_chase() -> None:
 
 def test_a_goal_that_comes_to_the_robot_is_caught_where_it_stands() -> None:
     grid = grid_of("...")
-    trace = judged(lampyris.Scene(grid, (0, 0), (1, 0)), registry.make("astar", {}), goal_track=[(1, 0), (0, 0)])
+    trace = judged(
+        lampyris.Scene(grid, (0, 0), (1, 0)), registry.make("astar", {}), goal_track=[(1, 0), (0, 0)]
+    )
     assert (trace.outcome, trace.ticks, trace.waits) == (Outcome.ARRIVED, 1, 1)
 
 

@@ -66,7 +66,9 @@ def test_the_field_of_view_lies_around_the_last_move_and_the_bumpers_all_around(
 
 
 def test_a_robot_that_sees_nothing_beyond_its_bumpers_still_never_hits_a_wall() -> None:
-    trace = judged(lampyris.Scene(ROOM, (3, 0), (3, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(0.001, 0.01))
+    trace = judged(
+        lampyris.Scene(ROOM, (3, 0), (3, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(0.001, 0.01)
+    )
     assert trace.arrived
     assert trace.replans > 0
 
@@ -101,10 +103,14 @@ def test_the_planner_is_given_no_wall_that_has_not_been_seen() -> None:
 
 def test_a_closed_goal_is_found_out_without_waiting() -> None:
     grid = grid_of("......", "...###", "...#.#", "...###")
-    trace = judged(lampyris.Scene(grid, (0, 0), (4, 2)), registry.make("dstar-lite", {}), sensor=lampyris.Sensor(2.0))
+    trace = judged(
+        lampyris.Scene(grid, (0, 0), (4, 2)), registry.make("dstar-lite", {}), sensor=lampyris.Sensor(2.0)
+    )
     assert trace.outcome is Outcome.NO_PATH
     assert trace.waits == 1
-    wall = judged(lampyris.Scene(grid, (0, 0), (5, 2)), registry.make("dstar-lite", {}), sensor=lampyris.Sensor(2.0))
+    wall = judged(
+        lampyris.Scene(grid, (0, 0), (5, 2)), registry.make("dstar-lite", {}), sensor=lampyris.Sensor(2.0)
+    )
     assert wall.outcome in (Outcome.GOAL_OCCUPIED, Outcome.NO_PATH)
 
 
@@ -120,7 +126,7 @@ def test_every_replan_costs_what_dijkstra_says_on_the_known_map(name: str, setti
     runs = [watched_run(seed, name, settings) for seed in range(25)]
     assert [wrong for _, _, wrong in runs if wrong] == []
     assert sum(calls for _, calls, _ in runs) > 40
-    assert 10 < sum(trace.arrived for trace, _, _ in runs)
+    assert sum(trace.arrived for trace, _, _ in runs) > 10
 
 
 @pytest.mark.nightly
@@ -164,7 +170,9 @@ def test_the_referee_refuses_what_the_sensor_cannot_have_seen() -> None:
 
 
 def test_a_hidden_cell_behind_a_wall_is_out_of_sight() -> None:
-    trace = judged(lampyris.Scene(ROOM, (3, 2), (7, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(9.0))
+    trace = judged(
+        lampyris.Scene(ROOM, (3, 2), (7, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(9.0)
+    )
     seen = trace.seen.copy()
     assert seen[0, 3] == -1
     seen[0, 3] = 0
@@ -172,7 +180,9 @@ def test_a_hidden_cell_behind_a_wall_is_out_of_sight() -> None:
 
 
 def test_the_map_as_it_was_known() -> None:
-    trace = judged(lampyris.Scene(ROOM, (3, 2), (7, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(2.0))
+    trace = judged(
+        lampyris.Scene(ROOM, (3, 2), (7, 2)), registry.make("astar", {}), sensor=lampyris.Sensor(2.0)
+    )
     first, last = trace.known_at(0), trace.known_at(trace.ticks)
     assert first.unknown is not None
     assert last.unknown is not None

@@ -157,9 +157,9 @@ def steps_from(free, moves, cell):
     found = []
     for dx, dy in moves.offsets:
         u, v = x + dx, y + dy
-        if 0 <= u < width and 0 <= v < height and free[v, u]:
-            if moves.corner_cutting or not (dx and dy) or (free[y, u] and free[v, x]):
-                found.append((u, v))
+        inside = 0 <= u < width and 0 <= v < height and free[v, u]
+        if inside and (moves.corner_cutting or not (dx and dy) or (free[y, u] and free[v, x])):
+            found.append((u, v))
     return found
 
 
@@ -181,5 +181,3 @@ def earliest(scene, track, most=2000):
 def without_waits(track):
     """The same goal, one step a tick."""
     return [cell for k, cell in enumerate(track) if k == 0 or cell != track[k - 1]]
-
-

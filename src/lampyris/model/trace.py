@@ -16,7 +16,7 @@ from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.traffic import Obstacle
 from lampyris.typing import Cell, Cells, Floats
 

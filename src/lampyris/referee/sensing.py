@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.grid import Grid
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Trace
 from lampyris.referee.geometry.shapes import Ints, disc_cells
 from lampyris.referee.verdict import Violation
@@ -29,7 +29,11 @@ def sensing_violation(trace: Trace) -> Violation | None:
     """Whether cells were seen that the sensor cannot have seen, or cells entered that had not been seen."""
     sensor, seen = trace.sensor, trace.seen
     if sensor is None or seen is None:
-        return None if sensor is seen is None else Violation("seen", "trace", "a sensor, or what it saw, is missing")
+        return (
+            None
+            if sensor is seen is None
+            else Violation("seen", "trace", "a sensor, or what it saw, is missing")
+        )
     if trace.edits or trace.scene.edits:
         return Violation("seen", "trace", "a sensor, and walls that come and go")
     if seen.shape != trace.scene.grid.blocked.shape or seen.min() < -1 or seen.max() > trace.ticks:
@@ -72,7 +76,11 @@ def _sights(trace: Trace, sensor: Sensor, seen: Ints | NDArray[np.int32]) -> Vio
     far = claimed & (squared > sensor.range_m * sensor.range_m * (1.0 + 1e-8))
     aside = claimed & _aside(trace, sensor, ticks, d)
     hidden = claimed & ~far & ~aside & ~_in_sight(trace.scene.grid, at, d, claimed)
-    for wrong, what in ((far, "beyond the range"), (aside, "outside the field of view"), (hidden, "out of sight")):
+    for wrong, what in (
+        (far, "beyond the range"),
+        (aside, "outside the field of view"),
+        (hidden, "out of sight"),
+    ):
         if wrong.any():
             k = int(wrong.argmax())
             where = f"({columns[k]}, {rows[k]}) is {what} of the robot at ({at[k, 0]}, {at[k, 1]})"
@@ -133,4 +141,5 @@ def _passed(dx: int, dy: int) -> tuple[Ints, tuple[Ints, Ints]]:
     signs = np.array([sx, sy])
     corner = np.stack((i[meets], j[meets]), axis=1)
     crossed = np.stack((i[inner], j[inner]), axis=1) * signs
-    return crossed, ((corner + (1, 0)) * signs, (corner + (0, 1)) * signs)
+    right, below = np.array([1, 0]), np.array([0, 1])
+    return crossed, ((corner + right) * signs, (corner + below) * signs)

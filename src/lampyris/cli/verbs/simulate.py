@@ -29,7 +29,7 @@ from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
-from lampyris.model.sensor import FULL_TURN
+from lampyris.model.settings.sensor import FULL_TURN
 from lampyris.model.settings.simulation import SimulationSettings
 
 if TYPE_CHECKING:
@@ -62,7 +62,9 @@ def simulate(
     goal_track: Annotated[
         Path | None,
         typer.Option(
-            "--goal-track", metavar="FILE", help="The goal moves: a CSV with columns x,y, its cell at each tick."
+            "--goal-track",
+            metavar="FILE",
+            help="The goal moves: a CSV with columns x,y, its cell at each tick.",
         ),
     ] = None,
 ) -> None:
@@ -80,7 +82,11 @@ def simulate(
     scenario = request.scenario()
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(
-        scenario, scene=scene, simulated=True, **settings_in(simulation, SimulationSettings), goal_track=moving
+        scenario,
+        scene=scene,
+        simulated=True,
+        **settings_in(simulation, SimulationSettings),
+        goal_track=moving,
     )
     raise typer.Exit(simulate_scenario(scenario, out, budget))
 
@@ -142,7 +148,11 @@ def print_trace(run: Trace, *, name: str = "") -> None:
     ]
     if run.sensor is not None and run.seen is not None:
         seen = int((run.seen >= 0).sum())
-        angle = "all around" if run.sensor.field_of_view >= FULL_TURN else f"{degrees(run.sensor.field_of_view):.4g} degrees"
+        angle = (
+            "all around"
+            if run.sensor.field_of_view >= FULL_TURN
+            else f"{degrees(run.sensor.field_of_view):.4g} degrees"
+        )
         share = f"{seen:,} of {run.seen.size:,} cells seen"
         rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}"))
     if run.goal_track is not None:

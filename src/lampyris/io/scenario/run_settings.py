@@ -23,10 +23,16 @@ else:
         """How to simulate."""
 
         goal_track: Annotated[
-            list[Pair] | None, Field(min_length=1), Rule("GOAL_TRACK", "one or more cells [x, y], one a tick, or null")
-        ] = Field(None, description="The goal's cell at each tick from 0; after the last it stays. Null: it stands still.")
+            list[Pair] | None,
+            Field(min_length=1),
+            Rule("GOAL_TRACK", "one or more cells [x, y], one a tick, or null"),
+        ] = Field(
+            None,
+            description="The goal's cell at each tick from 0; after the last it stays. Null: it stands still.",
+        )
         goal_track_file: FileName | None = Field(
-            None, description="A CSV with the goal's cells (columns x, y and perhaps tick), in place of goal_track."
+            None,
+            description="A CSV with the goal's cells (columns x, y and perhaps tick), in place of goal_track.",
         )
 
     _Drive = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris._core.settings import check_settings, number, under_name, whole
 from lampyris.errors import SettingError
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 
 MAX_TICKS = 10**9
 ALL_AROUND = 360.0

@@ -194,7 +194,9 @@ class TimedSession(SessionBase):
         unroll = min(len(goals) + 8 * sum(self._free.shape), MOST_UNROLLED)
         while True:
             left = None if budget is None else max(budget - spent, 0)
-            forbidden = self._forecaster.forbidden(tracks, change.tick, believed, unroll, self._standing(tracks))
+            forbidden = self._forecaster.forbidden(
+                tracks, change.tick, believed, unroll, self._standing(tracks)
+            )
             if closed:
                 forbidden = _closing(forbidden, closed, change.tick, self._scene.grid.width)
             route = earliest_meeting(self._free, self._moves, start, change.tick, goals, forbidden, left)

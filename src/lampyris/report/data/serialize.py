@@ -181,7 +181,9 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         ],
         "sensor": None if trace.sensor is None else asdict(trace.sensor),
         "seen": None if trace.seen is None else trace.seen.tolist(),
-        "goals": None if trace.goal_track is None else [list(trace.goal_at(t)) for t in range(trace.ticks + 1)],
+        "goals": None
+        if trace.goal_track is None
+        else [list(trace.goal_at(t)) for t in range(trace.ticks + 1)],
         "timing": dict(trace.timing),
     }
 

@@ -26,7 +26,7 @@ from lampyris.errors import SceneError, SettingError
 from lampyris.model.change import Change
 from lampyris.model.edit import Edit, applied
 from lampyris.model.scene import Scene
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event
 from lampyris.model.traffic import Recorded
 from lampyris.planning.field.layers import free_cells

@@ -54,7 +54,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.model.sensor import Sensor
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Recorded
@@ -63,7 +63,7 @@ from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import follow
-from lampyris.sim.grid.pursuit import MOVED, Pursuit
+from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
@@ -154,7 +154,7 @@ class Simulation(Exclusive):
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
         self.sensor, self.goal = sensor, scene.goal
-        self.pursuit = None if goal_track is None else Pursuit(scene, goal_track, planner)
+        self.pursuit = None if goal_track is None else GoalPursuit(scene, goal_track, planner)
         space = CellIndex(scene.grid)
         self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         self.traffic = open_traffic(scene, self.world, self.seed)
@@ -420,7 +420,11 @@ class Simulation(Exclusive):
         self._tell(
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
-        if self.sensor is not None and self.plan.status in _NEVER and not (self.scene.traffic or self.pursuit):
+        if (
+            self.sensor is not None
+            and self.plan.status in _NEVER
+            and not (self.scene.traffic or self.pursuit)
+        ):
             # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
             self._end(_NEVER[self.plan.status], self.plan.sentence)
         elif self.state.waiting > self.patience:

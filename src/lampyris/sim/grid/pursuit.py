@@ -4,7 +4,7 @@ At the beginning of tick t the goal moves to its cell of that tick; the robot ha
 end of a tick, or when the goal comes to the robot's cell. The goal is no obstacle: it meets nobody but the robot.
 
 Planners that see traffic know the whole track (:attr:`lampyris.Change.goal_track`), but for ``tracks=hidden``; all others
-are asked anew whenever it has moved, by a session that knows the map as it is known and the goal's present cell.
+are asked again whenever it has moved, by a new session that knows the map as it is known and the goal's present cell.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lampyris.typing import Cell
 MOVED = "The goal has moved; replanned."
 
 
-class Pursuit:
+class GoalPursuit:
     """A goal with a track.
 
     Parameters
@@ -38,7 +38,7 @@ class Pursuit:
 
     Raises
     ------
-    SettingError : no track; ``GOAL_EDITS``: the scene has edits; ``OBSTACLE_SPEED``: farther than to a neighbouring cell in a tick.
+    SettingError : no track; ``GOAL_EDITS``: the scene has edits; ``OBSTACLE_SPEED``: farther than to a neighbour in a tick.
     SceneError : ``GOAL_TRACK``: a cell off the map or where the robot cannot be; a track that does not begin at the scene's
         goal.
     """
@@ -52,7 +52,10 @@ class Pursuit:
             )  # fmt: skip
         if cells[0] != scene.goal:
             raise SceneError(
-                "GOAL_TRACK", f"the track begins at {cells[0]}", where="goal_track", allowed=f"the goal, {scene.goal}"
+                "GOAL_TRACK",
+                f"the track begins at {cells[0]}",
+                where="goal_track",
+                allowed=f"the goal, {scene.goal}",
             )
         free = free_space(scene)
         for k, (x, y) in enumerate(cells):

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from lampyris.kernels.motion.visibility import sensed
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.scene import Scene
-from lampyris.model.sensor import FULL_TURN, Sensor
+from lampyris.model.settings.sensor import FULL_TURN, Sensor
 from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.layers import moves_for
 from lampyris.planning.living_map import LivingMap
@@ -100,7 +101,7 @@ class SeenMap:
     def _touches(self, route: Sequence[Cell]) -> list[Cell]:
         """Every cell that has to be free for a path: where it goes, and what its diagonal and long steps pass."""
         cells = list(route)
-        for (x, y), (u, v) in zip(route, route[1:], strict=False):
+        for (x, y), (u, v) in pairwise(route):
             dx, dy = u - x, v - y
             if abs(dx * dy) == 2:
                 cells += [(x + sx, y + sy) for sx, sy in passed(dx, dy)]
