@@ -100,7 +100,7 @@ def bundled() -> None:
 def large() -> None:
     """Expansions on maps of 512 x 512 cells with a sensor of 20 cells."""
     print(
-        "| map | planner | moves driven | replans | expansions | A* anew / it | Dijkstra anew / it | CPU s |"
+        "| map | planner | moves driven | replans | expansions | A* again / it | Dijkstra again / it | CPU s |"
     )
     print("|---|---|---|---|---|---|---|---|")
     for recipe, settings in LARGE:
