@@ -28,12 +28,10 @@ _ANGLE = 1e-6
 def sensing_violation(trace: Trace) -> Violation | None:
     """Whether cells were seen that the sensor cannot have seen, or cells entered that had not been seen."""
     sensor, seen = trace.sensor, trace.seen
+    if sensor is None and seen is None:
+        return None
     if sensor is None or seen is None:
-        return (
-            None
-            if sensor is seen is None
-            else Violation("seen", "trace", "a sensor, or what it saw, is missing")
-        )
+        return Violation("seen", "trace", "a sensor, or what it saw, is missing")
     if trace.edits or trace.scene.edits:
         return Violation("seen", "trace", "a sensor, and walls that come and go")
     if seen.shape != trace.scene.grid.blocked.shape or seen.min() < -1 or seen.max() > trace.ticks:
@@ -98,7 +96,8 @@ def _aside(trace: Trace, sensor: Sensor, ticks: Ints, d: Ints) -> Bools:
     along = (d * heading).sum(axis=1)
     across = d[:, 0] * heading[:, 1] - d[:, 1] * heading[:, 0]
     angle = np.arctan2(np.abs(across), along)
-    return heading.any(axis=1) & (angle > 0.5 * sensor.field_of_view + _ANGLE)
+    outside: Bools = heading.any(axis=1) & (angle > 0.5 * sensor.field_of_view + _ANGLE)
+    return outside
 
 
 def _in_sight(grid: Grid, at: Ints, d: Ints, asked: Bools) -> Bools:
@@ -126,7 +125,8 @@ def _clear(blocked: BoolGrid, x: Ints, y: Ints, dx: int, dy: int) -> Bools:
     crossed, corners = _passed(dx, dy)
     clear = ~blocked[y[:, None] + crossed[:, 1], x[:, None] + crossed[:, 0]].any(axis=1)
     one, other = (blocked[y[:, None] + c[:, 1], x[:, None] + c[:, 0]] for c in corners)
-    return clear & ~(one & other).any(axis=1)
+    free: Bools = clear & ~(one & other).any(axis=1)
+    return free
 
 
 @lru_cache(maxsize=4096)
