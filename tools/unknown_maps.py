@@ -87,6 +87,8 @@ def bundled() -> None:
             (driven(scene, planner, None), driven(scene, planner, lampyris.Sensor(6 * scene.grid.resolution)))
             for scene in scenes
         ]
+        if not all(run.arrived for pair in pairs for run in pair):
+            raise SystemExit(f"{label} did not arrive everywhere")
         ratio = sorted(sensed.cost / known.cost for known, sensed in pairs)
         replans = np.mean([sensed.replans for _, sensed in pairs])
         work = [np.mean([run[k].expansions for run in pairs]) for k in (0, 1)]
