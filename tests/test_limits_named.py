@@ -359,6 +359,7 @@ ASKED: dict[str, str] = {
     "planning.incremental.search.LIMIT": NOT_INPUT + "a number of 64 bits",
     "planning.incremental.search._MOST_BIAS": NOT_INPUT + "a number of 64 bits",
     "planning.spacetime.search.MOST_STATES": NOT_INPUT + "memory of a search, tests/test_memory.py",
+    "planning.spacetime.intercept.MOST_BYTES": NOT_INPUT + "memory of a search",
     "planning.spacetime.session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
     "planning.graph.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
     "app.server.request_parsing.MAX_JSON": "app/test_app_limits.py",

@@ -86,6 +86,7 @@ _HOME = {
     "Scenario": "lampyris.io.scenario.scenario",
     "SegmentedPhoto": "lampyris.model.photos.segmented_photo",
     "Scene": "lampyris.model.scene",
+    "Sensor": "lampyris.model.settings.sensor",
     "SettingError": "lampyris.errors",
     "Status": "lampyris.model.plan",
     "CancelToken": "lampyris._core.cancellation",
@@ -160,6 +161,7 @@ if TYPE_CHECKING:
     from lampyris.model.profile import Profile as Profile
     from lampyris.model.robot import Robot as Robot
     from lampyris.model.scene import Scene as Scene
+    from lampyris.model.settings.sensor import Sensor as Sensor
     from lampyris.model.swarm.sources import InverseSquare as InverseSquare
     from lampyris.model.swarm.sources import Plume as Plume
     from lampyris.model.swarm.sources import ThreePeaks as ThreePeaks

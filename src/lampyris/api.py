@@ -40,8 +40,9 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Trace
-from lampyris.model.traffic import ObstacleSpec
+from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.geometry.smoothing import drawn, wanted_of
@@ -61,10 +62,10 @@ from lampyris.planning.through import plan_through
 from lampyris.referee.caps import check_caps
 from lampyris.referee.geometry.curve import check_curve
 from lampyris.sim.world.endings import why
-from lampyris.typing import Points
+from lampyris.typing import CellLike, Points
 
 if TYPE_CHECKING:
-    from lampyris.sim.sensor import Sensor
+    from lampyris.sim.sensor import ObstacleSensor
     from lampyris.sim.traffic.motion_sources import MotionSource
 
 
@@ -448,9 +449,9 @@ def _path(given: object) -> Path:
 def simulate(
     scene: Scene, planner: str | Planner = defaults.PLANNER, *,
     traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None, seed: int = 0,
-    ticks: int | None = None, law: str = "physical", patience: int | None = None,
-    budget: Budget | None = None, progress: Callable[[int], None] | None = None,
-    planner_settings: Mapping[str, Any] | None = None, **settings: Any,
+    ticks: int | None = None, law: str = "physical", patience: int | None = None, sensor: Sensor | None = None,
+    goal_track: Recorded | Sequence[CellLike] | None = None, budget: Budget | None = None,
+    progress: Callable[[int], None] | None = None, planner_settings: Mapping[str, Any] | None = None, **settings: Any,
 ) -> Trace:  # fmt: skip
     """Drive through moving obstacles, tick by tick, and have every tick re-checked.
 
@@ -463,6 +464,11 @@ def simulate(
     ticks : when to stop; None: an ample number for the size of the map.
     law : the speed law.
     patience : ticks in a row the robot waits before it gives up.
+    sensor : of a robot that does not know the map: it plans by the walls that it has seen, takes all other cells for free,
+        and replans where a wall comes into sight on its path. None: it knows the map.
+    goal_track : the goal's cell at each tick from 0, which is the scene's goal; after the last it stays. Planners that see
+        traffic know it all and plan the earliest meeting; others are given the goal's cell whenever it has moved. None:
+        the goal stands still.
     budget : when each call of the planner gives up; the robot then waits, and asks again in the next tick.
     progress : called with each tick.
     planner_settings : the planner's settings by name. A planner may have a setting called as an argument here
@@ -474,17 +480,20 @@ def simulate(
     ------
     UsageError : ``SETTING_CLASH``: an argument that might be the planner's setting.
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
-    SettingError : ``VIA``: a scene with via points.
+    SceneError : ``GOAL_TRACK``: a track of the goal that leaves the map, meets a wall, jumps or begins elsewhere.
+    SettingError : ``VIA``: a scene with via points. ``SENSOR_EDITS``, ``GOAL_EDITS``: a sensor, or a goal that moves,
+        together with edits.
     InternalFault : the referee refused the trace; a bug of ours.
     """
     chosen = chosen_planner(
         simulate, planner, planner_settings, settings, traffic=traffic, seed=seed, ticks=ticks, law=law,
-        patience=patience, budget=budget, progress=progress,
+        patience=patience, sensor=sensor, goal_track=goal_track, budget=budget, progress=progress,
     )  # fmt: skip
     with uninterrupted():
         from lampyris.sim.grid import loop
 
     of_kind("scene", scene, Scene)
+    of_kind("sensor", sensor, Sensor, none=True)
     _small_enough(scene, chosen, "simulating")
     scene = among(scene, traffic)
     of_kind("budget", budget, Budget, none=True)
@@ -493,8 +502,8 @@ def simulate(
         instead = "say how many ticks there are"
         demand_at_least(TICKS, scene, least_steps(scene), "even a straight path", instead=instead)
     trace = loop.run(
-        scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, budget=budget,
-        progress=progress,
+        scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, sensor=sensor, goal_track=goal_track,
+        budget=budget, progress=progress,
     )  # fmt: skip
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
@@ -510,7 +519,7 @@ def drive(
     seed: int = 0,
     law: laws.SpeedLaw = "physical",
     sources: Sequence[MotionSource] = (),
-    sensor: Sensor | None = None,
+    sensor: ObstacleSensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None,

@@ -10,6 +10,7 @@ so that plots can be laid over each other and changed afterwards::
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -146,7 +147,8 @@ def profile(profile: Profile, *, ax: Axes | None = None) -> Axes:
 
 
 def trace(trace: Trace, *, ax: Axes | None = None) -> Axes:
-    """A simulation: its map, where the robot and the obstacles went, start and goal.
+    """A simulation: its map, where the robot and the obstacles went, start and goal; of a robot with a sensor the map as it
+    was known at the end.
 
     Parameters
     ----------
@@ -154,7 +156,10 @@ def trace(trace: Trace, *, ax: Axes | None = None) -> Axes:
     ax : where to draw; None: the current axes.
     """
     of_kind("trace", trace, Trace)
-    return _run(trace.scene, trace.robot, trace.tracks, ax)
+    scene = replace(
+        trace.scene, grid=trace.known_at(trace.ticks), goal=trace.goal_at(trace.ticks), goal_pose=None
+    )
+    return _run(scene, trace.robot, trace.tracks, ax)
 
 
 def drive(drive: Drive, *, ax: Axes | None = None) -> Axes:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from lampyris import api
 from lampyris._core.limits import MAX_CELLS
-from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
+from lampyris.errors import LampyrisError, SettingError, callable_or_none, file_name, of_kind
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.recipes.make import recipe_named
 from lampyris.io.scenario import read as reading
@@ -23,6 +23,8 @@ from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
+from lampyris.model.settings.sensor import Sensor
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
@@ -135,6 +137,8 @@ def run(
                 ticks=scenario.ticks,
                 law=law,
                 patience=scenario.patience,
+                sensor=sensor_of(scenario),
+                goal_track=scenario.goal_track,
                 budget=budget,
                 progress=progress,
             )
@@ -143,6 +147,24 @@ def run(
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where
         raise
+
+
+def sensor_of(scenario: Scenario) -> Sensor | None:
+    """The sensor of a scenario's robot; None: it knows the map.
+
+    Raises
+    ------
+    SettingError : ``SENSOR_RANGE``, ``FIELD_OF_VIEW``; ``SENSOR_INFLATION``: costs near walls that nobody has seen.
+    """
+    sensor = SimulationSettings(
+        sensor_range=scenario.sensor_range, field_of_view=scenario.field_of_view
+    ).sensor
+    if sensor is not None and scenario.inflation.inflation_radius > 0:
+        raise SettingError.of(
+            "SENSOR_INFLATION", "sensor_range", "with inflation, whose costs are those of all walls of the map",
+            allowed="a sensor, or inflation; not both",
+        )  # fmt: skip
+    return sensor
 
 
 def without_effect(scenario: Scenario) -> tuple[str, ...]:

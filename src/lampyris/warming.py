@@ -33,6 +33,7 @@ from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
 from lampyris.model.settings.fleet_drive import OBSTACLE_INFO
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.steering import CONTROLLERS
 from lampyris.model.settings.swarm import METHODS
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
@@ -280,6 +281,8 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     with suppress(LampyrisError):  # not every planner serves every step set and ground
         api.plan(scene, planner, **few)
         api.simulate(scene, planner, ticks=6, **few)
+        if planner == "astar":
+            api.simulate(replace(scene, edits=()), planner, ticks=12, sensor=Sensor(4.0))
         if planner == "ad-gso":
             api.plan(scene, planner, gates="replan", choice="exact")
 

@@ -43,6 +43,7 @@ CALLS: dict[str, tuple[str, ...]] = {
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
     ("speed", "--tick"): ("--track", "t.csv"),
+    ("simulate", "--field-of-view"): ("--sensor-range", "3"),
     ("swarm", "--source-count"): ("--sources", "drawn"),
     ("speed", "--spacing"): ("--smooth", "straight"),
     ("speed", "--obstacle-radius"): ("--track", "t.csv"),

@@ -68,7 +68,7 @@ def nouns() -> dict[type, Any]:
         fleet, fleet.robots[0], lampyris.plan_fleet(fleet), lampyris.Delays(0.1), lampyris.FleetTask([(1, 1)]),
         lampyris.simulate_fleet(fleet, planner="pibt"), lampyris.lifelong_fleet(fleet, 5),
         lampyris.segment_photo(np.array([[9, 250]], dtype=np.uint8), resolution=0.5),
-        primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
+        lampyris.Sensor(2.0), primitives, primitives.motions[0], *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))
     return {type(one): one for one in [*found, *jump.candidates[:1]]}
@@ -84,7 +84,7 @@ def classes() -> Iterator[type]:
 
 KINDS = [
     *classes(), lampyris.Fleet, lampyris.Agent, lampyris.FleetPlan, lampyris.Delays, lampyris.FleetTask, lampyris.FleetTrace,
-    lampyris.LifelongTrace, MotionPrimitives, Motion,
+    lampyris.LifelongTrace, lampyris.Sensor, MotionPrimitives, Motion,
     lampyris.SegmentedPhoto, lampyris.Chain, lampyris.ChainPlan,
 ]  # fmt: skip
 

@@ -12,11 +12,11 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones",
             "inflation-radius", "cost-scaling-factor",
         ),
-        "Ends": ("start", "goal", "start-m", "goal-m", "via", "via-m", "via-order", "path", "units", "scen", "agents", "robots",
-            "sources", "source-count"),
+        "Ends": ("start", "goal", "start-m", "goal-m", "goal-track", "via", "via-m", "via-order", "path", "units", "scen",
+            "agents", "robots", "sources", "source-count"),
         "Robot": (
             "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
-            "yaw-rate-max",
+            "yaw-rate-max", "sensor-range", "field-of-view",
             "tracking", "period", "command-period", "delay", "lag",
         ),
         "Planner and speed": (

@@ -50,6 +50,8 @@ class Change(Noun):
         (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
     time_s : when the robot stands there, seconds since the recorded obstacles began to move: for planners of poses with
         times, whose times then count from there.
+    goal_track : the goal's cells at the ticks ``tick``, ``tick + 1``, ..., at the last of which it stays: for planners that
+        see traffic, which then plan to meet it; None: the goal stands still.
     """
 
     robot: Cell | None = None
@@ -61,3 +63,4 @@ class Change(Noun):
     obstacle_tracks: tuple[ObstacleTrack, ...] | None = None
     pose: Pose | None = None
     time_s: float = 0.0
+    goal_track: tuple[Cell, ...] | None = None

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from lampyris._core.arrays import cells_of, items_of, numbers_of
+import numpy as np
+
+from lampyris._core.arrays import cells_of, items_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
 from lampyris.model.edit import Edit
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.traffic import Obstacle
 from lampyris.typing import Cell, Cells, Floats
 
@@ -91,6 +95,9 @@ class Trace(Value, Tabular):
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
     edits : the cells that really turned, by the scene's edits; no edit without a cell.
+    sensor : of a robot that began without the map; None: the map was known.
+    seen : int32 (height, width); the tick at which each cell was first seen, -1 never. None without a sensor.
+    goal_track : int32 (n, 2); the goal's cell at each tick from 0, after its end the last; None: the goal stood still.
     notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
         each setting; not compared.
     """
@@ -119,12 +126,20 @@ class Trace(Value, Tabular):
     path_switches: int = 0
     edits: tuple[Edit, ...] = ()
     notes: tuple[str, ...] = field(default=(), compare=False)
+    sensor: Sensor | None = None
+    seen: Cells | None = None
+    goal_track: Cells | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", cells_of("trace", "robot", self.robot))
         object.__setattr__(self, "speed", numbers_of("trace", "speed", self.speed, (None,), finite=False))
         tracks = items_of("trace", "tracks", self.tracks)
         object.__setattr__(self, "tracks", tuple(cells_of("trace", "tracks", t) for t in tracks))
+        if self.seen is not None:
+            seen = whole_of("trace", "seen", self.seen, self.scene.grid.blocked.shape).astype(np.int32)
+            object.__setattr__(self, "seen", frozen(seen))
+        if self.goal_track is not None:
+            object.__setattr__(self, "goal_track", cells_of("trace", "goal_track", self.goal_track))
 
     def _brief(self) -> str:
         seen = f"{len(self.tracks)} obstacles, {self.replans} replans"
@@ -166,6 +181,23 @@ class Trace(Value, Tabular):
     def cost(self) -> float:
         """Cost of the path driven, in cells."""
         return 0.0 if self.path is None else self.path.cost
+
+    def goal_at(self, tick: int) -> Cell:
+        """The goal's cell at a tick."""
+        if self.goal_track is None:
+            return self.scene.goal
+        x, y = self.goal_track[min(tick, len(self.goal_track) - 1)].tolist()
+        return x, y
+
+    def known_at(self, tick: int) -> Grid:
+        """The map as the robot knew it at the end of a tick; what it had not seen is ``unknown`` and blocked, though the
+        robot took it for free. With a known map the map itself, whatever edits did to it.
+        """
+        grid = self.scene.grid
+        if self.seen is None:
+            return grid
+        unseen = (self.seen < 0) | (self.seen > tick)
+        return replace(grid, blocked=grid.blocked | unseen, unknown=unseen, terrain=None)
 
     def obstacles_at(self, tick: int) -> list[Cell]:
         """The cell of each obstacle that is there at a tick, in order of appearance."""

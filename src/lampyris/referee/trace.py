@@ -9,7 +9,9 @@ from lampyris.model.trace import Outcome, Trace
 from lampyris.referee.clashes import AgentTracks, ClashDetector
 from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
+from lampyris.referee.moving_goal import goal_violation
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
+from lampyris.referee.sensing import sensing_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid
 
@@ -24,8 +26,10 @@ def check_trace(trace: Trace) -> Violation | None:
 
     Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
     :mod:`lampyris.referee.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
-    ``knight``, ``sweep``; of each obstacle ``appear``, ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle
-    wall``; of every two obstacles ``together``, ``swap``, ``cross``, ``through`` (a long step over an obstacle);
+    ``knight``, ``sweep``; of a robot with a sensor ``seen``, ``unseen`` (it stood beside a cell that it did not know) and
+    ``sight`` (:mod:`lampyris.referee.sensing`); of a goal that moves ``goal``; of each obstacle ``appear``, ``footprint``,
+    ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every two obstacles ``together``, ``swap``, ``cross``,
+    ``through`` (a long step over an obstacle);
     then ``outcome``, ``path``, ``moves``, ``steps``, ``cost``, ``waits``,
     ``replans``, ``numbers``, ``events``, ``speed``.
 
@@ -42,6 +46,8 @@ def check_trace(trace: Trace) -> Violation | None:
     return (
         edits_violation(trace, eras)
         or _robot(trace, eras)
+        or sensing_violation(trace)
+        or goal_violation(trace)
         or _obstacles(trace, eras)
         or _pairs(trace)
         or _outcome(trace)
@@ -231,10 +237,9 @@ def _outcome(trace: Trace) -> Violation | None:
         if stands_free(scene.grid, end, scene.robot.radius):
             return Violation("outcome", "trace", f"{word}, but the robot can stand on {end}")
         return None
-    if trace.arrived != (last == scene.goal):
-        return Violation(
-            "outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {scene.goal}"
-        )
+    goal = trace.goal_at(trace.ticks)
+    if trace.arrived != (last == goal):
+        return Violation("outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {goal}")
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)
         covers = _traffic(trace).covers

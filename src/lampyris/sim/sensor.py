@@ -55,7 +55,7 @@ class ObstacleMessage:
     blocked: tuple[Cell, ...] = ()
 
 
-class Sensor(Protocol):
+class ObstacleSensor(Protocol):
     """What reports obstacles to the robot."""
 
     def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:

@@ -24,7 +24,7 @@ from lampyris.referee import check_trace, demand
 from lampyris.report.data.measures import near_by_tick, trace_metrics
 from lampyris.report.data.serialize import grid_record, trace_record
 from lampyris.report.style import CAUSES
-from lampyris.scenarios import speed_law
+from lampyris.scenarios import sensor_of, speed_law
 from lampyris.sim.grid.loop import Simulation
 from lampyris.sim.grid.steps_since import events_since, since
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
@@ -64,6 +64,8 @@ def begin(scenario: Scenario) -> Simulation:
         ticks=scenario.ticks,
         law=speed_law(scenario.law, scenario.law_settings),
         patience=scenario.patience,
+        sensor=sensor_of(scenario),
+        goal_track=scenario.goal_track,
     )
 
 

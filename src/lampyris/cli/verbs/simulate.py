@@ -6,6 +6,7 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,11 +23,14 @@ from lampyris.cli.option_groups import (
     RuleOptions,
     SimulationOptions,
     TrafficOptions,
+    settings_in,
 )
 from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
+from lampyris.model.settings.sensor import FULL_TURN
+from lampyris.model.settings.simulation import SimulationSettings
 
 if TYPE_CHECKING:
     from lampyris.io.scenario.scenario import Scenario
@@ -55,10 +59,22 @@ def simulate(
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
+    goal_track: Annotated[
+        Path | None,
+        typer.Option(
+            "--goal-track",
+            metavar="FILE",
+            help="The goal moves: a CSV with columns x,y, its cell at each tick.",
+        ),
+    ] = None,
 ) -> None:
     """Simulate a run among moving obstacles, cell by cell and tick by tick."""
     from lampyris.cli.request import Request, budget_of, traffic_of
+    from lampyris.io.tracks.csv_tracks import read_track
 
+    moving = None if goal_track is None else read_track(goal_track)
+    if moving is not None and ends.goal is None and ends.goal_m is None:
+        ends = replace(ends, goal=f"{moving[0][0]},{moving[0][1]}")
     request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, film=film)
     out.check()
@@ -66,7 +82,11 @@ def simulate(
     scenario = request.scenario()
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(
-        scenario, scene=scene, simulated=True, ticks=simulation.ticks, patience=simulation.patience
+        scenario,
+        scene=scene,
+        simulated=True,
+        **settings_in(simulation, SimulationSettings),
+        goal_track=moving,
     )
     raise typer.Exit(simulate_scenario(scenario, out, budget))
 
@@ -126,6 +146,17 @@ def print_trace(run: Trace, *, name: str = "") -> None:
         ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
         ("limited by", word_counts(run.cause)),
     ]
+    if run.sensor is not None and run.seen is not None:
+        seen = int((run.seen >= 0).sum())
+        angle = (
+            "all around"
+            if run.sensor.field_of_view >= FULL_TURN
+            else f"{degrees(run.sensor.field_of_view):.4g} degrees"
+        )
+        share = f"{seen:,} of {run.seen.size:,} cells seen"
+        rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}"))
+    if run.goal_track is not None:
+        rows.insert(3, ("goal", f"moves; at {run.goal_at(run.ticks)} at the end"))
     if run.edits:
         walls, freed = (sum(len(getattr(e, what)) for e in run.edits) for what in ("blocked", "freed"))
         times = f"{len(run.edits)} time" + "s" * (len(run.edits) > 1)

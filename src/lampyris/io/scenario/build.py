@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
+from lampyris._core.settings import settings_of
 from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
 from lampyris.io.files import read_regular
 from lampyris.io.maps.formats.document import MapDocument
@@ -26,6 +27,7 @@ from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.traffic import MAX_OBSTACLES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
@@ -117,13 +119,33 @@ class _Build:
             )
         if any(edit.tick for edit in edits) and how is None:
             self.notes.append("nothing is simulated (no `simulate`): edits after tick 0 are left aside")
-        ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
+        simulation = SimulationSettings() if how is None else self._simulation(how)
+        goal_track = None if how is None else self._goal_track(how)
+        if simulation is None or self.faults:
+            self.faults.give()
         return Scenario(
-            scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
+            scene, planner, settings, law, law_settings, file.seed, how is not None,
+            simulation.ticks, simulation.patience,
             file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
-            inflation=Inflation(**file.inflation.model_dump()),
+            inflation=Inflation(**file.inflation.model_dump()), sensor_range=simulation.sensor_range,
+            field_of_view=simulation.field_of_view, goal_track=goal_track,
         )  # fmt: skip
+
+    def _simulation(self, how: Any) -> Any:
+        """The settings of a simulation."""
+        given = [getattr(how, name) for name in settings_of(SimulationSettings)]
+        return self.tried(("simulate", "field_of_view"), SimulationSettings, *given)
+
+    def _goal_track(self, how: Any) -> tuple[Cell, ...] | None:
+        """The goal's cells, from the scenario or from a file that it names."""
+        if how.goal_track is not None:
+            return _cells(how.goal_track)
+        if how.goal_track_file is None:
+            return None
+        at: KeyPath = ("simulate", "goal_track_file")
+        path = self.tried(at, self.files.path, how.goal_track_file, at)
+        return None if path is None else self.tried(at, read_track, path)
 
     def _with_files(self, planner: str, settings: Mapping[str, Any]) -> Mapping[str, Any]:
         """A planner's settings with the files that they name, found from the scenario's folder."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pydantic import Field
 
 from lampyris.io.scenario.declared_table import table_of
-from lampyris.io.scenario.schema_types import Settings, Table
+from lampyris.io.scenario.schema_types import FileName, Pair, Rule, Settings, Table
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.simulation import SimulationSettings
@@ -17,7 +17,24 @@ if TYPE_CHECKING:
     DriveTable: TypeAlias = Table
     InflationTable: TypeAlias = Table
 else:
-    SimulateTable = table_of("SimulateTable", SimulationSettings, "How to simulate.")
+    _Simulate = table_of("SimulateTable", SimulationSettings, "How to simulate.")
+
+    class SimulateTable(_Simulate):
+        """How to simulate."""
+
+        goal_track: Annotated[
+            list[Pair] | None,
+            Field(min_length=1),
+            Rule("GOAL_TRACK", "one or more cells [x, y], one a tick, or null"),
+        ] = Field(
+            None,
+            description="The goal's cell at each tick from 0; after the last it stays. Null: it stands still.",
+        )
+        goal_track_file: FileName | None = Field(
+            None,
+            description="A CSV with the goal's cells (columns x, y and perhaps tick), in place of goal_track.",
+        )
+
     _Drive = table_of("DriveTable", DriveSettings, "How to drive in continuous time.", "DRIVE_SETTING")
 
     class DriveTable(_Drive):

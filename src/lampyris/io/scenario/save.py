@@ -157,6 +157,13 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         data["edits"] = [_edit(one) for one in scenario.edits]
     if scenario.simulated:
         data["simulate"] = {"ticks": scenario.ticks, "patience": scenario.patience}
+        if scenario.sensor_range is not None:
+            data["simulate"] |= {
+                "sensor_range": scenario.sensor_range,
+                "field_of_view": scenario.field_of_view,
+            }
+        if scenario.goal_track is not None:
+            data["simulate"]["goal_track"] = [list(cell) for cell in scenario.goal_track]
     if scenario.drive is not None:
         data["drive"] = _settings("drive", scenario.drive)
     return data

@@ -16,6 +16,8 @@ from lampyris.model.edit import Edit, applied, check_edits
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
+from lampyris.model.settings.simulation import ALL_AROUND
+from lampyris.typing import Cell
 
 PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
 """Moves and speed law by the name of the preset."""
@@ -71,6 +73,9 @@ class Scenario:
     edits : walls that come and go, all of them, in order of time; None: those of the scene. The scene follows
         them: what is of tick 0 is in its grid, the later ones are its edits.
     ground : the map before the edit of tick 0 and inflation; None: the scene's grid. The scene's grid is made from it.
+    sensor_range, field_of_view : of a simulation whose robot has a sensor in place of the map: metres, degrees. None: it
+        knows the map.
+    goal_track : of a simulation: the goal's cell at each tick; None: the goal stands still.
     inflation : costs of cells near walls, in the scene's terrain; walls that come later have none.
 
     Raises
@@ -96,6 +101,9 @@ class Scenario:
     edits: tuple[Edit, ...] = None  # type: ignore[assignment]
     ground: Grid | None = None
     inflation: Inflation = field(default_factory=Inflation)
+    sensor_range: float | None = None
+    field_of_view: float = ALL_AROUND
+    goal_track: tuple[Cell, ...] | None = None
 
     def __post_init__(self) -> None:
         for what, value, kind in (

@@ -99,6 +99,76 @@ def cells_in_sight(opaque, width, height, ax, ay, reach, seen):
                 seen[u64(y * width + x)] = True
 
 
+@kernel(out=("seen", "walls"), each=1500, of="walls")
+def sensed(opaque, seen, width, height, x, y, tick, limit, near, hx, hy, least, walls):
+    """Note the tick at which a robot that looks around from a cell first sees each cell.
+
+    A free cell is seen if the segment between the two centres is clear (:func:`sees`); a wall, if the free cell across
+    one of its sides that face the robot is in sight, or is the robot's own. Both within the range and the field of
+    view. What is near is seen in any case.
+
+    Parameters
+    ----------
+    opaque : bool (height * width,); walls.
+    seen : out, int32 (height * width,): -1, or the tick; cells that have one are passed over.
+    x, y : the robot's cell.
+    limit : the square of the range in cells.
+    near : cells within so many columns and rows are seen whatever lies between.
+    hx, hy : the heading, a step; 0, 0: the robot looks all around.
+    least : cosine of half the field of view.
+    walls : out, int64; the walls seen now for the first time, as numbers of cells. It has room for the square of cells
+        within the range, or of those that are near.
+
+    Returns
+    -------
+    How many walls; how many cells.
+    """
+    half = UNIT // 2
+    ax = x * UNIT + half
+    ay = y * UNIT + half
+    reach = near
+    while (reach + 1) * (reach + 1) <= limit:
+        reach += 1
+    count = 0
+    cells = 0
+    for cy in range(max(y - reach, 0), min(y + reach + 1, height)):
+        for cx in range(max(x - reach, 0), min(x + reach + 1, width)):
+            place = u64(cy * width + cx)
+            if seen[place] >= 0:
+                continue
+            dx = cx - x
+            dy = cy - y
+            if max(abs(dx), abs(dy)) > near:
+                squared = dx * dx + dy * dy
+                if squared > limit:
+                    continue
+                if hx != 0 or hy != 0:
+                    ahead = dx * hx + dy * hy
+                    if ahead < least * sqrt(float(squared * (hx * hx + hy * hy))) - 1e-9:
+                        continue
+                if not opaque[place]:
+                    if not sees(opaque, width, ax, ay, cx * UNIT + half, cy * UNIT + half):
+                        continue
+                else:
+                    found = False
+                    if dx != 0:
+                        bx = cx - 1 if dx > 0 else cx + 1
+                        if not opaque[u64(cy * width + bx)]:
+                            found = sees(opaque, width, ax, ay, bx * UNIT + half, cy * UNIT + half)
+                    if dy != 0 and not found:
+                        by = cy - 1 if dy > 0 else cy + 1
+                        if not opaque[u64(by * width + cx)]:
+                            found = sees(opaque, width, ax, ay, cx * UNIT + half, by * UNIT + half)
+                    if not found:
+                        continue
+            seen[place] = tick
+            cells += 1
+            if opaque[place]:
+                walls[count] = cy * width + cx
+                count += 1
+    return count, cells
+
+
 @kernel()
 def behind(opaque, dark, spacious, width, height, vx, vy, dx, dy, pinhole, steps):
     """What is at the edge of the shadow that corner (vx, vy) throws for an eye that looks along (dx, dy).

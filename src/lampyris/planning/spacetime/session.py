@@ -22,6 +22,7 @@ from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.layers import free_cells, free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
+from lampyris.planning.spacetime.intercept import earliest_meeting
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
 from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable
 from lampyris.typing import BoolGrid, Cell
@@ -129,7 +130,9 @@ class TimedSession(SessionBase):
             self._current = None
         if scene is not self._scene or not self._laid:
             self._lay(scene)
-        made = self._answer(change, None if budget is None else budget.expansions)
+        most = None if budget is None else budget.expansions
+        meets = change.goal_track is not None and self._settings.tracks == "known"
+        made = self._meeting(change, most) if meets else self._answer(change, most)
         return replace(made, timing={"search_s": loading.wall() - began})
 
     # ---- the answer --------------------
@@ -177,6 +180,42 @@ class TimedSession(SessionBase):
             commit=None if settled else 1,
             schedule=route.ticks,
         )
+
+    def _meeting(self, change: Change, budget: int | None) -> Plan:
+        """The earliest meeting with a goal of known track."""
+        start, goals = self._robot, change.goal_track
+        assert goals
+        if not self._free[start[1], start[0]]:
+            return Plan(Status.START_OCCUPIED, self._name)
+        tracks, closed = self._known_obstacles(change)
+        self._watch(tracks)
+        guessed = any(s.period is None for s in tracks)
+        believed, spent = self._settings.horizon if guessed else 0, 0
+        unroll = min(len(goals) + 8 * sum(self._free.shape), MOST_UNROLLED)
+        while True:
+            left = None if budget is None else max(budget - spent, 0)
+            forbidden = self._forecaster.forbidden(
+                tracks, change.tick, believed, unroll, self._standing(tracks)
+            )
+            if closed:
+                forbidden = _closing(forbidden, closed, change.tick, self._scene.grid.width)
+            route = earliest_meeting(self._free, self._moves, start, change.tick, goals, forbidden, left)
+            spent += route.expansions
+            if route.cells is not None:
+                break
+            if route.ending == LIMIT:
+                return self._failed(Status.LIMIT, spent)
+            if believed == 0:
+                if tracks or closed:
+                    why = "Never where the goal is: walls or moving obstacles are in the way at all times."
+                    return self._failed(Status.HEMMED_IN, spent, why)
+                return self._failed(Status.NO_PATH, spent)
+            believed //= 2
+        path = path_of(route.cells, self._moves, self._scene.grid.terrain)
+        commit = 1 if guessed or closed else None
+        return Plan(
+            Status.FOUND, self._name, path, iterations=1, expansions=spent, commit=commit, schedule=route.ticks
+        )  # fmt: skip
 
     def _known_obstacles(self, change: Change) -> tuple[list[ObstacleTrack], list[Cell]]:
         """The obstacles of this call, and cells that count as taken forever."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any
 
 from lampyris.model.curve import Curve, PoseCurve
@@ -194,6 +194,11 @@ def trace_record(trace: Trace) -> dict[str, Any]:
             {"tick": e.tick, "blocked": list(map(list, e.blocked)), "freed": list(map(list, e.freed))}
             for e in trace.edits
         ],
+        "sensor": None if trace.sensor is None else asdict(trace.sensor),
+        "seen": None if trace.seen is None else trace.seen.tolist(),
+        "goals": None
+        if trace.goal_track is None
+        else [list(trace.goal_at(t)) for t in range(trace.ticks + 1)],
         "timing": dict(trace.timing),
     }
 

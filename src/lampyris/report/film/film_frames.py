@@ -57,7 +57,13 @@ class TraceRenderer:
             scale,
             None if landscape is None else landscape.values(0),
             "" if landscape is None else landscape.name,
+            own_goal=trace.seen is not None or trace.goal_track is not None,
+            unseen=trace.seen is not None,
         )
+        self._range = None
+        if trace.sensor is not None:
+            pixels = round(trace.sensor.range_m / scene.grid.resolution * sheet.scale)
+            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
         looks = [sheet.look(b.kind) for b in trace.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -110,6 +116,7 @@ class TraceRenderer:
             self._leg(canvas, tick, moment - tick)
         places = [_place(t, moment - t0) for t, t0 in zip(self.trace.tracks, self.trace.appears, strict=True)]
         robot = sheet.at(*_between(self.trace.robot, moment))
+        self._shade(canvas, moment, robot)
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *sheet.at(*place))
@@ -121,6 +128,18 @@ class TraceRenderer:
                 blend(canvas, look, *sheet.at(*place))
         blend(canvas, sheet.robot, *robot)
         return canvas
+
+    def _shade(self, canvas: Rgb, moment: float, robot: tuple[float, float]) -> None:
+        """What has not been seen, how far the robot sees, and a goal that lies there or moves."""
+        trace = self.trace
+        if trace.seen is not None:
+            self._sheet.shade(canvas, (trace.seen < 0) | (trace.seen > int(moment)))
+            if self._range is not None:
+                blend(canvas, self._range, *robot)
+        if trace.goal_track is not None:
+            self._sheet.star(canvas, *_between(trace.goal_track, moment))
+        elif trace.seen is not None:
+            self._sheet.star(canvas, *trace.scene.goal)
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""

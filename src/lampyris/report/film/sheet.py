@@ -26,7 +26,7 @@ from lampyris.report.style import (
     terrain_label,
     terrain_range,
 )
-from lampyris.typing import FloatGrid
+from lampyris.typing import BoolGrid, FloatGrid
 
 LONG = 560
 """Pixels of the map's longer side, about."""
@@ -56,6 +56,8 @@ FLASH = {
 """Colour of the ring that flashes at an event."""
 
 PAPER: Colour = (255, 255, 255)
+_UNSEEN: Colour = (158, 176, 200)
+"""Of cells that a robot with a sensor has not seen."""
 FAINT: Colour = (107, 114, 128)
 GOOD: Colour = (0, 120, 80)
 BAD: Colour = (200, 30, 60)
@@ -75,6 +77,8 @@ class Sheet:
     scale : pixels a cell; None: chosen by the map's size.
     layer : (height, width), drawn beneath in colours from 0 to its greatest value; infinity: none.
     layer_name : what the legend calls it.
+    own_goal : whether the stage draws the goal itself (:meth:`star`), because it moves or lies under a shade.
+    unseen : whether the legend names the shade of :meth:`shade`.
     """
 
     def __init__(
@@ -85,14 +89,19 @@ class Sheet:
         scale: int | None,
         layer: FloatGrid | None = None,
         layer_name: str = "",
+        *,
+        own_goal: bool = False,
+        unseen: bool = False,
     ) -> None:
-        self.grid, self._goal = grid, goal
+        self.grid, self._goal = grid, None if own_goal else goal
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
         self._colours = None if layer is None else landscape_colours()
         raster = draw_map(grid, self._long, layer, self._colours)
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         self._entries = entries = _entries(grid, kinds, layer_name if layer is not None else "")
+        if unseen:
+            entries.append(("square", _UNSEEN, "", "unseen"))
         # Even sizes: some players of films refuse others.
         legend = sum(_ICON + _length(name, 13) + _GAP for *_, name in entries)
         self.width = _even(max(_WIDE, columns + 2 * MARGIN, legend + 2 * MARGIN))
@@ -116,9 +125,23 @@ class Sheet:
         box[1:-1, 1:-1] = rgb
         self._lines(box[1:-1, 1:-1])
         self._legend(paper)
-        star = sprites.sprite("star", sprites.GOAL, "", max(LEAST + 6, round(self.scale * 0.95)))
-        blend(paper, star, *self.at(*self._goal))
+        if self._goal is not None:
+            self.star(paper, *self._goal)
         return paper
+
+    def star(self, canvas: Rgb, x: float, y: float) -> None:
+        """Draw the goal at a place in cells."""
+        star = sprites.sprite("star", sprites.GOAL, "", max(LEAST + 6, round(self.scale * 0.95)))
+        blend(canvas, star, *self.at(x, y))
+
+    def shade(self, canvas: Rgb, cells: BoolGrid) -> None:
+        """Shade cells, bool (height, width), as not yet seen; what lies on them shows through."""
+        rows, columns = (round(self.scale * n) for n in (self.grid.height, self.grid.width))
+        box = canvas[self.top : self.top + rows, self.left : self.left + columns]
+        y = np.minimum(((np.arange(len(box)) + 0.5) / self.scale).astype(np.int64), self.grid.height - 1)
+        x = np.minimum(((np.arange(box.shape[1]) + 0.5) / self.scale).astype(np.int64), self.grid.width - 1)
+        under = cells[np.ix_(y, x)]
+        box[under] = (0.35 * box[under] + 0.65 * np.array(_UNSEEN)).astype(np.uint8)
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Pixel of a place in cells."""

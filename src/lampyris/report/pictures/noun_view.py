@@ -119,7 +119,8 @@ def _drawing(noun: Any) -> _Drawing | None:
     if isinstance(noun, Field):
         return _map(Grid(~noun.free), noun.cost, ends=(noun.goal,))
     if isinstance(noun, Trace):
-        return _map(noun.scene.grid, lines=(noun.robot,), ends=(noun.scene.start, noun.scene.goal))
+        ends = (noun.scene.start, noun.goal_at(noun.ticks))
+        return _map(noun.known_at(noun.ticks), lines=(noun.robot,), ends=ends)
     if isinstance(noun, Drive):
         driven = noun.at(np.linspace(0.0, noun.duration, _POINTS))[0] if len(noun.t) and noun.curves else None
         return _map(

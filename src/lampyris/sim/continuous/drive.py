@@ -46,7 +46,7 @@ from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.state import DriveState
 from lampyris.sim.continuous.timed_replanner import TimedReplanner
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
-from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
+from lampyris.sim.sensor import FaultySensor, ObstacleSensor, PerfectSensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
 from lampyris.sim.world.pose_lookup import PoseLookup
@@ -70,7 +70,7 @@ def drive(
     law: SpeedLaw = "physical",
     seed: int = 0,
     sources: Sequence[MotionSource] = (),
-    sensor: Sensor | None = None,
+    sensor: ObstacleSensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     **settings: object,
@@ -122,7 +122,7 @@ class DriveSimulation(Exclusive):
     def __init__(
         self,
         scene: Scene, planner: Planner, *, law: SpeedLaw = "physical", seed: int = 0,
-        sources: Sequence[MotionSource] = (), sensor: Sensor | None = None, budget: Budget | None = None,
+        sources: Sequence[MotionSource] = (), sensor: ObstacleSensor | None = None, budget: Budget | None = None,
         **settings: object,
     ) -> None:  # fmt: skip
         began, loaded = time.perf_counter(), loading.seconds()
@@ -135,7 +135,7 @@ class DriveSimulation(Exclusive):
         self.scene = scene
         self._demand_room()
         self.seed = _seed(seed)
-        self.sensor: Sensor = (
+        self.sensor: ObstacleSensor = (
             sensor.fresh() if isinstance(sensor, FaultySensor) else sensor or PerfectSensor()
         )
         poses, timed = planner.traits.plans_headings, plans_times(planner)

@@ -22,13 +22,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lampyris.errors import SceneError
+from lampyris.errors import SceneError, SettingError
 from lampyris.model.change import Change
 from lampyris.model.edit import Edit, applied
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event
 from lampyris.model.traffic import Recorded
 from lampyris.planning.field.layers import free_cells
+from lampyris.sim.grid.seen_map import FOUND, SeenMap
 from lampyris.sim.traffic.traffic import Traffic
 from lampyris.sim.world.cell_index import Shape
 from lampyris.sim.world.world import Occupancy
@@ -59,21 +61,35 @@ class Walls:
     ----------
     scene : as given.
     world, traffic : whose shapes follow the map; the traffic is at tick 0.
+    sensor : of a robot that does not know the map; None: it does.
 
     Attributes
     ----------
-    scene : the scene as it stands, as far as walls go: without its traffic, and terrain lost under walls.
+    scene : the scene as it stands, as far as walls go: without its traffic, and terrain lost under walls. With a
+        sensor, as far as it has been seen.
+    seen : what has been seen; None: the map is known.
     known : the scene as planners are given it: nobody can look at what is still to come.
     done : what has turned.
 
     Raises
     ------
     SceneError : ``EDIT_TRACK``: a wall in the lane of a recorded obstacle.
+    SettingError : ``SENSOR_EDITS``: a sensor, and edits.
     """
 
-    def __init__(self, scene: Scene, world: Occupancy, traffic: Traffic) -> None:
+    def __init__(
+        self, scene: Scene, world: Occupancy, traffic: Traffic, sensor: Sensor | None = None
+    ) -> None:
+        if sensor is not None and scene.edits:
+            raise SettingError.of(
+                "SENSOR_EDITS", "sensor", "walls that come and go during the run", where="scene.edits",
+                allowed="a sensor, or edits after tick 0; not both",
+            )  # fmt: skip
+        self.seen = None if sensor is None else SeenMap(scene, sensor)
         self.known = replace(scene, edits=()) if scene.edits else scene
         self.scene = replace(self.known, traffic=()) if scene.edits else scene
+        if self.seen is not None:
+            self.known = self.scene = self.seen.scene
         self.done: list[Edit] = []
         self._given, self._world = scene, world
         self._left = deque(scene.edits)
@@ -166,6 +182,22 @@ class Walls:
             if all(step[0] != to for step in shape.steps(number(route[k]))):
                 return True
         return False
+
+    def look(self, robot: Cell, heading: Cell, tick: int, route: Sequence[Cell]) -> str:
+        """Let the robot look around at the end of a tick; why the planner has to be asked in the next, or nothing.
+
+        Parameters
+        ----------
+        heading : the robot's last move.
+        route : the path that it is on.
+        """
+        assert self.seen is not None
+        walls = self.seen.look(robot, heading, tick)
+        if not walls:
+            return ""
+        self.known = self.scene = self.seen.scene
+        self._news |= dict.fromkeys(walls, True)
+        return FOUND if self.seen.cuts(walls, route) else ""
 
     def as_reported(self, change: Change) -> Change:
         """The change with what has turned since the planner was last asked."""

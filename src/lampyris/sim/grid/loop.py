@@ -2,7 +2,8 @@
 
 From tick t to t + 1, in this order:
 
-0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`).
+0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`). A goal that
+   moves does so now (:mod:`lampyris.sim.grid.pursuit`).
 1. **Obstacles move**: recorded ones (whatever the others do), crossing ones, patrols, random walkers; within
    a kind in order of index. Each sees the new places of those that have moved and the old places of the
    rest.
@@ -10,7 +11,8 @@ From tick t to t + 1, in this order:
 3. **The robot steps** to the next cell of its plan if that is legal now; otherwise it asks its planner
    again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
    asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
-4. **The tick is recorded**, with the robot's speed and what bound it.
+4. **The tick is recorded**, with the robot's speed and what bound it. A robot with a sensor looks around from its new
+   cell (:mod:`lampyris.sim.grid.seen_map`); it is asked again in the next tick where a new wall is in its path.
 
 Legal, for every two obstacles: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow
@@ -36,7 +38,9 @@ Draws: the planner has the stream ``SeedSequence((seed, 0))``, specification k o
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -50,13 +54,16 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
+from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import follow
+from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
@@ -73,6 +80,8 @@ PATIENCE = SIMULATION_PATIENCE
 The dissertation's own would be 1: wait one step, repair, then fail.
 """
 
+GoalTrack: TypeAlias = Recorded | Sequence[Any] | None
+
 HOLD: Step = (-1, 0, 0)
 """In place of a step: stay, because the plan says so."""
 
@@ -85,7 +94,8 @@ _NEVER = {
 
 def run(
     scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None, law: SpeedLaw = "physical",
-    patience: int | None = None, budget: Budget | None = None, progress: Callable[[int], None] | None = None,
+    patience: int | None = None, sensor: Sensor | None = None, goal_track: GoalTrack = None, budget: Budget | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Trace:  # fmt: skip
     """Drive from start to goal through the scene's traffic; the whole story as a Trace.
 
@@ -99,6 +109,8 @@ def run(
         top, but not above :data:`lampyris._core.limits.TICKS`.
     law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
     patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
+    sensor : of a robot that does not know the map; None: it does.
+    goal_track : the goal's cell at each tick from 0, after the last of which it stays; None: it stands still.
     budget : of every single call of the planner; None: no limit.
     progress : called with each tick that is over.
 
@@ -110,7 +122,10 @@ def run(
     LimitError : too many obstacles.
     InternalFault : a plan that does not begin where the robot stands: a bug of the planner.
     """
-    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, budget=budget)
+    simulation = Simulation(
+        scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, sensor=sensor, goal_track=goal_track,
+        budget=budget,
+    )  # fmt: skip
     while simulation.outcome is None:
         simulation.tick()
         if progress is not None:
@@ -129,7 +144,8 @@ class Simulation(Exclusive):
 
     def __init__(
         self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
-        law: SpeedLaw = "physical", patience: int | None = None, budget: Budget | None = None,
+        law: SpeedLaw = "physical", patience: int | None = None, sensor: Sensor | None = None,
+        goal_track: GoalTrack = None, budget: Budget | None = None,
     ) -> None:  # fmt: skip
         demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
@@ -137,12 +153,15 @@ class Simulation(Exclusive):
         settings = SimulationSettings(ticks, patience)
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
-        self.tick_speed = TickSpeed(scene, law)
+        self.sensor, self.goal = sensor, scene.goal
+        self.pursuit = None if goal_track is None else GoalPursuit(scene, goal_track, planner)
         space = CellIndex(scene.grid)
         self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         self.traffic = open_traffic(scene, self.world, self.seed)
-        self.walls = Walls(scene, self.world, self.traffic)
+        self.walls = Walls(scene, self.world, self.traffic, sensor)
+        self.tick_speed = TickSpeed(scene if sensor is None else self.walls.scene, law)
         self.session = planner.open(self.walls.known, self._stream())
+        self._aim = scene.goal
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
         self._begin()
@@ -179,10 +198,12 @@ class Simulation(Exclusive):
             steps = max(len(self.state.following.route) - 1, 0)
             TICKS.demand(steps, "the path", instead="say how many ticks there are")
             most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
+            most += 0 if self.pursuit is None else 2 * len(self.pursuit.cells)
             self.state.last_tick = min(most, TICKS.allowed)
         if not self.plan:
             verdict = self._without_traffic() if self.traffic.obstacles else self.plan
             closed = verdict.status is Status.NO_PATH and self.walls.may_open
+            closed = closed or (self.pursuit is not None and verdict.status is not Status.START_OCCUPIED)
             if verdict.status in _NEVER and not closed:
                 self.state.started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
@@ -204,10 +225,17 @@ class Simulation(Exclusive):
         known_tracks = (
             observed_obstacles(self.traffic, self.state.now) if self.planner.traits.sees_traffic else None
         )
-        return sense(self.world, tick=tick, obstacle_tracks=known_tracks)
+        change = sense(self.world, tick=tick, obstacle_tracks=known_tracks)
+        if self.pursuit is None or not self.pursuit.known:
+            return change
+        return replace(change, goal_track=self.pursuit.ahead(tick))
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
+        if self.goal != self._aim and self.pursuit is not None and not self.pursuit.known:
+            # All costs to the goal are other now: a search that went on from them had no less to do.
+            self._aim = self.goal
+            self.session = self.planner.open(replace(self.walls.known, goal=self.goal), self._stream())
         repaired = self.state.repaired
         ahead = self._ahead()
         plan = self.state.plan = self.session.plan(self.walls.as_reported(change), self.budget)
@@ -272,8 +300,10 @@ class Simulation(Exclusive):
             self._tell("appear", self.world.space.cell(self.world.where[obstacle]), "An obstacle appeared.")
         for track, number in zip(self.state.tracks, self.world.where, strict=True):
             track.append(number)
-        step = self._choose()
-        if step is None:
+        if self._comes():
+            self._stay_here()
+            self._arrive()
+        elif (step := self._choose()) is None:
             self._stay()
         elif step is HOLD:
             self._hold()
@@ -290,6 +320,15 @@ class Simulation(Exclusive):
         if turned is not None:
             self.state.events += turned.events
             self.state.map_news, self.tick_speed.scene = turned.why, self.walls.scene
+
+    def _comes(self) -> bool:
+        """Move the goal; whether it has come to the robot's cell, and nothing else has."""
+        if self.pursuit is None:
+            return False
+        before, self.goal = self.goal, self.pursuit.at(self.state.now)
+        if self.goal != before and not self.pursuit.known:
+            self.state.map_news = self.state.map_news or MOVED
+        return self.goal == self.state.cells[-1] and not self.world.robot_is_met()
 
     def _choose(self) -> Step | None:
         step = None if self.state.map_news else self._planned()
@@ -330,10 +369,12 @@ class Simulation(Exclusive):
         here = on.route[on.at]
         self.state.cells.append(here)
         self.state.waiting = self.state.holding = 0
+        if self.sensor is not None:
+            self._look((step[1], step[2]))
         if not on.counted:
             self.state.iterations += self.plan.iterations if self.plan.commit is None else 1
             on.counted = True
-        if here == self.scene.goal:
+        if here == self.goal:
             self.state.speeds.append(0.0)
             self.state.causes.append("goal")
             self._arrive()
@@ -341,6 +382,12 @@ class Simulation(Exclusive):
         speed, cause = self.tick_speed.drive([came, *on.route[on.at :]], seen_cells(self.world))
         self.state.speeds.append(speed)
         self.state.causes.append(cause)
+
+    def _look(self, heading: Cell) -> None:
+        """See more of the map from where the robot has just come to stand."""
+        found = self.walls.look(self.state.cells[-1], heading, self.now, self.state.following.route)
+        self.state.map_news = self.state.map_news or found
+        self.tick_speed.scene = self.walls.scene
 
     def _hold(self) -> None:
         """Wait because the plan says so."""
@@ -373,7 +420,14 @@ class Simulation(Exclusive):
         self._tell(
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
-        if self.state.waiting > self.patience:
+        if (
+            self.sensor is not None
+            and self.plan.status in _NEVER
+            and not (self.scene.traffic or self.pursuit)
+        ):
+            # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
+            self._end(_NEVER[self.plan.status], self.plan.sentence)
+        elif self.state.waiting > self.patience:
             self._give_up(self.state.waiting)
 
     def _give_up(self, ticks: int) -> None:
@@ -386,7 +440,7 @@ class Simulation(Exclusive):
         self.state.events.append(Event(self.state.now, word, cell, sentence))
 
     def _arrive(self) -> None:
-        self._tell("arrive", self.scene.goal, Outcome.ARRIVED.sentence)
+        self._tell("arrive", self.goal, Outcome.ARRIVED.sentence)
         self._end(Outcome.ARRIVED, "")
 
     def _end(self, outcome: Outcome, detail: str) -> None:
@@ -434,6 +488,9 @@ class Simulation(Exclusive):
             last_tick=self.state.last_tick,
             edits=tuple(self.walls.done),
             notes=self.notes.all(),
+            sensor=self.sensor,
+            goal_track=None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
+            seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
         )
 
 

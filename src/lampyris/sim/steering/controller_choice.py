@@ -14,7 +14,7 @@ from lampyris.model.settings.steering import Dwa, Mppi, PurePursuit, RegulatedPu
 from lampyris.motion.laws.registry import SpeedLaw
 from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.drive import DriveSimulation
-from lampyris.sim.sensor import Sensor
+from lampyris.sim.sensor import ObstacleSensor
 from lampyris.sim.steering.control import SteeringController
 from lampyris.sim.steering.pure_pursuit import Pursuit, RegulatedPursuit
 from lampyris.sim.steering.sampling import DynamicWindow, PathIntegral
@@ -40,7 +40,7 @@ def simulation_of(
     law: SpeedLaw = "physical",
     seed: int = 0,
     sources: Sequence[MotionSource] = (),
-    sensor: Sensor | None = None,
+    sensor: ObstacleSensor | None = None,
     budget: Budget | None = None,
     **settings: Any,
 ) -> DriveSimulation:

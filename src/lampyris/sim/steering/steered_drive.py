@@ -27,7 +27,7 @@ from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
-from lampyris.sim.sensor import Sensor
+from lampyris.sim.sensor import ObstacleSensor
 from lampyris.sim.steering.arc import LEAST_PIECE, Arc, DrivenPieces, RobotPose, RobotShape, angle_of, wrapped
 from lampyris.sim.steering.braking_filter import FilteredPush, filtered, wished
 from lampyris.sim.steering.control import Steer, SteeringController, View, stopping_speed
@@ -77,7 +77,7 @@ class SteeredSimulation(DriveSimulation):
 
     def __init__(
         self, scene: Scene, planner: Planner, steerer: SteeringController, steering: Steering, *,
-        law: SpeedLaw = "physical", seed: int = 0, sources: Sequence[MotionSource] = (), sensor: Sensor | None = None,
+        law: SpeedLaw = "physical", seed: int = 0, sources: Sequence[MotionSource] = (), sensor: ObstacleSensor | None = None,
         budget: Budget | None = None, **settings: object,
     ) -> None:  # fmt: skip
         self.steerer, self.steering = steerer, steering

@@ -27,7 +27,7 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk
 from lampyris.referee import check_drive
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, Sensor
+from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, ObstacleSensor
 from lampyris.sim.traffic.adversary import Adversary
 from lampyris.sim.world.cell_index import EIGHT
 from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally, each
@@ -97,7 +97,7 @@ def _scene(rng: np.random.Generator) -> Scene:
     return Scene(Grid(blocked), (0, 0), (15, 15), robot=robot, traffic=tuple(spec))
 
 
-def _driven(rng: np.random.Generator, scene: Scene, seed: int, sensor: Sensor) -> Drive | None:
+def _driven(rng: np.random.Generator, scene: Scene, seed: int, sensor: ObstacleSensor) -> Drive | None:
     law = scenes.PROMISE[int(rng.integers(len(scenes.PROMISE)))] if rng.random() < 0.5 else "physical"
     cutters = [Adversary(0.5, count=2, wait=4.0)] if rng.random() < 0.3 else []
     settings: dict[str, Any] = {

@@ -1,0 +1,50 @@
+"""Sensor: how far a robot sees that does not know its map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lampyris._core.noun import Noun
+from lampyris._core.settings import check_settings, number, under_name
+
+FULL_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Sensor(Noun):
+    """A range sensor on a robot that begins without a map; every cell counts as free until it is seen.
+
+    A free cell is seen when the straight segment from the centre of the robot's cell to its centre passes through no
+    wall and not between two walls that touch at a corner; so one cell sees another exactly if the other sees it. A wall
+    is seen when the free cell across one of its sides that face the robot is in sight, or is the robot's own cell. Both
+    within the range and the field of view. Beside this, bumpers: the robot knows every cell that its next step could
+    touch, whatever the range and the field of view.
+
+    Parameters
+    ----------
+    range_m : greatest distance between the centres of the robot's cell and a cell that it sees, metres.
+    field_of_view : angle that it sees, radians, half of it on either side of the direction of the robot's last move. Before
+        its first move it looks all around.
+
+    Raises
+    ------
+    SettingError : ``RANGE_M``, ``FIELD_OF_VIEW``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("env-1"), start=(37, 8), goal=(5, 38))
+    >>> trace = lampyris.simulate(scene, "dstar-lite", sensor=lampyris.Sensor(5.0))
+    >>> trace.outcome.value, trace.replans > 0
+    ('arrived', True)
+    """
+
+    range_m: float = number(None, 1e-3, 1e6, unit="m")
+    field_of_view: float = number(FULL_TURN, 0.0, FULL_TURN, unit="rad", above=True)
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name("sensor"))
+
+    def _brief(self) -> str:
+        return f"<Sensor {self.range_m:g} m, {math.degrees(self.field_of_view):.4g} degrees>"
