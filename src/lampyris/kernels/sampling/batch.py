@@ -15,7 +15,7 @@ from lampyris.kernels.lattice.search import _pop, _push
 from lampyris.kernels.sampling.buckets import around, file_node, node_at
 from lampyris.kernels.sampling.draws import drawn, drawn_cell, length
 from lampyris.kernels.sampling.growth import (
-    ANCESTORS, BASE, DONE, DRAWN, GOAL, HIGH, KEY, LINES, NODES, REACHED, RULE, SAMPLED, SAMPLES, START, STOPPED, STRIDE, WIDE,
+    ANCESTORS, BASE, DONE, DRAWN, GOAL, HIGH, KEY, LINES, NARROW, NODES, REACHED, RULE, SAMPLED, SAMPLES, START, STOPPED, STRIDE, WIDE,
 )  # fmt: skip
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
@@ -42,14 +42,14 @@ def _offer(edge_key, edge, count, room, v, x, key):
     of="near", each=8000,
 )  # fmt: skip
 def search_batch(
-    free, even, cells, whole, radius, bucket, link, node_x, node_y, parent, child, after, before, cost, stale, tree,
+    free, even, cells, narrow, whole, radius, bucket, link, node_x, node_y, parent, child, after, before, cost, stale, tree,
     edge_key, edge, vertex_key, vertex, near, changed, count, halt,
 ):  # fmt: skip
     """Take one batch of samples, and search until no line that waits can lead to a shorter path.
 
     Parameters
     ----------
-    free, even, cells, whole, bucket, link, near, changed : see :func:`lampyris.kernels.sampling.growth.grow`.
+    free, even, cells, narrow, whole, bucket, link, near, changed : see :func:`lampyris.kernels.sampling.growth.grow`.
     radius : of the neighbourhood in this batch.
     node_x, node_y, parent, child, after, before, cost : samples and nodes of the tree; a sample has infinite cost. Node 0
         is the start, node 1 the goal.
@@ -83,13 +83,13 @@ def search_batch(
                 return STOPPED
             count[SAMPLED] += 1
             cell = drawn_cell(
-                free, stride, cells, key, start, goal, best if best < inf else -1.0, count, DRAWN
+                free, stride, cells, narrow, whole[NARROW], key, start, goal, best if best < inf else -1.0, count, DRAWN
             )
             if cell < 0:
                 continue
             y = cell // stride
             x = cell - y * stride
-            n = node_at(bucket, link, wide, 0, base, node_x, node_y, x, y)
+            n = node_at(bucket, link, wide, base, node_x, node_y, x, y)
             many = 0
             if n < 0:
                 n = count[NODES]
@@ -100,8 +100,8 @@ def search_batch(
                 parent[u64(n)] = -1
                 child[u64(n)] = -1
                 stale[u64(n)] = 0
-                file_node(bucket, link, wide, 0, base, x, y, n)
-                many = around(bucket, link, wide, high, 0, base, node_x, node_y, x, y, radius, near)
+                file_node(bucket, link, wide, base, x, y, n)
+                many = around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near)
             else:
                 pick = (drawn(key, count[DRAWN]) * count[JOINED]) >> 32
                 count[DRAWN] += 1
@@ -134,7 +134,7 @@ def search_batch(
             stale[u64(v)] = 0
             x = int(node_x[u64(v)])
             y = int(node_y[u64(v)])
-            many = around(bucket, link, wide, high, 0, base, node_x, node_y, x, y, radius, near)
+            many = around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near)
             for i in range(many):
                 n = int(near[u64(i)])
                 through = cost[u64(v)] + length(x, y, node_x[u64(n)], node_y[u64(n)])

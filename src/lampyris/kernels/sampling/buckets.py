@@ -1,4 +1,4 @@
-"""Nodes at cells, in square buckets of the map: the nearest one, and all within a distance.
+"""Nodes at cells, in square buckets of the map: the one at a cell, and all within a distance.
 
 Each bucket holds a list of its nodes: its first, and for each node the next. Numbers of nodes are stored plus ``base``;
 what is below it is from an earlier search and counts as nothing, so that nothing is cleared between two searches.
@@ -10,12 +10,10 @@ from lampyris.kernels._jit import kernel, u64
 
 BITS = 3
 """A bucket is 2 to this power cells wide and high."""
-FEW = 48
-"""Up to so many nodes are all looked at."""
 
 
 @kernel(out=("bucket", "link"))
-def file_node(bucket, link, wide, at, base, x, y, n):
+def file_node(bucket, link, wide, base, x, y, n):
     """Put node n, at a cell, into its bucket.
 
     Parameters
@@ -23,17 +21,16 @@ def file_node(bucket, link, wide, at, base, x, y, n):
     bucket : int32: the first node of each bucket, plus ``base``.
     link : int32: the next node of each node's bucket, plus ``base``.
     wide : buckets in a row.
-    at : index of the first bucket of the node's tree.
     """
-    b = at + (y >> BITS) * wide + (x >> BITS)
+    b = (y >> BITS) * wide + (x >> BITS)
     link[u64(n)] = bucket[u64(b)]
     bucket[u64(b)] = base + n
 
 
 @kernel()
-def node_at(bucket, link, wide, at, base, node_x, node_y, x, y):
+def node_at(bucket, link, wide, base, node_x, node_y, x, y):
     """The node at a cell; -1: there is none."""
-    n = bucket[u64(at + (y >> BITS) * wide + (x >> BITS))] - base
+    n = bucket[u64((y >> BITS) * wide + (x >> BITS))] - base
     while n >= 0:
         if node_x[u64(n)] == x and node_y[u64(n)] == y:
             return n
@@ -41,71 +38,15 @@ def node_at(bucket, link, wide, at, base, node_x, node_y, x, y):
     return -1
 
 
-@kernel()
-def nearest(bucket, link, wide, high, at, base, node_x, node_y, first, nodes, x, y):
-    """The node nearest to a cell.
-
-    Parameters
-    ----------
-    bucket, link, wide, at, base : see :func:`file_node`.
-    high : buckets in a column.
-    node_x, node_y : int32: the cells of the nodes.
-    first, nodes : the first node of the tree and how many it has, at least one.
-    """
-    best = -1
-    least = 1 << 60
-    if nodes <= FEW:
-        for n in range(first, first + nodes):
-            dx = node_x[u64(n)] - x
-            dy = node_y[u64(n)] - y
-            d = dx * dx + dy * dy
-            if d < least:
-                least = d
-                best = n
-        return best
-    side = (1 << BITS) - 1
-    bx = x >> BITS
-    by = y >> BITS
-    ox = x & side
-    oy = y & side
-    inset = min(min(ox, side - ox), min(oy, side - oy)) + 1
-    ring = 0
-    while True:
-        low = max(by - ring, 0)
-        most = min(by + ring, high - 1)
-        for v in range(low, most + 1):
-            apart = 1
-            if v != by - ring and v != by + ring:
-                apart = 2 * ring
-            u = bx - ring
-            while u <= bx + ring:
-                if 0 <= u < wide:
-                    n = bucket[u64(at + v * wide + u)] - base
-                    while n >= 0:
-                        dx = node_x[u64(n)] - x
-                        dy = node_y[u64(n)] - y
-                        d = dx * dx + dy * dy
-                        if d < least:
-                            least = d
-                            best = n
-                        n = link[u64(n)] - base
-                u += apart
-        # Cells of buckets farther out are at least so far along one axis.
-        reach = (ring << BITS) + inset
-        if best >= 0 and least <= reach * reach:
-            return best
-        ring += 1
-
-
 @kernel(out=("near",))
-def around(bucket, link, wide, high, at, base, node_x, node_y, x, y, radius, near):
+def around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near):
     """Write the nodes within a distance of a cell, the one at it left out, to ``near``; return how many."""
     reach = int(radius)
     count = 0
     most = radius * radius
     for v in range(max(y - reach, 0) >> BITS, min((y + reach) >> BITS, high - 1) + 1):
         for u in range(max(x - reach, 0) >> BITS, min((x + reach) >> BITS, wide - 1) + 1):
-            n = bucket[u64(at + v * wide + u)] - base
+            n = bucket[u64(v * wide + u)] - base
             while n >= 0:
                 dx = node_x[u64(n)] - x
                 dy = node_y[u64(n)] - y

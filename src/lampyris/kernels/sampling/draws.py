@@ -40,10 +40,10 @@ def length(ax, ay, bx, by):
 
 
 @kernel(out=("count",))
-def drawn_cell(free, stride, cells, key, start, goal, best, count, at):
+def drawn_cell(free, stride, cells, narrow, share, key, start, goal, best, count, at):
     """A random free cell, flat; -1: none of :data:`TRIES` lay in the ellipse and in free cells.
 
-    Each free cell is as likely as any other; once a path is known, each free cell through which a shorter one may lead.
+    Each free cell is as likely as any other, but for a share of samples that are narrow places; once a path is known, each free cell through which a shorter one may lead.
     Those lie in an ellipse around start and goal (Gammell, Srinivasa, Barfoot 2014). Where it is smaller than
     the free space a point of it is drawn, and the cell around that is taken.
 
@@ -51,12 +51,27 @@ def drawn_cell(free, stride, cells, key, start, goal, best, count, at):
     ----------
     free : uint8 (n,), padded.
     stride : length of a padded row.
-    cells : int32 (f,): the free cells, flat.
+    cells, narrow : int32: the free cells, and those of them in narrow places, flat.
+    share : of 2**32 samples so many are in narrow places.
     key : of the draws.
     start, goal : flat cells.
     best : length of the best path; negative: none is known, or the whole map is to be drawn from.
     count : int64: the number of the next draw is ``count[at]``.
     """
+    bits = drawn(key, count[at])
+    count[at] += 1
+    if bits < share and len(narrow) > 0:
+        bits = drawn(key, count[at])
+        count[at] += 1
+        cell = int(narrow[u64((bits * len(narrow)) >> 32)])
+        if best < 0.0:
+            return cell
+        y = cell // stride
+        x = cell - y * stride
+        by = start // stride
+        to = goal // stride
+        there = length(start - by * stride, by, x, y) + length(x, y, goal - to * stride, to)
+        return cell if there < best else -1
     if best < 0.0:
         bits = drawn(key, count[at])
         count[at] += 1

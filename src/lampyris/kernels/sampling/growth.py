@@ -18,16 +18,17 @@ from __future__ import annotations
 from math import floor
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.sampling.buckets import around, file_node, nearest, node_at
+from lampyris.kernels.sampling.buckets import around, file_node
 from lampyris.kernels.sampling.draws import drawn, drawn_cell, length
 from lampyris.kernels.sampling.lines import line_free
+from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
 from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
 
 DONE, FOUND, STOPPED = 0, 1, 2
 LOOK = 32
 """Samples between two looks at the flag that stops the search."""
 # Entries of ``whole``.
-STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS = range(13)
+STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW = range(14)
 # Entries of ``count``.
 NODES, DRAWN, SAMPLED, REACHED, LINES = range(5)
 
@@ -41,11 +42,11 @@ def steered(stride, ax, ay, bx, by, step):
     return int(floor(ay + (by - ay) * step / d + 0.5)) * stride + int(floor(ax + (bx - ax) * step / d + 0.5))
 
 
-@kernel(out=("bucket", "link", "node_x", "node_y", "parent", "child", "after", "before", "cost", "near", "changed", "count"),
+@kernel(out=("bucket", "link", "sides", "stack", "node_x", "node_y", "parent", "child", "after", "before", "cost", "near", "changed", "count"),
         of="near", each=8000)  # fmt: skip
 def grow(
-    free, even, cells, whole, step, radius, bucket, link, node_x, node_y, parent, child, after, before, cost,
-    near, changed, count, halt,
+    free, even, cells, narrow, whole, step, radius, bucket, link, sides, stack, node_x, node_y, parent, child, after, before,
+    cost, near, changed, count, halt,
 ):  # fmt: skip
     """Take samples until so many are taken, or (RRT) a path is found.
 
@@ -53,12 +54,13 @@ def grow(
     ----------
     free : uint8 (n,), padded; 1 where the robot may be.
     even : uint8 (1,): 0.
-    cells : int32 (f,): the free cells, flat.
-    whole : int64 (13,): what the names above say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
-        ``BIAS``: of 2**32 samples so many are the goal. ``ANCESTORS``: of a parent, that are tried in its place.
+    cells, narrow : int32: the free cells, and those of them in narrow places, flat.
+    whole : int64 (14,): what the names above say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
+        ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that are tried in its place.
     step : longest line by which the tree grows, cells.
     radius : float64 (32,): of the neighbourhood when the tree has 2**k nodes or more.
-    bucket, link : see :func:`lampyris.kernels.sampling.buckets.file_node`.
+    bucket, link : see :func:`lampyris.kernels.sampling.buckets.file_node`; RRT has no use for them.
+    sides, stack : see :func:`lampyris.kernels.sampling.nearest.nearest`.
     node_x, node_y, parent, child, after, before, cost : the tree; the start is node 0.
     near, changed : int32 (room,): scratch.
     count : int64 (5,): nodes, draws, samples; node of the goal, -1: not reached; lines checked.
@@ -87,14 +89,14 @@ def grow(
         target = goal
         if bits >= whole[BIAS] or reached >= 0:
             target = drawn_cell(
-                free, stride, cells, key, start, goal, best if whole[INFORMED] != 0 else -1.0, count, DRAWN
+                free, stride, cells, narrow, whole[NARROW], key, start, goal, best if whole[INFORMED] != 0 else -1.0, count, DRAWN
             )
             if target < 0:
                 continue
         y = target // stride
         x = target - y * stride
         nodes = count[NODES]
-        v = nearest(bucket, link, wide, high, 0, base, node_x, node_y, 0, nodes, x, y)
+        v = nearest(sides, node_x, node_y, 0, x, y, stack)
         vx = node_x[u64(v)]
         vy = node_y[u64(v)]
         n = -1
@@ -105,7 +107,7 @@ def grow(
             y = cell // stride
             x = cell - y * stride
             if cell != target:
-                n = node_at(bucket, link, wide, 0, base, node_x, node_y, x, y)
+                n = node_at(sides, node_x, node_y, 0, x, y)
         if n >= 0 and star == 0:
             continue
         if best >= 0.0 and length(sx, sy, x, y) + length(x, y, gx, gy) >= best:
@@ -125,7 +127,7 @@ def grow(
             while (nodes >> (k + 1)) > 0:
                 k += 1
             many = around(
-                bucket, link, wide, high, 0, base, node_x, node_y, x, y, min(radius[u64(k)], step), near
+                bucket, link, wide, high, base, node_x, node_y, x, y, min(radius[u64(k)], step), near
             )
             other = (drawn(key, count[DRAWN]) * nodes) >> 32
             count[DRAWN] += 1
@@ -154,7 +156,9 @@ def grow(
             child[u64(n)] = -1
             cost[u64(n)] = through
             hang(parent, child, after, before, n, p)
-            file_node(bucket, link, wide, 0, base, x, y, n)
+            put_node(sides, node_x, node_y, 0, n)
+            if star != 0:
+                file_node(bucket, link, wide, base, x, y, n)
         elif through < cost[u64(n)] - EQUAL:
             cut(parent, child, after, before, n)
             hang(parent, child, after, before, n, p)
@@ -184,7 +188,9 @@ def grow(
                     child[u64(g)] = -1
                     cost[u64(g)] = cost[u64(n)] + away
                     hang(parent, child, after, before, g, n)
-                    file_node(bucket, link, wide, 0, base, gx, gy, g)
+                    put_node(sides, node_x, node_y, 0, g)
+                    if star != 0:
+                        file_node(bucket, link, wide, base, gx, gy, g)
                     count[REACHED] = g
             if count[REACHED] >= 0 and star == 0:
                 return FOUND

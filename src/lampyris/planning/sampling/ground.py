@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ _POINTS = 64
 """Points of a path between which shorter lines are looked for, about."""
 _MANY = 400
 """Vertices of a path above which no points are put between them."""
+_GAP = 4
+"""Cells from one wall to another with fewer than so many free cells between them are a narrow place."""
 _LAST_NUMBER = 2**30
 
 
@@ -65,18 +68,43 @@ class SamplingMap:
         self._diagonals = 2 if cutting else int(slanting)
         self.cells = np.flatnonzero(self.board.free).astype(np.int32)
         self.stride, self.rows = self.board.stride, self.board.size // self.board.stride
+        self.narrow = self._narrow()
         self.wide, self.high = ((n >> BITS) + 1 for n in (self.stride, self.rows))
-        self._bucket = np.zeros(2 * self.wide * self.high, dtype=np.int32)
+        self._bucket = np.zeros(self.wide * self.high, dtype=np.int32)
         self._next = 1
+        self._scratch: dict[type[np.generic], list[NDArray[Any]]] = {}
+
+    def _narrow(self) -> Chain:
+        """Flat free cells between two blocked ones that are at most so many cells apart, along a row or a column."""
+        free = self.board.free.astype(bool)
+        narrow = np.zeros(free.size, dtype=bool)
+        for step in (1, self.stride):
+            wall = [~np.roll(free, k * step) for k in range(-_GAP, _GAP + 1)]
+            for before in range(1, _GAP):
+                narrow |= wall[_GAP - before] & np.logical_or.reduce(wall[_GAP + 1 : 2 * _GAP - before + 1])
+        return np.flatnonzero(narrow & free).astype(np.int32)
 
     def buckets(self, nodes: int) -> tuple[NDArray[np.int32], int]:
-        """Buckets for two trees with so many nodes at most in all, and the number that stands for node 0 in them."""
+        """Buckets for so many nodes at most, and the number that stands for node 0 in them."""
         base = self._next
         self._next += nodes
         if self._next > _LAST_NUMBER:
             self._bucket.fill(0)
             base, self._next = 1, 1 + nodes
         return self._bucket, base
+
+    def scratch(self, rows: int, length: int, kind: type[np.generic]) -> list[NDArray[Any]]:
+        """Arrays for one search, of any contents, the same for each: a search that is over needs them no more.
+
+        Fresh memory for every search would be the greater part of the time of an easy one.
+        """
+        held = self._scratch.setdefault(kind, [])
+        for k in range(rows):
+            if k == len(held):
+                held.append(np.empty(length, dtype=kind))
+            elif len(held[k]) < length:
+                held[k] = np.empty(length, dtype=kind)
+        return [one[:length] for one in held[:rows]]
 
     def diagonal(self) -> float:
         """Length of the map's diagonal, cells."""
@@ -86,6 +114,15 @@ class SamplingMap:
         """Distance between two flat cells."""
         (ay, ax), (by, bx) = divmod(a, self.stride), divmod(b, self.stride)
         return math.sqrt(float((ax - bx) * (ax - bx) + (ay - by) * (ay - by)))
+
+    def joined(self, a: int, b: int) -> bool:
+        """Whether single steps through cells that are free now lead from one flat cell to another."""
+        from scipy import ndimage  # bits: labels, whole numbers
+
+        free = self.board.free.reshape(self.rows, self.stride)
+        labels, _ = ndimage.label(free, np.ones((3, 3)) if self.rule == CUT else None)
+        at = labels.ravel()
+        return bool(at[a] == at[b])
 
     def flat(self, cell: Cell) -> int:
         """Flat index of a cell."""

@@ -30,6 +30,7 @@ class Rrt:
     batch : samples of one iteration of the record.
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points.
 
     Raises
@@ -38,9 +39,10 @@ class Rrt:
     """
 
     samples: int = whole(100_000, 1, 10_000_000)
-    batch: int = whole(100, 1, 1_000_000)
+    batch: int = whole(1000, 1, 1_000_000)
     step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
     goal_bias: float = number(0.05, 0.0, 1.0)
+    narrow: float = number(0.1, 0.0, 0.9)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt"
@@ -73,6 +75,7 @@ class RrtConnect:
     samples : that are taken at most.
     batch : samples of one iteration of the record.
     step : longest line by which the trees grow.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points.
 
     Raises
@@ -81,8 +84,9 @@ class RrtConnect:
     """
 
     samples: int = whole(100_000, 1, 10_000_000)
-    batch: int = whole(100, 1, 1_000_000)
+    batch: int = whole(1000, 1, 1_000_000)
     step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
+    narrow: float = number(0.1, 0.0, 0.9)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt-connect"

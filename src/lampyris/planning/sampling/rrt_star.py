@@ -30,6 +30,7 @@ class RrtStar:
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal, until it is reached.
     ancestors : so many ancestors of a parent are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -42,6 +43,7 @@ class RrtStar:
     step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
     goal_bias: float = number(0.05, 0.0, 1.0)
     ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt-star"
@@ -78,6 +80,7 @@ class InformedRrtStar:
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal, until it is reached.
     ancestors : so many ancestors of a parent are tried in its place; 0: as published.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -90,6 +93,7 @@ class InformedRrtStar:
     step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
     goal_bias: float = number(0.05, 0.0, 1.0)
     ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "informed-rrt-star"
@@ -125,6 +129,7 @@ class BitStar:
     samples : that are taken at most; all are, unless the path is a straight line.
     batch : samples of a batch.
     ancestors : so many ancestors of a parent are tried in its place; 0: as published.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -135,6 +140,7 @@ class BitStar:
     samples: int = whole(20_000, 1, 10_000_000)
     batch: int = whole(100, 1, 1_000_000)
     ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "bit-star"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
@@ -12,7 +13,7 @@ import numpy as np
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris.kernels import loading
-from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
+from lampyris.kernels.graph.search import LIMIT
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -27,7 +28,7 @@ from lampyris.planning.sampling.trees import Query, TreeSearch
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Floats
 
-PROVE = 400
+PROVE = 2000
 """Samples without a path after which it is looked up whether walls separate the ends."""
 _STRAIGHT = 1.0 + 1e-12
 """A path no longer than so many times the straight line is the shortest."""
@@ -42,6 +43,7 @@ class SamplingPlanner(Protocol):
     samples: int
     batch: int
     step: float | None
+    narrow: float
     shortcut: bool
 
     @property
@@ -115,10 +117,12 @@ class SamplingSession(SessionBase):
         if scene is not self._scene or self._ground is None:
             self._scene, self._ground = scene, None
             self._see()
-        made = self._answer(change.obstacles, None if budget is None else budget.expansions)
-        return replace(made, timing={"search_s": loading.wall() - began})
+        timing: dict[str, float] = {}
+        made = self._answer(change.obstacles, None if budget is None else budget.expansions, timing)
+        timing["search_s"] = loading.wall() - began
+        return made if made.timing is timing else replace(made, timing=timing)
 
-    def _answer(self, obstacles: Iterable[Cell], limit: int | None) -> Plan:
+    def _answer(self, obstacles: Iterable[Cell], limit: int | None, timing: dict[str, float]) -> Plan:
         start, goal, ground, name = self._robot, self._scene.goal, self._ground, self._planner.name
         assert ground is not None
         for (x, y), status in ((start, Status.START_OCCUPIED), (goal, Status.GOAL_OCCUPIED)):
@@ -130,15 +134,16 @@ class SamplingSession(SessionBase):
         run = _Run()
         if start == goal:
             run.chain = np.array([ground.flat(start)], dtype=np.int32)
-            return self._found(run, ground, 0.0)
+            return self._found(run, ground, timing)
         query = Query(
-            ground, ground.flat(start), ground.flat(goal), key, self._planner.samples, self._step(ground)
+            ground, ground.flat(start), ground.flat(goal), key, self._planner.samples, self._step(ground),
+            self._planner.narrow,
         )
-        with ground.board.closing(closed):
+        with ground.board.closing(closed) if closed else nullcontext():
             failed = self._sample(query, run, closed, limit)
             if failed is not None:
                 return failed
-            return self._found(run, ground, ground.distance(query.start, query.goal))
+            return self._found(run, ground, timing)
 
     def _step(self, ground: SamplingMap) -> float:
         step = self._planner.step
@@ -158,8 +163,8 @@ class SamplingSession(SessionBase):
                     break
                 some = min(planner.batch, left)
                 search.run(some)
-                used += some
-                run.spent += some
+                run.spent += search.taken - used
+                used = search.taken
                 trace.append(search.best)
                 if search.best < best:
                     best, run.chain = search.best, search.chain()
@@ -190,19 +195,22 @@ class SamplingSession(SessionBase):
         return edges[:: max(1, -(-len(edges) // EDGES))] - pad
 
     def _separated(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:
-        """The answer if walls or obstacles leave no path, None if there is one or the budget is too small to tell."""
+        """The answer if walls or obstacles leave no path; None if there is one."""
+        if query.ground.joined(query.start, query.goal):
+            return None
         finder = search_of(self._free, self._scene.grid.terrain, self._moves)
         left = None if limit is None else limit - run.spent
+        start, goal, name = self._robot, self._scene.goal, self._planner.name
         if left is not None and left <= 0:
-            return None
-        seen = finder.find_path(self._robot, self._scene.goal, left, closed)
-        run.spent += seen.expansions
-        if seen.ending != EXHAUSTED:
-            return None
-        here = None if closed else seen.expansions
-        plan = why_not(
-            self._planner.name, finder, self._robot, self._scene.goal, spent=run.spent, budget=limit, here=here
-        )
+            return Plan(Status.LIMIT, name, iterations=len(run.trace), expansions=run.spent)
+        here = None
+        if not closed:
+            region = finder.region(start, left)
+            run.spent += region.expansions
+            if region.ending == LIMIT:
+                return Plan(Status.LIMIT, name, iterations=len(run.trace), expansions=run.spent)
+            here = region.expansions
+        plan = why_not(name, finder, start, goal, spent=run.spent, budget=limit, here=here)
         return replace(plan, iterations=len(run.trace))
 
     def _none(self, query: Query, run: _Run, closed: list[Cell], limit: int | None, proven: bool) -> Plan:
@@ -219,7 +227,7 @@ class SamplingSession(SessionBase):
             Status.ITERATION_LIMIT, self._planner.name, iterations=rounds, expansions=run.spent, detail=detail
         )
 
-    def _found(self, run: _Run, ground: SamplingMap, straight: float) -> Plan:
+    def _found(self, run: _Run, ground: SamplingMap, timing: dict[str, float]) -> Plan:
         assert run.chain is not None
         with cancellation.shielded():
             lines = ground.lines(run.chain, shorter=self._planner.shortcut)
@@ -230,5 +238,5 @@ class SamplingSession(SessionBase):
         return Plan(
             Status.FOUND, self._planner.name, path_of(lines.walk, self._moves, self._scene.grid.terrain),
             iterations=len(run.trace), expansions=run.spent, waypoints=lines.turns, detail=run.ended,
-            notes=tuple(filter(None, (terrain,))), **more,
+            notes=(terrain,) if terrain else (), timing=timing, **more,
         )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ class Query:
     key : 32 bits that all draws come from.
     samples : that it takes at most, in all batches.
     step : longest line by which a tree grows, cells.
+    narrow : share of samples that are cells in narrow places.
     """
 
     ground: SamplingMap
@@ -38,6 +40,7 @@ class Query:
     key: int
     samples: int
     step: float
+    narrow: float
 
 
 class TreeSearch:
@@ -77,12 +80,18 @@ class TreeSearch:
     def lines(self) -> int:
         """Straight lines checked for collisions."""
 
+    @property
+    @abstractmethod
+    def taken(self) -> int:
+        """Samples taken."""
+
     def _whole(self, base: int, **more: int) -> NDArray[np.int64]:
         ground, query = self._query.ground, self._query
-        whole = np.zeros(13, dtype=np.int64)
+        whole = np.zeros(14, dtype=np.int64)
         fixed = {
             growth.STRIDE: ground.stride, growth.RULE: ground.rule, growth.WIDE: ground.wide, growth.HIGH: ground.high,
             growth.BASE: base, growth.START: query.start, growth.GOAL: query.goal, growth.KEY: query.key,
+            growth.NARROW: int(query.narrow * _WHOLE),
         }  # fmt: skip
         for place, value in fixed.items():
             whole[place] = value
@@ -129,14 +138,18 @@ class OneTree(TreeSearch):
         room = min(query.samples, len(ground.cells)) + 2
         self._bucket, base = ground.buckets(room)
         self._whole_ = self._whole(base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE))
-        self._x, self._y, self._parent, self._link, self._near, self._changed = np.empty((6, room), dtype=np.int32)
-        self._kin = np.empty((3, room if star else 1 + room), dtype=np.int32)
-        self._cost = np.empty(room)
-        self._radius = np.array([neighbourhood(len(ground.cells), 1 << k, FACTOR) for k in range(32)])
+        *rows, self._sides = ground.scratch(10, 2 * room, np.int32)
+        self._x, self._y, self._parent, self._link, self._near, self._changed, *self._kin = (one[:room] for one in rows)
+        (self._stack,) = ground.scratch(1, 2 * room, np.int64)
+        (self._cost,) = ground.scratch(1, room, np.float64)
+        radii = [neighbourhood(len(ground.cells), 1 << k, FACTOR) for k in range(32)] if star else [0.0]
+        self._radius = np.array(radii)
         x, y = self._place(query.start)
-        self._x[0], self._y[0], self._parent[0], self._kin[:, 0], self._cost[0] = x, y, -1, -1, 0.0
+        self._x[0], self._y[0], self._parent[0], self._cost[0] = x, y, -1, 0.0
+        for kin in self._kin:
+            kin[0] = -1
         b = (y >> 3) * ground.wide + (x >> 3)
-        self._bucket[b], self._link[0] = base, 0
+        self._bucket[b], self._link[0], self._sides[:2] = base, 0, -1
         self._count[growth.NODES], self._count[growth.REACHED] = 1, -1
 
     def run(self, samples: int) -> None:
@@ -144,8 +157,8 @@ class OneTree(TreeSearch):
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
         growth.grow(
-            ground.board.free, EVEN, ground.cells, self._whole_, self._query.step, self._radius, self._bucket, self._link,
-            self._x, self._y, self._parent, *self._kin, self._cost, self._near, self._changed, self._count,
+            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket, self._link,
+            self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near, self._changed, self._count,
         )  # fmt: skip
         reached = int(self._count[growth.REACHED])
         if reached >= 0:
@@ -165,6 +178,11 @@ class OneTree(TreeSearch):
         """See :attr:`TreeSearch.lines`."""
         return int(self._count[growth.LINES])
 
+    @property
+    def taken(self) -> int:
+        """See :attr:`TreeSearch.taken`."""
+        return int(self._count[growth.SAMPLED])
+
 
 class TwoTrees(TreeSearch):
     """RRT-Connect: trees from the start and from the goal."""
@@ -175,14 +193,14 @@ class TwoTrees(TreeSearch):
         # A sample makes one node in one tree, and in the other as many as there are steps across the map.
         steps = 2 + math.ceil(2.0 * ground.diagonal() / max(1.0, query.step - 1.0))
         self._room = room = min(query.samples * steps, len(ground.cells)) + 2
-        self._bucket, base = ground.buckets(2 * room)
-        self._whole_ = self._whole(base)
-        self._x, self._y, self._parent, self._link = np.empty((4, 2 * room), dtype=np.int32)
+        self._whole_ = self._whole(0)
+        *rows, self._sides = ground.scratch(4, 4 * room, np.int32)
+        self._x, self._y, self._parent = (one[: 2 * room] for one in rows)
+        (self._stack,) = ground.scratch(1, 4 * room, np.int64)
         for tree, flat in enumerate((query.start, query.goal)):
             n = tree * room
-            self._x[n], self._y[n] = x, y = self._place(flat)
-            self._parent[n], self._link[n] = -1, 0
-            self._bucket[tree * ground.wide * ground.high + (y >> 3) * ground.wide + (x >> 3)] = base + n
+            self._x[n], self._y[n] = self._place(flat)
+            self._parent[n], self._sides[2 * n : 2 * n + 2] = -1, -1
         self._count[:2] = 1
 
     def run(self, samples: int) -> None:
@@ -190,20 +208,20 @@ class TwoTrees(TreeSearch):
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
         outcome = pair.connect(
-            ground.board.free, EVEN, ground.cells, self._whole_, self._query.step, self._bucket, self._link,
+            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._sides, self._stack,
             self._x, self._y, self._parent, self._count,
         )  # fmt: skip
         if outcome == growth.FOUND:
-            y, x = np.divmod(self.chain().astype(np.int64), ground.stride)
-            d = np.diff(x) * np.diff(x) + np.diff(y) * np.diff(y)
-            self.best = math.fsum(np.sqrt(d).tolist())
+            arrays = (self._parent, self._x, self._y, ground.stride)
+            first = _up(int(self._count[pair.FIRST_MET]), *arrays)
+            second = _up(int(self._count[pair.SECOND_MET]), *arrays)
+            self._chain = np.concatenate((first[::-1], second[1:]))
+            cells = self._chain.tolist()
+            self.best = math.fsum(ground.distance(a, b) for a, b in pairwise(cells))
 
     def chain(self) -> Chain:
         """See :meth:`TreeSearch.chain`."""
-        arrays = (self._parent, self._x, self._y, self._query.ground.stride)
-        first = _up(int(self._count[pair.FIRST_MET]), *arrays)
-        second = _up(int(self._count[pair.SECOND_MET]), *arrays)
-        return np.concatenate((first[::-1], second[1:]))
+        return self._chain
 
     def edges(self) -> Floats:
         """See :meth:`TreeSearch.edges`."""
@@ -214,6 +232,11 @@ class TwoTrees(TreeSearch):
     def lines(self) -> int:
         """See :attr:`TreeSearch.lines`."""
         return int(self._count[pair.LINES])
+
+    @property
+    def taken(self) -> int:
+        """See :attr:`TreeSearch.taken`."""
+        return int(self._count[pair.SAMPLED])
 
 
 class Batches(TreeSearch):
@@ -262,7 +285,7 @@ class Batches(TreeSearch):
         radius = max(self._radius(), 1.5)
         while True:
             outcome = batch.search_batch(
-                ground.board.free, EVEN, ground.cells, self._whole_, radius, self._bucket, self._link, self._x, self._y,
+                ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x, self._y,
                 *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key, self._vertex,
                 self._near, self._changed, self._count,
             )  # fmt: skip
@@ -285,3 +308,8 @@ class Batches(TreeSearch):
     def lines(self) -> int:
         """See :attr:`TreeSearch.lines`."""
         return int(self._count[growth.LINES])
+
+    @property
+    def taken(self) -> int:
+        """See :attr:`TreeSearch.taken`."""
+        return int(self._count[growth.SAMPLED])
