@@ -18,6 +18,7 @@ from lampyris.report.pictures import canvas
 from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.report.pictures.footprints import draw_footprints
 from lampyris.report.pictures.regions import draw_rounds
+from lampyris.report.pictures.tree import draw_tree
 from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ def draw_plan(
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
     beneath, or without one the terrain, ochre where it is costly; the path is coloured by the profile's
     speeds.
-    Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn. Start, goal, gates
+    Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn, of planners that sample their
+    trees. Start, goal, gates
     (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
     map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
@@ -77,6 +79,8 @@ def draw_plan(
         items = draw_footprints(axes, plan.pose_path, grid, scene.robot) + items
     if plan.rounds:
         items = draw_rounds(axes, plan.rounds, frame) + items
+    if plan.tree is not None and len(plan.tree):
+        items = [draw_tree(axes, plan.tree, frame), *items]
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()
