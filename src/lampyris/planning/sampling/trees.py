@@ -104,6 +104,21 @@ class TreeSearch:
         return x, y
 
 
+def _informed_radius(query: Query, best: float, x: NDArray[np.int32], y: NDArray[np.int32], ends: tuple[int, int]) -> float:
+    """Radius of the neighbourhood for the nodes that a path shorter than the best may lead through."""
+    area, some = float(len(query.ground.cells)), len(x)
+    if math.isfinite(best):
+        least = query.ground.distance(query.start, query.goal)
+        side = math.sqrt(max(best * best - least * least, 0.0))
+        area = min(area, 3.141592653589793 / 4.0 * best * side)
+        length = np.zeros(len(x))
+        for end in ends:
+            dx, dy = (v.astype(np.float64) - float(v[end]) for v in (x, y))
+            length += np.sqrt(dx * dx + dy * dy)
+        some = int(np.count_nonzero(length < best))
+    return max(neighbourhood(area, some, FACTOR), 1.5)
+
+
 def _up(node: int, parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], stride: int) -> Chain:
     """Flat cells from a node to the root of its tree."""
     nodes = []
@@ -156,6 +171,10 @@ class OneTree(TreeSearch):
         """See :meth:`TreeSearch.run`."""
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
+        if self._whole_[growth.INFORMED] and math.isfinite(self.best):
+            nodes = int(self._count[growth.NODES])
+            ends = (0, int(self._count[growth.REACHED]))
+            self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
         growth.grow(
             ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket, self._link,
             self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near, self._changed, self._count,
@@ -263,26 +282,12 @@ class Batches(TreeSearch):
         self._edge_key, self._edge = np.empty(size), np.empty(size, dtype=np.int64)
         self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int32)
 
-    def _radius(self) -> float:
-        """Of the neighbourhood in the next batch."""
-        ground, query, nodes = self._query.ground, self._query, int(self._count[growth.NODES])
-        area, some = float(len(ground.cells)), nodes
-        if math.isfinite(self.best):
-            least = ground.distance(query.start, query.goal)
-            side = math.sqrt(max(self.best * self.best - least * least, 0.0))
-            area = min(area, 3.141592653589793 / 4.0 * self.best * side)
-            length = np.zeros(nodes)
-            for end in (0, 1):
-                dx, dy = (v[:nodes].astype(np.float64) - float(v[end]) for v in (self._x, self._y))
-                length += np.sqrt(dx * dx + dy * dy)
-            some = int(np.count_nonzero(length < self.best))
-        return neighbourhood(area, max(some, 2), FACTOR)
-
     def run(self, samples: int) -> None:
         """See :meth:`TreeSearch.run`."""
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
-        radius = max(self._radius(), 1.5)
+        nodes = int(self._count[growth.NODES])
+        radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
         while True:
             outcome = batch.search_batch(
                 ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x, self._y,
