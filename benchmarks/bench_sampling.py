@@ -27,13 +27,14 @@ from lampyris.planning.field.layers import free_space, largest_region
 from lampyris.referee import check_plan
 
 TITLE = "Planners that sample, beside OMPL"
-HOW = f"""Random pairs of cells (discs of radius 0.3 m, cells of 0.25 m; a point where walls are one cell apart) and of poses (a car of
-1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). Each call is timed in processor time of its thread; what depends on the map
-alone is made before, each planner plans once before, and a query without an answer counts as the limit. Ours:
-`session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; without shortcuts, as OMPL's
-`solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python, a lookup in a map of free cells
-(looked at every {CHECKED} cells) or free poses, and part of its time. AORRTC runs to its limit of 1.3 s of wall time;
-`bit-star`, `rrt-star` and `informed-rrt-star` take their 20,000 samples, the rounds of `pose-rrt-connect` 50 ms of wall time."""
+HOW = f"""Random pairs of cells (discs of radius 0.3 m, cells of 0.25 m; a point where walls are one cell apart) and of poses
+(a car of 1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). Each call is timed in processor time of its thread; what
+depends on the map alone is made before, each planner plans once before, and a query without an answer counts as the limit.
+Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; without shortcuts, as
+OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python, a lookup in a map of free cells
+(looked at every {CHECKED} cells) or free poses, and part of its time; for discs each call in a process of its own, as AORRTC of
+2.0.1 now and then ends the process, which counts as no answer. AORRTC runs to its limit of 1.3 s of wall time; `bit-star`,
+`rrt-star` and `informed-rrt-star` take their 20,000 samples, the rounds of `pose-rrt-connect` 50 ms of wall time."""
 
 ASKED = 10.0
 """How many times faster RRT-Connect shall be in the median."""
@@ -65,14 +66,19 @@ def cell_scenes(name: str, robot: Robot, count: int) -> list[Scene]:
 
 def pose_scenes(quick: bool, count: int) -> Iterator[tuple[str, list[Scene]]]:
     """Pairs of poses: rooms, and published maps."""
-    yield "rooms", pairs(Grid(np.kron(~rooms(65, 15), np.ones((8, 8), dtype=bool)), resolution=RESOLUTION), CAR, count)
+    yield (
+        "rooms",
+        pairs(Grid(np.kron(~rooms(65, 15), np.ones((8, 8), dtype=bool)), resolution=RESOLUTION), CAR, count),
+    )
     for name in POSE_MAPS[: 1 if quick else None]:
         free = published_map(name)
         if free is not None:
             yield name, pairs(Grid(~free, resolution=RESOLUTION), CAR, count)
 
 
-def ours(name: str, settings: dict[str, Any], limit: float, *, timed: bool = False) -> Callable[[Scene, int], Taken]:
+def ours(
+    name: str, settings: dict[str, Any], limit: float, *, timed: bool = False
+) -> Callable[[Scene, int], Taken]:
     """A planner of ours on a scene with a seed; ``limit`` seconds are what a failure counts as, and if ``timed`` its budget."""
 
     def run(scene: Scene, seed: int) -> Taken:
@@ -95,11 +101,13 @@ def ours(name: str, settings: dict[str, Any], limit: float, *, timed: bool = Fal
 
 def _asked(rival: OmplPlane | Ompl) -> Asked:
     if isinstance(rival, OmplPlane):
-        return lambda scene: rival(scene.start, scene.goal)
+        return lambda scene: rival.apart(scene.start, scene.goal)
     return lambda scene: rival(_pose(scene.start_pose), _pose(scene.goal_pose))
 
 
-def measured(scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]) -> dict[str, list[Taken]]:
+def measured(
+    scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]
+) -> dict[str, list[Taken]]:
     """What everyone took for each scene."""
     got: dict[str, list[Taken]] = {}
     for who, run in mine.items():
@@ -129,7 +137,9 @@ def bench(quick: bool) -> Section:
     poses = {
         "pose-rrt-connect, no shortcuts": ours("pose-rrt-connect", {"shortcut": False}, limit),
         "pose-rrt-connect": ours("pose-rrt-connect", {}, limit),
-        "pose-rrt-connect, rounds, 50 ms": ours("pose-rrt-connect", {"rounds": 1_000_000}, OURS_S, timed=True),
+        "pose-rrt-connect, rounds, 50 ms": ours(
+            "pose-rrt-connect", {"rounds": 1_000_000}, OURS_S, timed=True
+        ),
     }
 
     def told(name: str, got: dict[str, list[Taken]], first: str, best: str, unit: str) -> None:
@@ -140,10 +150,20 @@ def bench(quick: bool) -> Section:
                 f"{1e3 * statistics.fmean(t.seconds for t in taken):.2f}", f"{statistics.fmean(found):.1f}" if found else "",
             ))  # fmt: skip
             print(rows[-1], flush=True)
-        times = [Spread.of([1e3 * statistics.median(t.seconds for t in got[who])]) for who in (first, "OMPL RRTConnect")]
-        figures.append(Figure(f"{name}, {first}", "ms, median", times[0], "OMPL RRTConnect", times[1], asked=ASKED))
-        many = [Spread.of([float(sum(t.length is not None for t in got[who]))]) for who in (first, "OMPL RRTConnect")]
-        solved.append(Figure(f"{name}, solved by {first}", f"of {len(got[first])}", many[0], more_is_better=True))
+        times = [
+            Spread.of([1e3 * statistics.median(t.seconds for t in got[who])])
+            for who in (first, "OMPL RRTConnect")
+        ]
+        figures.append(
+            Figure(f"{name}, {first}", "ms, median", times[0], "OMPL RRTConnect", times[1], asked=ASKED)
+        )
+        many = [
+            Spread.of([float(sum(t.length is not None for t in got[who]))])
+            for who in (first, "OMPL RRTConnect")
+        ]
+        solved.append(
+            Figure(f"{name}, solved by {first}", f"of {len(got[first])}", many[0], more_is_better=True)
+        )
         both = [
             (a.length, b.length)
             for a, b in zip(got[best], got["OMPL AORRTC"], strict=True)
@@ -152,7 +172,9 @@ def bench(quick: bool) -> Section:
         if both:
             mean = [Spread.of([statistics.fmean(one)]) for one in zip(*both, strict=True)]
             what = f"{unit}, mean of {len(both)} pairs that both solve"
-            lengths.append(Figure(f"{name}, length of {best}", what, mean[0], "OMPL AORRTC", mean[1], asked=1 / LONGER))
+            lengths.append(
+                Figure(f"{name}, length of {best}", what, mean[0], "OMPL AORRTC", mean[1], asked=1 / LONGER)
+            )
 
     with compiled_only():
         for name, robot in list(MAPS.items())[: 3 if quick else None]:
@@ -163,7 +185,13 @@ def bench(quick: bool) -> Section:
                     "OMPL RRTConnect": _asked(OmplPlane("RRTConnect", free, limit)),
                     "OMPL AORRTC": _asked(OmplPlane("AORRTC", free, AORRTC_S)),
                 }
-                told(f"{name}, disc", measured(scenes, connect, rivals), "rrt-connect, no shortcuts", "bit-star", "cells")
+                told(
+                    f"{name}, disc",
+                    measured(scenes, connect, rivals),
+                    "rrt-connect, no shortcuts",
+                    "bit-star",
+                    "cells",
+                )
         for name, scenes in pose_scenes(quick, count):
             if scenes:
                 walls = np.asarray(scenes[0].grid.blocked)

@@ -273,6 +273,8 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     few: dict[str, Any] = {
         name: 2 for name in ("swarm", "iterations", "particles", "rounds") if name in known
     }
+    if "samples" in known:
+        few["samples"] = 400
     with suppress(LampyrisError):  # not every planner serves every step set and ground
         api.plan(scene, planner, **few)
         api.simulate(scene, planner, ticks=12, **few)
@@ -307,7 +309,9 @@ def _poses() -> None:
     for controller in CONTROLLERS:
         api.drive(scene, "lattice", time_limit=0.5, controller=controller)
     for drive in DRIVES:
-        api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
+        turned = _scene(robot=replace(robot, drive=drive, turn_radius=1.0))
+        api.plan(turned, "hybrid-astar")
+        api.plan(turned, "pose-rrt-connect", samples=400)
     for curve in (curves.dubins, curves.reeds_shepp):
         curve((0.0, 0.0, 0.0), (3.0, 1.0, 1.0), 1.0).poses(0.5)
 

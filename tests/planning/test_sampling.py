@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from dataclasses import replace
@@ -77,7 +78,9 @@ def test_small_maps_are_solved_or_proven_to_have_no_path(name: str) -> None:
         assert plan.status == ("found" if start in reached else "no-path")
         words[plan.status] += 1
         if plan and name in STARS:
-            least = shortest(set(free), all_lines(set(free), blocked, MOVES[moves].corner_cutting), start)[goal]
+            least = shortest(set(free), all_lines(set(free), blocked, MOVES[moves].corner_cutting), start)[
+                goal
+            ]
             assert plan.any_angle_length is not None
             assert least - 1e-9 <= plan.any_angle_length <= least * 1.0001
     assert words["found"] >= 2
@@ -133,7 +136,10 @@ def test_moving_obstacles_and_map_changes(name: str) -> None:
     assert session.plan()
     assert session.plan(Change(obstacles=frozenset({(6, 4)}))).status is Status.HEMMED_IN
     shut = session.plan(Change(blocked=frozenset({(6, 4)})))
-    assert (shut.status, shut.sentence.count("regions") + shut.sentence.count("region") > 0) == (Status.NO_PATH, True)
+    assert (shut.status, shut.sentence.count("regions") + shut.sentence.count("region") > 0) == (
+        Status.NO_PATH,
+        True,
+    )
     assert session.plan(Change(freed=frozenset({(6, 0)})))
 
 
@@ -207,7 +213,12 @@ def test_a_time_limit_ends_it_with_the_best_path() -> None:
 
 @pytest.mark.parametrize(
     ("name", "wrong"),
-    [("rrt", {"goal_bias": 1.5}), ("rrt-connect", {"step": 1.0}), ("rrt-star", {"ancestors": -1}), ("bit-star", {"batch": 0})],
+    [
+        ("rrt", {"goal_bias": 1.5}),
+        ("rrt-connect", {"step": 1.0}),
+        ("rrt-star", {"ancestors": -1}),
+        ("bit-star", {"batch": 0}),
+    ],
 )
 def test_wrong_settings_are_named(name: str, wrong: dict[str, object]) -> None:
     with pytest.raises(SettingError, match=next(iter(wrong))):
@@ -263,12 +274,15 @@ def test_draws_are_even_and_cells_lie_in_the_ellipse() -> None:
     assert bits.max() < 2**32
     for part in (bits >> 24, bits & 255):
         counts = np.bincount(part, minlength=256)
-        assert ((counts - 4000 / 256) ** 2 / (4000 / 256)).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
+        assert (
+            (counts - 4000 / 256) ** 2 / (4000 / 256)
+        ).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
     free = np.ones(40 * 40, dtype=np.uint8)
     cells = np.arange(1600, dtype=np.int32)
     count = np.zeros(1, dtype=np.int64)
     met = Counter(
-        draws.drawn_cell(free, 40, cells, cells[:0], 0, 9, 5 + 40 * 10, 30 + 40 * 25, 31.0, count, 0) for _ in range(6000)
+        draws.drawn_cell(free, 40, cells, cells[:0], 0, 9, 5 + 40 * 10, 30 + 40 * 25, 31.0, count, 0)
+        for _ in range(6000)
     )
     inside = {
         y * 40 + x
@@ -302,7 +316,7 @@ def test_footprints_are_led_through_a_door(drive: str) -> None:
     assert plan.pose_path.bound >= 1.0
     assert plan.tree is not None
     costs = plan.best_by_iteration
-    assert all(a >= b for a, b in zip(costs, costs[1:], strict=False))
+    assert all(a >= b for a, b in itertools.pairwise(costs))
     assert plan == plan_of("pose-rrt-connect", scene, record=True, rounds=4)
 
 
@@ -315,7 +329,9 @@ def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
     for seed in range(30):
         walls = np.kron(rng.random((8, 12)) < 0.2, np.ones((6, 6), dtype=bool))
         ends = [(*rng.uniform((1, 1), (17, 11)).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
-        scene = replace(posed(drive), grid=Grid(walls, resolution=0.25), start_pose=ends[0], goal_pose=ends[1])
+        scene = replace(
+            posed(drive), grid=Grid(walls, resolution=0.25), start_pose=ends[0], goal_pose=ends[1]
+        )
         plan = plan_of("pose-rrt-connect", scene, seed, samples=8000, reverse=reverse)
         found += bool(plan)
     assert found >= 5

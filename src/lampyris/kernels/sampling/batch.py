@@ -15,7 +15,24 @@ from lampyris.kernels.lattice.search import _pop, _push
 from lampyris.kernels.sampling.buckets import around, file_node, node_at
 from lampyris.kernels.sampling.draws import drawn, drawn_cell, length
 from lampyris.kernels.sampling.growth import (
-    ANCESTORS, BASE, DONE, DRAWN, GOAL, HIGH, KEY, LINES, NARROW, NODES, REACHED, RULE, SAMPLED, SAMPLES, START, STOPPED, STRIDE, WIDE,
+    ANCESTORS,
+    BASE,
+    DONE,
+    DRAWN,
+    GOAL,
+    HIGH,
+    KEY,
+    LINES,
+    NARROW,
+    NODES,
+    REACHED,
+    RULE,
+    SAMPLED,
+    SAMPLES,
+    START,
+    STOPPED,
+    STRIDE,
+    WIDE,
 )  # fmt: skip
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
@@ -83,7 +100,17 @@ def search_batch(
                 return STOPPED
             count[SAMPLED] += 1
             cell = drawn_cell(
-                free, stride, cells, narrow, whole[NARROW], key, start, goal, best if best < inf else -1.0, count, DRAWN
+                free,
+                stride,
+                cells,
+                narrow,
+                whole[NARROW],
+                key,
+                start,
+                goal,
+                best if best < inf else -1.0,
+                count,
+                DRAWN,
             )
             if cell < 0:
                 continue

@@ -10,7 +10,18 @@ from __future__ import annotations
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.sampling.draws import drawn_cell
 from lampyris.kernels.sampling.growth import (
-    DONE, FOUND, GOAL, KEY, LOOK, NARROW, RULE, SAMPLES, START, STOPPED, STRIDE, steered,
+    DONE,
+    FOUND,
+    GOAL,
+    KEY,
+    LOOK,
+    NARROW,
+    RULE,
+    SAMPLES,
+    START,
+    STOPPED,
+    STRIDE,
+    steered,
 )  # fmt: skip
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
@@ -79,13 +90,25 @@ def connect(free, even, cells, narrow, whole, step, sides, stack, node_x, node_y
         tree = count[SAMPLED] & 1
         count[SAMPLED] += 1
         target = drawn_cell(
-            free, stride, cells, narrow, whole[NARROW], whole[KEY], whole[START], whole[GOAL], -1.0, count, DRAWN
+            free,
+            stride,
+            cells,
+            narrow,
+            whole[NARROW],
+            whole[KEY],
+            whole[START],
+            whole[GOAL],
+            -1.0,
+            count,
+            DRAWN,
         )
         if count[SAMPLED] == 1:
             target = whole[GOAL]
         y = target // stride
         x = target - y * stride
-        n = _extend(free, even, whole, step, HALVES, sides, stack, node_x, node_y, parent, count, tree, room, x, y)
+        n = _extend(
+            free, even, whole, step, HALVES, sides, stack, node_x, node_y, parent, count, tree, room, x, y
+        )
         if n < 0:
             continue
         x = int(node_x[u64(n)])

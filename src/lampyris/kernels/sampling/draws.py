@@ -43,7 +43,8 @@ def length(ax, ay, bx, by):
 def drawn_cell(free, stride, cells, narrow, share, key, start, goal, best, count, at):
     """A random free cell, flat; -1: none of :data:`TRIES` lay in the ellipse and in free cells.
 
-    Each free cell is as likely as any other, but for a share of samples that are narrow places; once a path is known, each free cell through which a shorter one may lead.
+    Each free cell is as likely as any other, but for a share of samples that are narrow places; once a path is known, each
+    free cell through which a shorter one may lead.
     Those lie in an ellipse around start and goal (Gammell, Srinivasa, Barfoot 2014). Where it is smaller than
     the free space a point of it is drawn, and the cell around that is taken.
 
@@ -105,8 +106,8 @@ def drawn_cell(free, stride, cells, narrow, share, key, start, goal, best, count
                 continue
             a *= half
             b *= side
-            x = int(floor((sx + gx) / 2.0 + a * ux - b * uy + 0.5))
-            y = int(floor((sy + gy) / 2.0 + a * uy + b * ux + 0.5))
+            x = floor((sx + gx) / 2.0 + a * ux - b * uy + 0.5)
+            y = floor((sy + gy) / 2.0 + a * uy + b * ux + 0.5)
             cell = y * stride + x
             if x < 0 or x >= stride or cell < 0 or cell >= len(free) or free[u64(cell)] == 0:
                 continue

@@ -39,11 +39,16 @@ def steered(stride, ax, ay, bx, by, step):
     d = length(ax, ay, bx, by)
     if d <= step:
         return by * stride + bx
-    return int(floor(ay + (by - ay) * step / d + 0.5)) * stride + int(floor(ax + (bx - ax) * step / d + 0.5))
+    return floor(ay + (by - ay) * step / d + 0.5) * stride + floor(ax + (bx - ax) * step / d + 0.5)
 
 
-@kernel(out=("bucket", "link", "sides", "stack", "node_x", "node_y", "parent", "child", "after", "before", "cost", "near", "changed", "count"),
-        of="near", each=8000)  # fmt: skip
+@kernel(
+    out=(
+        "bucket", "link", "sides", "stack", "node_x", "node_y", "parent", "child", "after", "before", "cost", "near", "changed",
+        "count",
+    ),
+    of="near", each=8000,
+)  # fmt: skip
 def grow(
     free, even, cells, narrow, whole, step, radius, bucket, link, sides, stack, node_x, node_y, parent, child, after, before,
     cost, near, changed, count, halt,
@@ -56,7 +61,8 @@ def grow(
     even : uint8 (1,): 0.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
     whole : int64 (14,): what the names above say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
-        ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that are tried in its place.
+        ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that
+        are tried in its place.
     step : longest line by which the tree grows, cells.
     radius : float64 (32,): of the neighbourhood when the tree has 2**k nodes or more.
     bucket, link : see :func:`lampyris.kernels.sampling.buckets.file_node`; RRT has no use for them.
@@ -89,7 +95,17 @@ def grow(
         target = goal
         if bits >= whole[BIAS] or reached >= 0:
             target = drawn_cell(
-                free, stride, cells, narrow, whole[NARROW], key, start, goal, best if whole[INFORMED] != 0 else -1.0, count, DRAWN
+                free,
+                stride,
+                cells,
+                narrow,
+                whole[NARROW],
+                key,
+                start,
+                goal,
+                best if whole[INFORMED] != 0 else -1.0,
+                count,
+                DRAWN,
             )
             if target < 0:
                 continue

@@ -194,7 +194,9 @@ def _extend(
 
 
 @kernel(
-    out=("nodes", "parent", "pieces", "target", "segments", "goal", "lengths", "kinds", "count"), of="cells", each=2000
+    out=("nodes", "parent", "pieces", "target", "segments", "goal", "lengths", "kinds", "count"),
+    of="cells",
+    each=2000,
 )
 def connect_poses(
     wall, clear, px, py, cover, cells, whole, numbers, nodes, parent, pieces, target, segments, goal, lengths, kinds,

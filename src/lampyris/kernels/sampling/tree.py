@@ -56,6 +56,8 @@ def settle(node_x, node_y, parent, child, after, cost, changed, n):
             c = after[u64(at)]
         at = c + 0
         p = parent[u64(at)]
-        cost[u64(at)] = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], node_x[u64(at)], node_y[u64(at)])
+        cost[u64(at)] = cost[u64(p)] + length(
+            node_x[u64(p)], node_y[u64(p)], node_x[u64(at)], node_y[u64(at)]
+        )
         changed[u64(count)] = at
         count += 1

@@ -14,7 +14,7 @@ from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.shorten import shorten
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
-from lampyris.typing import BoolGrid, Cell, Cells, Floats
+from lampyris.typing import BoolGrid, Cell, Cells
 
 Chain = NDArray[np.int32]
 """Flat cells of the vertices of a path, start first."""
@@ -145,7 +145,9 @@ class SamplingMap:
         flat = (y * self.stride + x)[turns].astype(np.int32)
         return Lines(self.board.cells(flat[::-1]), self.board.cells(path[:count][::-1]))
 
-    def _shortened(self, x: NDArray[np.int64], y: NDArray[np.int64], *, dense: bool) -> tuple[NDArray[np.int64], ...]:
+    def _shortened(
+        self, x: NDArray[np.int64], y: NDArray[np.int64], *, dense: bool
+    ) -> tuple[NDArray[np.int64], ...]:
         if dense and 2 <= len(x) <= _MANY:
             x, y = self._with_points_between(x, y)
         if len(x) < 3:
@@ -157,7 +159,9 @@ class SamplingMap:
             kept.append(int(before[kept[-1]]))
         return x[kept[::-1]], y[kept[::-1]]
 
-    def _with_points_between(self, x: NDArray[np.int64], y: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+    def _with_points_between(
+        self, x: NDArray[np.int64], y: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], ...]:
         """The points, and cells of the walk along their lines at about equal distances."""
         path = np.empty(1 + int(np.abs(np.diff(x)).sum() + np.abs(np.diff(y)).sum()), dtype=np.int32)
         count = int(follow(self.board.free, self.stride, x, y, self._diagonals, path))

@@ -26,7 +26,14 @@ from lampyris.planning.lattice.lattice_planner import outline
 from lampyris.planning.lattice.poses import path_along
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
-from lampyris.planning.sampling.pose_trees import CellPose, PoseTask, PoseTrees, base_cells, plain_distance, separated
+from lampyris.planning.sampling.pose_trees import (
+    CellPose,
+    PoseTask,
+    PoseTrees,
+    base_cells,
+    plain_distance,
+    separated,
+)
 from lampyris.typing import Cell, Floats
 
 END_ERROR = 1e-3
@@ -142,7 +149,9 @@ class PoseRrtSession(PoseSession[HybridMap]):
             (self._pose, self._robot, Status.START_OCCUPIED, "start"),
             (self._scene.goal_pose, self._scene.goal, Status.GOAL_OCCUPIED, "goal"),
         ):
-            place = (float(cell[0]), float(cell[1]), grid.origin[2]) if pose is None else to_cells(grid, *pose)
+            place = (
+                (float(cell[0]), float(cell[1]), grid.origin[2]) if pose is None else to_cells(grid, *pose)
+            )
             standing = self._poses(search, place, pose is None)
             if not standing:
                 return Plan(status, name, detail=f"The footprint touches a wall at the {what}.")
@@ -209,7 +218,9 @@ class PoseRrtSession(PoseSession[HybridMap]):
         )  # fmt: skip
 
     def _separated(self, task: PoseTask) -> bool:
-        ends = [(math.floor(pose[0] + 0.5), math.floor(pose[1] + 0.5)) for pose in (task.starts[0], task.goals[0])]
+        ends = [
+            (math.floor(pose[0] + 0.5), math.floor(pose[1] + 0.5)) for pose in (task.starts[0], task.goals[0])
+        ]
         return separated(task.hybrid_map, ends[0], ends[1])
 
     def _least(self, task: PoseTask) -> float:

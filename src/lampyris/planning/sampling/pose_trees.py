@@ -77,7 +77,16 @@ class PoseTrees:
             dtype=np.int64,
         )  # fmt: skip
         self._numbers = np.array(
-            [shape.inner, shape.outer, shape.radius, task.reverse, task.turn_cost, task.step, shape.radius, most]
+            [
+                shape.inner,
+                shape.outer,
+                shape.radius,
+                task.reverse,
+                task.turn_cost,
+                task.step,
+                shape.radius,
+                most,
+            ]
         )
 
     @property

@@ -91,7 +91,9 @@ class RrtConnect:
 
     name: ClassVar[str] = "rrt-connect"
     traits: ClassVar[Traits] = TRAITS
-    summary: ClassVar[str] = "RRT-Connect: two random trees that grow towards each other; the first path soon."
+    summary: ClassVar[str] = (
+        "RRT-Connect: two random trees that grow towards each other; the first path soon."
+    )
     source: ClassVar[str] = (
         "Kuffner, LaValle 2000; exact lines on the grid, shorter steps where one is blocked and the shortcuts are ours."
     )

@@ -145,7 +145,9 @@ class BitStar:
 
     name: ClassVar[str] = "bit-star"
     traits: ClassVar[Traits] = TRAITS
-    summary: ClassVar[str] = "BIT*: batches of samples, searched best first; the path tends to the shortest one."
+    summary: ClassVar[str] = (
+        "BIT*: batches of samples, searched best first; the path tends to the shortest one."
+    )
     source: ClassVar[str] = (
         "Gammell, Srinivasa, Barfoot 2020; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
         "and the shortcuts are ours."

@@ -136,7 +136,12 @@ class SamplingSession(SessionBase):
             run.chain = np.array([ground.flat(start)], dtype=np.int32)
             return self._found(run, ground, timing)
         query = Query(
-            ground, ground.flat(start), ground.flat(goal), key, self._planner.samples, self._step(ground),
+            ground,
+            ground.flat(start),
+            ground.flat(goal),
+            key,
+            self._planner.samples,
+            self._step(ground),
             self._planner.narrow,
         )
         with ground.board.closing(closed) if closed else nullcontext():

@@ -104,7 +104,9 @@ class TreeSearch:
         return x, y
 
 
-def _informed_radius(query: Query, best: float, x: NDArray[np.int32], y: NDArray[np.int32], ends: tuple[int, int]) -> float:
+def _informed_radius(
+    query: Query, best: float, x: NDArray[np.int32], y: NDArray[np.int32], ends: tuple[int, int]
+) -> float:
     """Radius of the neighbourhood for the nodes that a path shorter than the best may lead through."""
     area, some = float(len(query.ground.cells)), len(x)
     if math.isfinite(best):
@@ -119,7 +121,9 @@ def _informed_radius(query: Query, best: float, x: NDArray[np.int32], y: NDArray
     return max(neighbourhood(area, some, FACTOR), 1.5)
 
 
-def _up(node: int, parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], stride: int) -> Chain:
+def _up(
+    node: int, parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], stride: int
+) -> Chain:
     """Flat cells from a node to the root of its tree."""
     nodes = []
     while node >= 0:
@@ -128,7 +132,9 @@ def _up(node: int, parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[n
     return y[nodes] * np.int32(stride) + x[nodes]
 
 
-def _edges(parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], used: NDArray[np.int64]) -> Floats:
+def _edges(
+    parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], used: NDArray[np.int64]
+) -> Floats:
     """The lines from nodes to their parents."""
     used = used[parent[used] >= 0]
     p = parent[used]
@@ -152,9 +158,13 @@ class OneTree(TreeSearch):
         ground = query.ground
         room = min(query.samples, len(ground.cells)) + 2
         self._bucket, base = ground.buckets(room)
-        self._whole_ = self._whole(base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE))
+        self._whole_ = self._whole(
+            base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE)
+        )
         *rows, self._sides = ground.scratch(10, 2 * room, np.int32)
-        self._x, self._y, self._parent, self._link, self._near, self._changed, *self._kin = (one[:room] for one in rows)
+        self._x, self._y, self._parent, self._link, self._near, self._changed, *self._kin = (
+            one[:room] for one in rows
+        )
         (self._stack,) = ground.scratch(1, 2 * room, np.int64)
         (self._cost,) = ground.scratch(1, room, np.float64)
         radii = [neighbourhood(len(ground.cells), 1 << k, FACTOR) for k in range(32)] if star else [0.0]
@@ -176,8 +186,9 @@ class OneTree(TreeSearch):
             ends = (0, int(self._count[growth.REACHED]))
             self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
         growth.grow(
-            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket, self._link,
-            self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near, self._changed, self._count,
+            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket,
+            self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
+            self._changed, self._count,
         )  # fmt: skip
         reached = int(self._count[growth.REACHED])
         if reached >= 0:
@@ -267,7 +278,9 @@ class Batches(TreeSearch):
         self._room = room = min(query.samples, len(ground.cells)) + 2
         self._bucket, base = ground.buckets(room)
         self._whole_ = self._whole(base, ancestors=ancestors)
-        self._x, self._y, self._link, self._near, self._changed, self._tree = np.empty((6, room), dtype=np.int32)
+        self._x, self._y, self._link, self._near, self._changed, self._tree = np.empty(
+            (6, room), dtype=np.int32
+        )
         self._kin = np.full((4, room), -1, dtype=np.int32)
         self._cost, self._stale = np.full(room, np.inf), np.zeros(room, dtype=np.uint8)
         self._heaps(8 * min(room, 2048) + 2 * room)
@@ -290,9 +303,9 @@ class Batches(TreeSearch):
         radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
         while True:
             outcome = batch.search_batch(
-                ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x, self._y,
-                *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key, self._vertex,
-                self._near, self._changed, self._count,
+                ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x,
+                self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
+                self._vertex, self._near, self._changed, self._count,
             )  # fmt: skip
             if outcome != batch.FULL:
                 break

@@ -66,7 +66,11 @@ def plan_record(
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],
-        **({"best_by_iteration": [_finite(v) for v in plan.best_by_iteration]} if plan.waypoints is not None and plan.best_by_iteration else {}),
+        **(
+            {"best_by_iteration": [_finite(v) for v in plan.best_by_iteration]}
+            if plan.tree is not None
+            else {}
+        ),
         **({"rounds": [round_record(one) for one in plan.rounds]} if plan.rounds else {}),
         "attributes": dict(plan.attributes),
         "notes": list(plan.notes),

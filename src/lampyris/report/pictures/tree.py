@@ -30,6 +30,8 @@ def draw_tree(axes: Axes, tree: Floats, frame: FigureLayout) -> Any:
 
     # The more lines there are, the thinner.
     width = float(np.clip(frame.cell * 6.0 / np.sqrt(len(tree)), *_THIN))
-    lines = LineCollection(list(tree.reshape(-1, 2, 2)), colors=_LINE, linewidths=width, alpha=0.75, zorder=2.5)
+    lines = LineCollection(
+        list(tree.reshape(-1, 2, 2)), colors=_LINE, linewidths=width, alpha=0.75, zorder=2.5
+    )
     axes.add_collection(lines, autolim=False)
     return Line2D([], [], color=_LINE, linewidth=1.2, label="tree")
