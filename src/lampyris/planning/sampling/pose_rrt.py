@@ -170,7 +170,8 @@ class PoseRrtSession(PoseSession[HybridMap]):
         settings, name = self._settings, self._name
         least = self._least(task)
         best: tuple[CellPose, Floats] | None = None
-        most, spent, proven, detail, trace = math.inf, 0, False, "", []
+        most, spent, proven, detail = math.inf, 0, False, ""
+        trace: list[float] = []
         edges: Floats | None = None
         total = settings.samples if limit is None else min(limit, settings.samples)
         if self._cells is None:

@@ -40,11 +40,31 @@ class SamplingPlanner(Protocol):
     """What the session needs of a planner's settings."""
 
     name: ClassVar[str]
-    samples: int
-    batch: int
-    step: float | None
-    narrow: float
-    shortcut: bool
+
+    @property
+    def samples(self) -> int:
+        """Samples that a call takes at most."""
+        ...
+
+    @property
+    def batch(self) -> int:
+        """Samples of one iteration."""
+        ...
+
+    @property
+    def step(self) -> float | None:
+        """Longest line by which a tree grows, cells; None: by the size of the map."""
+        ...
+
+    @property
+    def narrow(self) -> float:
+        """Share of samples in narrow places."""
+        ...
+
+    @property
+    def shortcut(self) -> bool:
+        """Whether the path is made shorter at the end."""
+        ...
 
     @property
     def improves(self) -> bool:
