@@ -165,9 +165,9 @@ def search_batch(
             for i in range(many):
                 n = int(near[u64(i)])
                 through = cost[u64(v)] + length(x, y, node_x[u64(n)], node_y[u64(n)])
-                whole_way = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
-                if through < cost[u64(n)] - EQUAL and whole_way < best:
-                    _offer(edge_key, edge, count, room, v, n, whole_way)
+                estimate = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
+                if through < cost[u64(n)] - EQUAL and estimate < best:
+                    _offer(edge_key, edge, count, room, v, n, estimate)
             continue
         if count[VERTICES] + count[NODES] > len(vertex):
             return FULL

@@ -12,7 +12,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
 from lampyris.planning.sampling.rrt import TRAITS
 from lampyris.planning.sampling.session import SamplingSession
-from lampyris.planning.sampling.trees import Batches, OneTree, Query
+from lampyris.planning.sampling.trees import BatchSearch, OneTree, Query
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +158,9 @@ class BitStar:
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
 
-    def begin(self, query: Query) -> Batches:
+    def begin(self, query: Query) -> BatchSearch:
         """The search of one call."""
-        return Batches(query, ancestors=self.ancestors)
+        return BatchSearch(query, ancestors=self.ancestors)
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
         """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""

@@ -24,7 +24,7 @@ from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.sampling.ground import Chain, SamplingMap
-from lampyris.planning.sampling.trees import Query, TreeSearch
+from lampyris.planning.sampling.trees import Query, SampledSearch
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Floats
 
@@ -71,7 +71,7 @@ class SamplingPlanner(Protocol):
         """Whether it goes on when it has a path."""
         ...
 
-    def begin(self, query: Query) -> TreeSearch:
+    def begin(self, query: Query) -> SampledSearch:
         """The search of one call."""
         ...
 
@@ -214,7 +214,7 @@ class SamplingSession(SessionBase):
             run.tree = self._edges(search)
         return None
 
-    def _edges(self, search: TreeSearch) -> Floats | None:
+    def _edges(self, search: SampledSearch) -> Floats | None:
         edges = search.edges()
         pad = self._moves.reach
         return edges[:: max(1, -(-len(edges) // EDGES))] - pad

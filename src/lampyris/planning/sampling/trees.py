@@ -43,7 +43,7 @@ class Query:
     narrow: float
 
 
-class TreeSearch:
+class SampledSearch:
     """One search.
 
     Attributes
@@ -141,7 +141,7 @@ def _edges(
     return np.column_stack((x[used], y[used], x[p], y[p])).astype(np.float64)
 
 
-class OneTree(TreeSearch):
+class OneTree(SampledSearch):
     """RRT, and with ``star`` RRT*: a tree from the start.
 
     Parameters
@@ -178,7 +178,7 @@ class OneTree(TreeSearch):
         self._count[growth.NODES], self._count[growth.REACHED] = 1, -1
 
     def run(self, samples: int) -> None:
-        """See :meth:`TreeSearch.run`."""
+        """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
         if self._whole_[growth.INFORMED] and math.isfinite(self.best):
@@ -195,26 +195,26 @@ class OneTree(TreeSearch):
             self.best = float(self._cost[reached])
 
     def chain(self) -> Chain:
-        """See :meth:`TreeSearch.chain`."""
+        """See :meth:`SampledSearch.chain`."""
         reached = int(self._count[growth.REACHED])
         return _up(reached, self._parent, self._x, self._y, self._query.ground.stride)[::-1]
 
     def edges(self) -> Floats:
-        """See :meth:`TreeSearch.edges`."""
+        """See :meth:`SampledSearch.edges`."""
         return _edges(self._parent, self._x, self._y, np.arange(int(self._count[growth.NODES])))
 
     @property
     def lines(self) -> int:
-        """See :attr:`TreeSearch.lines`."""
+        """See :attr:`SampledSearch.lines`."""
         return int(self._count[growth.LINES])
 
     @property
     def taken(self) -> int:
-        """See :attr:`TreeSearch.taken`."""
+        """See :attr:`SampledSearch.taken`."""
         return int(self._count[growth.SAMPLED])
 
 
-class TwoTrees(TreeSearch):
+class TwoTrees(SampledSearch):
     """RRT-Connect: trees from the start and from the goal."""
 
     def __init__(self, query: Query) -> None:
@@ -234,7 +234,7 @@ class TwoTrees(TreeSearch):
         self._count[:2] = 1
 
     def run(self, samples: int) -> None:
-        """See :meth:`TreeSearch.run`."""
+        """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
         outcome = pair.connect(
@@ -250,26 +250,26 @@ class TwoTrees(TreeSearch):
             self.best = math.fsum(ground.distance(a, b) for a, b in pairwise(cells))
 
     def chain(self) -> Chain:
-        """See :meth:`TreeSearch.chain`."""
+        """See :meth:`SampledSearch.chain`."""
         return self._chain
 
     def edges(self) -> Floats:
-        """See :meth:`TreeSearch.edges`."""
+        """See :meth:`SampledSearch.edges`."""
         used = np.concatenate([tree * self._room + np.arange(int(self._count[tree])) for tree in (0, 1)])
         return _edges(self._parent, self._x, self._y, used)
 
     @property
     def lines(self) -> int:
-        """See :attr:`TreeSearch.lines`."""
+        """See :attr:`SampledSearch.lines`."""
         return int(self._count[pair.LINES])
 
     @property
     def taken(self) -> int:
-        """See :attr:`TreeSearch.taken`."""
+        """See :attr:`SampledSearch.taken`."""
         return int(self._count[pair.SAMPLED])
 
 
-class Batches(TreeSearch):
+class BatchSearch(SampledSearch):
     """BIT*: batches of samples, searched in the order of what a path through them may cost."""
 
     def __init__(self, query: Query, *, ancestors: int) -> None:
@@ -296,7 +296,7 @@ class Batches(TreeSearch):
         self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int32)
 
     def run(self, samples: int) -> None:
-        """See :meth:`TreeSearch.run`."""
+        """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
         self._whole_[growth.SAMPLES] = samples
         nodes = int(self._count[growth.NODES])
@@ -315,19 +315,19 @@ class Batches(TreeSearch):
         self.best = float(self._cost[1])
 
     def chain(self) -> Chain:
-        """See :meth:`TreeSearch.chain`."""
+        """See :meth:`SampledSearch.chain`."""
         return _up(1, self._kin[0], self._x, self._y, self._query.ground.stride)[::-1]
 
     def edges(self) -> Floats:
-        """See :meth:`TreeSearch.edges`."""
+        """See :meth:`SampledSearch.edges`."""
         return _edges(self._kin[0], self._x, self._y, np.arange(int(self._count[growth.NODES])))
 
     @property
     def lines(self) -> int:
-        """See :attr:`TreeSearch.lines`."""
+        """See :attr:`SampledSearch.lines`."""
         return int(self._count[growth.LINES])
 
     @property
     def taken(self) -> int:
-        """See :attr:`TreeSearch.taken`."""
+        """See :attr:`SampledSearch.taken`."""
         return int(self._count[growth.SAMPLED])
