@@ -2,7 +2,7 @@
 
 Kuffner, LaValle, "RRT-Connect: an efficient approach to single-query path planning", ICRA 2000. Lines are the curves of
 :func:`lampyris.kernels.hybrid.goal_curve.goal_curve`, checked for collisions as those of hybrid A* are, the middle of each piece
-first. What is kept out by its cost (``MOST``): Hauser, Zhou, "Asymptotically optimal planning by feasible kinodynamic
+first. What is kept out by its cost (``BELOW``): Hauser, Zhou, "Asymptotically optimal planning by feasible kinodynamic
 planning in a state-cost space", IEEE Transactions on Robotics 32(6), 2016, without samples of the cost.
 
 Positions are in cells of the padded map, y down. In the tree of the goal curves lead from a node to its parent; they
@@ -31,7 +31,7 @@ LEAST = 0.5
 # Entries of ``whole``.
 STRIDE, ROWS, BORDER, FAMILY, DRIVE, KEY, SAMPLES, ROOM = range(8)
 # Entries of ``numbers``.
-INNER, OUTER, RADIUS, REVERSE, TURN_COST, STEP, ARM, MOST = range(8)
+INNER, OUTER, RADIUS, REVERSE, TURN_COST, STEP, ARM, BELOW = range(8)
 # Entries of ``count``: nodes of either tree; draws, samples, curves checked; the nodes at which the trees met.
 FIRST_NODES, SECOND_NODES, DRAWN, SAMPLED, CURVES, FIRST_MET, SECOND_MET = range(7)
 
@@ -170,7 +170,7 @@ def _extend(
         g = nodes[u64(4 * v + 3)] + _cost_of(segments, tree, numbers[u64(REVERSE)], numbers[u64(TURN_COST)])
         dx = ex - target[u64(3)]
         dy = ey - target[u64(4)]
-        if g + sqrt(dx * dx + dy * dy) >= numbers[u64(MOST)]:
+        if g + sqrt(dx * dx + dy * dy) >= numbers[u64(BELOW)]:
             return -1
         count[u64(CURVES)] += 1
         if curve_free(
@@ -209,7 +209,7 @@ def connect_poses(
     wall, clear, px, py, cover : see :func:`lampyris.kernels.hybrid.collision.judge`.
     cells : int32 (f,): cells where the base may be, of the padded map.
     whole : int64 (8,); numbers : float64 (8,): what the names above say. ``STEP``: of curves, in cells. ``ARM``: cells that
-        a radian counts as. ``MOST``: no path that costs as much is of use. ``ROOM``: nodes that a tree has room for.
+        a radian counts as. ``BELOW``: no path that costs as much is of use. ``ROOM``: nodes that a tree has room for.
     nodes : float64 (8 room,): x, y, yaw and cost from the root, of both trees; roots are there.
     parent, pieces : int32 (2 room,), float64 (30 room,): parents, and the curves from them.
     target, segments, goal, lengths, kinds : room: float64 (5,), (15,), (3,), (5,), int64 (5,).
@@ -248,7 +248,7 @@ def connect_poses(
             target[u64(k)] = nodes[u64(4 * n + k)]
         for k in range(2):
             target[u64(3 + k)] = nodes[u64(4 * tree * room + k)]
-        most = numbers[u64(MOST)]
+        most = numbers[u64(BELOW)]
         at = -1
         for _ in range(48):
             m = _extend(
