@@ -31,6 +31,7 @@ NAMES = (
     "poses",
     "pose_maps",
     "pose_rivals",
+    "sampling",
     "fleets",
     "steering",
     "speed",

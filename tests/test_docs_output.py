@@ -42,6 +42,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("plan", "guide", "--set", "min_clearance=1"), ("plan", *POSES, "--planner", "pad"),
         ("plan", *CAR, "--planner", "pad"), ("plan", "guide", "--via", "1,9", "--via-order", "best"),
         ("plan", *CAR, "--planner", "lattice-sipp"), ("plan", "guide", "--planner", "voronoi"),
+        ("plan", "guide", "--planner", "rrt-connect", "--explain"),
         ("plan", *CAR, "--planner", "lattice", "--set", "primitives=costly.mprim"),
     ),
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),

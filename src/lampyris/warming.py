@@ -278,6 +278,8 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     few: dict[str, Any] = {
         name: 2 for name in ("swarm", "iterations", "particles", "rounds") if name in known
     }
+    if "samples" in known:
+        few["samples"] = 400
     with suppress(LampyrisError):  # not every planner serves every step set and ground
         api.plan(scene, planner, **few)
         api.simulate(scene, planner, ticks=6, **few)
@@ -315,7 +317,9 @@ def _poses() -> None:
         few = {"samples": 10} if controller == "mppi" else {}
         api.drive(scene, "lattice", time_limit=0.5, controller=controller, controller_settings=few)
     for drive in DRIVES:
-        api.plan(_scene(robot=replace(robot, drive=drive, turn_radius=1.0)), "hybrid-astar")
+        turned = _scene(robot=replace(robot, drive=drive, turn_radius=1.0))
+        api.plan(turned, "hybrid-astar")
+        api.plan(turned, "pose-rrt-connect", samples=400)
     for curve in (curves.dubins, curves.reeds_shepp):
         curve((0.0, 0.0, 0.0), (3.0, 1.0, 1.0), 1.0).poses(0.5)
 

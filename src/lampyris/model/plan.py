@@ -167,8 +167,10 @@ class Plan(Value, Tabular):
     commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
     rounds : of the planner ``pad``: its rounds, in order.
-    best_by_iteration : a swarm's record, when asked for: the fitness of its best answer so far, in cells,
-        after each iteration (infinity before there is one); it never rises.
+    best_by_iteration : the record of a swarm, or of a planner that samples, when asked for: the fitness of its best answer
+        so far (length of its best path), in cells, after each iteration (infinity before there is one); it never rises.
+    tree : of a planner that samples, when asked for: the straight lines of its trees, float64 (m, 4): x, y of either end,
+        in cells. Else None.
     gates_met : cells at which the ``replan`` gate policy sealed a gate and replanned.
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
@@ -216,6 +218,7 @@ class Plan(Value, Tabular):
     attributes: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     waypoints: Cells | None = None
+    tree: Floats | None = None
     schedule: Ticks | None = None
     frame: MapFrame | None = None
     pose_path: PosePath | None = None
@@ -232,6 +235,8 @@ class Plan(Value, Tabular):
             raise SettingError("PLAN", what, where="plan.path", allowed=allowed)
         if self.waypoints is not None:
             object.__setattr__(self, "waypoints", cells_of("plan", "waypoints", self.waypoints))
+        if self.tree is not None:
+            object.__setattr__(self, "tree", numbers_of("plan", "tree", self.tree, (None, 4)))
 
     def _brief(self) -> str:
         if self.path is None:

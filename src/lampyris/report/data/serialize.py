@@ -66,6 +66,11 @@ def plan_record(
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],
+        **(
+            {"best_by_iteration": [_finite(v) for v in plan.best_by_iteration]}
+            if plan.tree is not None
+            else {}
+        ),
         **({"rounds": [round_record(one) for one in plan.rounds]} if plan.rounds else {}),
         **({} if plan.map_model is None else {"map_model": model_record(plan, plan.map_model)}),
         "attributes": dict(plan.attributes),

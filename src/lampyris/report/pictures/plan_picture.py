@@ -19,6 +19,7 @@ from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.report.pictures.footprints import draw_footprints
 from lampyris.report.pictures.map_models import draw_model
 from lampyris.report.pictures.regions import draw_rounds
+from lampyris.report.pictures.tree import draw_tree
 from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def draw_plan(
     beneath, or without one the terrain, ochre where it is costly; the path is coloured by the profile's
     speeds.
     Of the planner ``pad`` spheres, tunnel and planned path of the last round are drawn, of planners of models of the
-    map the edges, ridges or leaves that they searched. Start, goal, gates
+    map the edges, ridges or leaves that they searched, of planners that sample their trees. Start, goal, gates
     (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
     map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
@@ -81,6 +82,8 @@ def draw_plan(
         items = draw_rounds(axes, plan.rounds, frame) + items
     if plan.map_model is not None:
         items = draw_model(axes, plan, plan.map_model, frame) + items
+    if plan.tree is not None and len(plan.tree):
+        items = [draw_tree(axes, plan.tree, frame), *items]
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()

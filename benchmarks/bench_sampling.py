@@ -1,0 +1,218 @@
+"""Planners that sample beside OMPL: RRT-Connect for discs and for footprints, and lengths beside AORRTC."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from benchmarks.about import versions
+from benchmarks.bench_pose_rivals import CAR, RESOLUTION
+from benchmarks.bench_poses import pairs
+from benchmarks.figures import Figure, Section, Spread, Table, judge
+from benchmarks.maps import published_map, rooms
+from benchmarks.pose_rivals import Ompl, Pose, Taken
+from benchmarks.sampling_rivals import CHECKED, OmplPlane
+
+from lampyris.kernels._jit import compiled_only
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.planning import registry
+from lampyris.planning.base import Budget
+from lampyris.planning.field.layers import free_space, largest_region
+from lampyris.referee import check_plan
+
+TITLE = "Planners that sample, beside OMPL"
+HOW = f"""Random pairs of cells (discs of radius 0.3 m, cells of 0.25 m; a point where walls are one cell apart) and of poses
+(a car of 1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). Each call is timed in processor time of its thread; what
+depends on the map alone is made before, each planner plans once before, and a query without an answer counts as the limit.
+Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; without shortcuts, as
+OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python, a lookup in a map of free cells
+(looked at every {CHECKED} cells) or free poses, and part of its time; for discs each call in a process of its own, as AORRTC of
+2.0.1 now and then ends the process, which counts as no answer. AORRTC runs to its limit of 1.3 s of wall time; `bit-star`,
+`rrt-star` and `informed-rrt-star` take their 20,000 samples, the rounds of `pose-rrt-connect` 50 ms of wall time."""
+
+ASKED = 10.0
+"""How many times faster RRT-Connect shall be in the median."""
+LONGER = 1.005
+"""How much longer than AORRTC's a path of ours may be: it may turn anywhere in a free cell, ours at the centres of cells, and no
+wall is nearer than the radius to any point of ours."""
+LIMIT_S, AORRTC_S, OURS_S = 10.0, 1.3, 0.05
+DISC, POINT = Robot(radius=0.3), Robot()
+MAPS = {
+    "arena2": DISC, "Berlin_0_256": DISC, "AR0011SR": DISC, "ht_0_hightown": DISC, "maze512-32-0": DISC,
+    "random512-10-0": POINT, "16room_000": POINT,
+}  # fmt: skip
+POSE_MAPS = ("arena2", "den312d")
+Asked = Callable[[Scene], Taken]
+
+
+def cell_scenes(name: str, robot: Robot, count: int) -> list[Scene]:
+    """Scenes with random ends in the largest region of a published map; none if it is not at hand."""
+    free = published_map(name)
+    if free is None:
+        return []
+    grid = Grid(~free, resolution=0.25)
+    blank = Scene(grid, start=(0, 0), goal=(0, 0), robot=robot)
+    cells = largest_region(free_space(blank))
+    rng = np.random.default_rng([grid.width, int(grid.blocked.sum())])
+    ends = [[(int(x), int(y)) for x, y in cells[rng.integers(len(cells), size=2)]] for _ in range(count)]
+    return [replace(blank, start=a, goal=b) for a, b in ends]
+
+
+def pose_scenes(quick: bool, count: int) -> Iterator[tuple[str, list[Scene]]]:
+    """Pairs of poses: rooms, and published maps."""
+    yield (
+        "rooms",
+        pairs(Grid(np.kron(~rooms(65, 15), np.ones((8, 8), dtype=bool)), resolution=RESOLUTION), CAR, count),
+    )
+    for name in POSE_MAPS[: 1 if quick else None]:
+        free = published_map(name)
+        if free is not None:
+            yield name, pairs(Grid(~free, resolution=RESOLUTION), CAR, count)
+
+
+def ours(
+    name: str, settings: dict[str, Any], limit: float, *, timed: bool = False
+) -> Callable[[Scene, int], Taken]:
+    """A planner of ours on a scene with a seed; ``limit`` seconds are what a failure counts as, and if ``timed`` its budget."""
+
+    def run(scene: Scene, seed: int) -> Taken:
+        session = registry.make(name, settings).open(scene, np.random.default_rng(seed))
+        if name.startswith("pose"):
+            session._search = session._search_among(frozenset())  # type: ignore[attr-defined]
+        else:
+            session.plan(None, Budget(expansions=100))  # memory of the map is made
+        budget = Budget(seconds=limit) if timed else None
+        begin = time.thread_time_ns()
+        plan = session.plan(None, budget)
+        spent = (time.thread_time_ns() - begin) / 1e9
+        if not plan:
+            return Taken(max(spent, limit), None)
+        assert check_plan(plan, scene) is None
+        return Taken(spent, plan.any_angle_length if plan.pose_path is None else plan.pose_path.length_m)
+
+    return run
+
+
+def _asked(rival: OmplPlane | Ompl) -> Asked:
+    if isinstance(rival, OmplPlane):
+        return lambda scene: rival.apart(scene.start, scene.goal)
+    return lambda scene: rival(_pose(scene.start_pose), _pose(scene.goal_pose))
+
+
+def measured(
+    scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]
+) -> dict[str, list[Taken]]:
+    """What everyone took for each scene."""
+    got: dict[str, list[Taken]] = {}
+    for who, run in mine.items():
+        run(scenes[0], 0)  # machine code is loaded
+        got[who] = [run(scene, seed) for seed, scene in enumerate(scenes)]
+    for who, ask in theirs.items():
+        ask(scenes[0])
+        got[who] = [ask(scene) for scene in scenes]
+    return got
+
+
+def bench(quick: bool) -> Section:
+    """Everyone on every map; ratios of median times, of lengths, and who solves how many."""
+    count, limit = (6, 4.0) if quick else (20, LIMIT_S)
+    rows: list[tuple[str, ...]] = []
+    figures: list[Figure] = []
+    lengths: list[Figure] = []
+    solved: list[Figure] = []
+    connect = {
+        "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False}, limit),
+        "rrt-connect": ours("rrt-connect", {}, limit),
+        "rrt": ours("rrt", {}, limit),
+        "bit-star": ours("bit-star", {}, limit),
+        "informed-rrt-star": ours("informed-rrt-star", {}, limit),
+        "rrt-star": ours("rrt-star", {}, limit),
+    }
+    poses = {
+        "pose-rrt-connect, no shortcuts": ours("pose-rrt-connect", {"shortcut": False}, limit),
+        "pose-rrt-connect": ours("pose-rrt-connect", {}, limit),
+        "pose-rrt-connect, rounds, 50 ms": ours(
+            "pose-rrt-connect", {"rounds": 1_000_000}, OURS_S, timed=True
+        ),
+    }
+
+    def told(name: str, got: dict[str, list[Taken]], first: str, best: str, unit: str) -> None:
+        for who, taken in got.items():
+            found = [one.length for one in taken if one.length is not None]
+            rows.append((
+                name, who, f"{len(found)} of {len(taken)}", f"{1e3 * statistics.median(t.seconds for t in taken):.2f}",
+                f"{1e3 * statistics.fmean(t.seconds for t in taken):.2f}", f"{statistics.fmean(found):.1f}" if found else "",
+            ))  # fmt: skip
+            print(rows[-1], flush=True)
+        times = [
+            Spread.of([1e3 * statistics.median(t.seconds for t in got[who])])
+            for who in (first, "OMPL RRTConnect")
+        ]
+        figures.append(
+            Figure(f"{name}, {first}", "ms, median", times[0], "OMPL RRTConnect", times[1], asked=ASKED)
+        )
+        many = [
+            Spread.of([float(sum(t.length is not None for t in got[who]))])
+            for who in (first, "OMPL RRTConnect")
+        ]
+        solved.append(
+            Figure(f"{name}, solved by {first}", f"of {len(got[first])}", many[0], more_is_better=True)
+        )
+        both = [
+            (a.length, b.length)
+            for a, b in zip(got[best], got["OMPL AORRTC"], strict=True)
+            if a.length is not None and b.length is not None
+        ]
+        if both:
+            mean = [Spread.of([statistics.fmean(one)]) for one in zip(*both, strict=True)]
+            what = f"{unit}, mean of {len(both)} pairs that both solve"
+            lengths.append(
+                Figure(f"{name}, length of {best}", what, mean[0], "OMPL AORRTC", mean[1], asked=1 / LONGER)
+            )
+
+    with compiled_only():
+        for name, robot in list(MAPS.items())[: 3 if quick else None]:
+            scenes = cell_scenes(name, robot, count)
+            if scenes:
+                free = free_space(scenes[0])
+                rivals = {
+                    "OMPL RRTConnect": _asked(OmplPlane("RRTConnect", free, limit)),
+                    "OMPL AORRTC": _asked(OmplPlane("AORRTC", free, AORRTC_S)),
+                }
+                told(
+                    f"{name}, disc",
+                    measured(scenes, connect, rivals),
+                    "rrt-connect, no shortcuts",
+                    "bit-star",
+                    "cells",
+                )
+        for name, scenes in pose_scenes(quick, count):
+            if scenes:
+                walls = np.asarray(scenes[0].grid.blocked)
+                rivals = {
+                    "OMPL RRTConnect": _asked(Ompl("RRTConnect", walls, RESOLUTION, limit)),
+                    "OMPL AORRTC": _asked(Ompl("AORRTC", walls, RESOLUTION, AORRTC_S)),
+                }
+                told(
+                    f"{name}, footprint", measured(scenes, poses, rivals), "pose-rrt-connect, no shortcuts",
+                    "pose-rrt-connect, rounds, 50 ms", "m",
+                )  # fmt: skip
+    heads = ("map", "planner", "solved", "median ms", "mean ms", "mean length")
+    verdicts = [judge("Median time of RRT-Connect", figures)]
+    if lengths:
+        verdicts.append(judge("Length beside AORRTC's in 1.3 s", lengths))
+    return Section(
+        "sampling", TITLE, HOW, (Table(heads, tuple(rows)),), (*figures, *solved, *lengths), tuple(verdicts),
+        versions(("numpy", "numba", "ompl")),
+    )  # fmt: skip
+
+
+def _pose(pose: Any) -> Pose:
+    x, y, yaw = (float(v) for v in pose)
+    return x, y, yaw

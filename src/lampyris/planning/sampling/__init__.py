@@ -1,0 +1,1 @@
+"""Planners that sample: RRT, RRT-Connect, RRT*, Informed RRT*, BIT*."""

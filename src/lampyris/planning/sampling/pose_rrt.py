@@ -1,0 +1,251 @@
+"""The planner pose-rrt-connect: RRT-Connect over poses of a footprint, by exact curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lampyris._core import cancellation
+from lampyris._core.cancellation import Cancelled
+from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris.errors import SceneError
+from lampyris.kernels.curves.many import shortest
+from lampyris.model.moves import MOVES
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget, Traits
+from lampyris.planning.hybrid.map import HybridMap
+from lampyris.planning.hybrid.motions import HybridShape
+from lampyris.planning.hybrid.poses import to_cells
+from lampyris.planning.lattice.lattice_planner import outline
+from lampyris.planning.lattice.poses import path_along
+from lampyris.planning.lattice.session import PoseSession
+from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
+from lampyris.planning.sampling.pose_trees import (
+    CellPose,
+    PoseTask,
+    PoseTrees,
+    base_cells,
+    plain_distance,
+    separated,
+)
+from lampyris.typing import Cell, Floats
+
+END_ERROR = 1e-3
+"""Cells by which rounding may move the ends of a path."""
+YAWS = 16
+"""Yaws that are tried at an end where any will do."""
+PROVE = 500
+"""Samples without a path after which it is looked up whether walls separate the ends."""
+BATCH = 250
+"""Samples of one call of the kernel."""
+_SEPARATED = "No path: walls separate the start from the goal, however the robot is driven."
+_ATTRIBUTES = ("reverse_cost", "turn_cost")
+
+
+@dataclass(frozen=True, slots=True)
+class PoseRrtConnect:
+    """RRT-Connect over poses: two trees of exact curves, from the start and from the goal, that grow towards each other.
+
+    Curves are those of hybrid A*: Reeds and Shepp, or Dubins, for a car; turn, straight line, turn for a differential drive;
+    straight lines to any side and turns in place for an omnidirectional one. If there is a path with room to spare,
+    the probability that it is found tends to 1 with the number of samples; nothing is promised of its length. With
+    ``rounds`` new trees are grown that are kept to what costs less than the best path so far.
+
+    Parameters
+    ----------
+    samples : that are taken at most in all rounds.
+    rounds : pairs of trees that are grown at most; 1: the first path is the answer.
+    step : length of a curve by which the trees grow.
+    reverse_cost : a metre in reverse costs as much as so many ahead.
+    reverse : whether it may drive in reverse.
+    turn_cost : a radian turned in place costs as much as so many metres ahead.
+    shortcut : whether the path is made shorter by exact curves between its poses.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(100_000, 1, 10_000_000)
+    rounds: int = whole(1, 1, 1_000_000)
+    step: float | None = number(None, 1.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 8 to 64")
+    reverse_cost: float = number(1.0, 1.0, 100.0)
+    reverse: bool = flag(True)
+    turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "pose-rrt-connect"
+    traits: ClassVar[Traits] = Traits(optimal=False, stochastic=True, plans_headings=True)
+    summary: ClassVar[str] = "RRT-Connect for a footprint: two random trees of exact curves."
+    source: ClassVar[str] = (
+        "Kuffner, LaValle 2000; Reeds, Shepp 1990; Dubins 1957; collision check, shorter steps, rounds kept to a cost and "
+        "shortcuts are ours."
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def judged_by(self, resolution: float) -> dict[str, float]:
+        """Attributes of a plan by which the referee judges its poses."""
+        return {**{name: getattr(self, name) for name in _ATTRIBUTES}, "end_error": END_ERROR * resolution}
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> PoseRrtSession:
+        """Start a session; with ``record`` its plans hold the cost after each round, and the last trees."""
+        return PoseRrtSession(self, scene, rng, record=record)
+
+
+class PoseRrtSession(PoseSession[HybridMap]):
+    """Remembers the map and the robot; the trees of each call are new.
+
+    Parameters
+    ----------
+    settings : the planner.
+    scene : what to plan in.
+    rng : 32 bits of it for each round are the key of its draws.
+    record : see :meth:`PoseRrtConnect.open`.
+    """
+
+    def __init__(
+        self, settings: PoseRrtConnect, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
+        super().__init__(settings.name, scene)
+        self._settings, self._rng, self._record = settings, rng, record
+        cell = scene.grid.resolution
+        self._shape = HybridShape(
+            footprint=tuple((x / cell, y / cell) for x, y in outline(scene)),
+            drive=scene.robot.drive,
+            turn_radius=scene.robot.turn_radius / cell,
+            headings=YAWS,
+            motion_length=1.5,
+            reverse_cost=settings.reverse_cost if settings.reverse else math.inf,
+            turn_cost=settings.turn_cost / cell,
+            switch_cost=0.0,
+        )
+        self._cells: np.ndarray | None = None
+
+    def _new_search(self, obstacles: Iterable[Cell] = ()) -> HybridMap:
+        """The map as it is now."""
+        self._cells = None
+        return HybridMap(self._scene.grid, self._shape, obstacles)
+
+    def _poses(self, hybrid_map: HybridMap, pose: CellPose, any_yaw: bool) -> tuple[CellPose, ...]:
+        """The poses at an end where the robot stands."""
+        x, y, yaw = pose
+        turns = [yaw + k * (2 * math.pi / YAWS) for k in range(YAWS if any_yaw else 1)]
+        return tuple((x, y, turn) for turn in turns if hybrid_map.stands(x, y, turn))
+
+    def _answer(self, search: HybridMap, budget: Budget | None) -> Plan:
+        grid, name, settings = self._scene.grid, self._name, self._settings
+        if not grid.contains(self._robot):
+            raise SceneError("CHANGE_OUTSIDE", f"cell {self._robot} is outside the map", where="change.robot")
+        ends = []
+        for pose, cell, status, what in (
+            (self._pose, self._robot, Status.START_OCCUPIED, "start"),
+            (self._scene.goal_pose, self._scene.goal, Status.GOAL_OCCUPIED, "goal"),
+        ):
+            place = (
+                (float(cell[0]), float(cell[1]), grid.origin[2]) if pose is None else to_cells(grid, *pose)
+            )
+            standing = self._poses(search, place, pose is None)
+            if not standing:
+                return Plan(status, name, detail=f"The footprint touches a wall at the {what}.")
+            ends.append(standing)
+        starts, goals = ends
+        diagonal = math.sqrt(float(grid.width * grid.width + grid.height * grid.height))
+        step = min(max(0.1 * diagonal, 8.0), 64.0) if settings.step is None else settings.step
+        shape = self._shape
+        task = PoseTask(
+            search, starts, goals, step, shape.reverse_cost if shape.backward else 0.0, shape.turn_cost
+        )
+        return self._rounds(task, None if budget is None else budget.expansions)
+
+    def _rounds(self, task: PoseTask, limit: int | None) -> Plan:
+        """Grow trees, round after round, and keep the best path."""
+        settings, name = self._settings, self._name
+        least = self._least(task)
+        best: tuple[CellPose, Floats] | None = None
+        most, spent, proven, detail = math.inf, 0, False, ""
+        trace: list[float] = []
+        edges: Floats | None = None
+        total = settings.samples if limit is None else min(limit, settings.samples)
+        if self._cells is None:
+            self._cells = base_cells(task.hybrid_map)
+        try:
+            while len(trace) < settings.rounds and spent < total and most > least * (1 + 1e-9):
+                key = int(self._rng.integers(2**32))
+                trees = PoseTrees(task, self._cells, key, total - spent, most)
+                begun, met = spent, False
+                while not met and spent < total:
+                    met = trees.run(min(BATCH, total - spent))
+                    spent = begun + trees.taken
+                    if not met and best is None and not proven and spent >= min(PROVE, total):
+                        proven = True
+                        if self._separated(task):
+                            return Plan(Status.NO_PATH, name, expansions=spent, detail=_SEPARATED)
+                if met:
+                    first, segments, cost = self._shortened(task, *trees.path())
+                    if cost < most:
+                        best, most = (first, segments), cost
+                trace.append(most)
+                if self._record:
+                    edges = trees.edges()
+        except Cancelled:
+            scope = cancellation.watch()
+            if best is None or scope is None or any(stop.is_set for stop in scope.stops):
+                raise
+            detail = "Stopped improving at the time limit."
+        if best is None:
+            if limit is not None and total == limit:
+                return Plan(Status.LIMIT, name, iterations=len(trace), expansions=spent)
+            detail = f"No path was found with {settings.samples} samples; there may be one."
+            return Plan(Status.ITERATION_LIMIT, name, iterations=len(trace), expansions=spent, detail=detail)
+        cell = self._scene.grid.resolution
+        more: dict[str, Any] = {}
+        if self._record:
+            more = {"best_by_iteration": tuple(trace), "tree": edges}
+        arm = self._scene.robot.radius / cell
+        gears = np.sign(best[1][:, 0]).astype(np.int8)
+        path, cells = path_along(best[0], best[1], gears, most, min(least, most), self._scene.grid, arm)
+        terrain = "" if self._scene.grid.terrain is None else "terrain is ignored by planners that sample"
+        return Plan(
+            Status.FOUND, name, path_of(cells, MOVES["octile"], None), iterations=len(trace), expansions=spent, detail=detail,
+            pose_path=path, notes=(terrain,) if terrain else (), attributes=settings.judged_by(cell), **more,
+        )  # fmt: skip
+
+    def _separated(self, task: PoseTask) -> bool:
+        ends = [
+            (math.floor(pose[0] + 0.5), math.floor(pose[1] + 0.5)) for pose in (task.starts[0], task.goals[0])
+        ]
+        return separated(task.hybrid_map, ends[0], ends[1])
+
+    def _least(self, task: PoseTask) -> float:
+        """No path of this robot costs less, in cells: the straight line, and for a car the shortest curve."""
+        start, goal, radius = task.starts[0], task.goals[0], self._shape.radius
+        plain = plain_distance(start, goal)
+        if self._shape.drive != "ackermann" or len(task.starts) > 1 or len(task.goals) > 1:
+            return plain * (1 - 1e-12)
+        if self._pose is None or self._scene.goal_pose is None:
+            return plain * (1 - 1e-12)
+        length = np.zeros(1)
+        room = (np.zeros(5), np.zeros(5, dtype=np.int64))
+        shortest(np.array(start), np.array(goal), radius, self._shape.backward, length, *room)
+        return max(plain, float(length[0]) * radius) * (1 - 1e-9)
+
+    def _shortened(self, task: PoseTask, first: CellPose, segments: Floats) -> tuple[CellPose, Floats, float]:
+        """The path with shortcuts, and what it costs, in cells."""
+        shape = self._shape
+        robot = ShortcutShape(shape.footprint, shape.drive, shape.radius, task.reverse, task.turn_cost)
+        if self._settings.shortcut and len(segments):
+            try:
+                segments = shortened(np.array(first), segments, robot, task.hybrid_map)
+            except Cancelled:
+                scope = cancellation.watch()
+                if scope is None or any(stop.is_set for stop in scope.stops):
+                    raise
+        return first, segments, math.fsum(robot.costs(segments).tolist())

@@ -1,0 +1,111 @@
+"""The planners rrt and rrt-connect: any path, soon."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Traits
+from lampyris.planning.sampling.session import SamplingSession
+from lampyris.planning.sampling.trees import OneTree, Query, TwoTrees
+
+TRAITS = Traits(optimal=False, stochastic=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Rrt:
+    """RRT: a tree from the start grows towards random cells until it reaches the goal.
+
+    States are the centres of free cells, lines between them are as for :class:`~lampyris.planning.graph.theta_star.ThetaStar`.
+    If there is a path, the probability that it is found tends to 1 with the number of samples. That there is none is
+    never concluded from samples: it is proven by a search of the cells.
+
+    Parameters
+    ----------
+    samples : that are taken at most.
+    batch : samples of one iteration of the record.
+    step : longest line by which the tree grows.
+    goal_bias : share of samples that are the goal.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    shortcut : whether the path is made shorter by straight lines between its points.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(100_000, 1, 10_000_000)
+    batch: int = whole(1000, 1, 1_000_000)
+    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
+    goal_bias: float = number(0.05, 0.0, 1.0)
+    narrow: float = number(0.1, 0.0, 0.9)
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "rrt"
+    traits: ClassVar[Traits] = TRAITS
+    summary: ClassVar[str] = "RRT: a random tree from the start; any path."
+    source: ClassVar[str] = "LaValle 1998; exact lines on the grid and the shortcuts are ours."
+    improves: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def begin(self, query: Query) -> OneTree:
+        """The search of one call."""
+        return OneTree(query, self.goal_bias, star=False, informed=False, ancestors=0)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
+        return SamplingSession(self, scene, rng, record=record)
+
+
+@dataclass(frozen=True, slots=True)
+class RrtConnect:
+    """RRT-Connect: trees from the start and the goal grow towards random cells and towards each other.
+
+    States, lines and completeness are those of :class:`Rrt`. The first sample is the goal, and a step that is blocked
+    is tried at a half, a quarter and an eighth of its length.
+
+    Parameters
+    ----------
+    samples : that are taken at most.
+    batch : samples of one iteration of the record.
+    step : longest line by which the trees grow.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    shortcut : whether the path is made shorter by straight lines between its points.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(100_000, 1, 10_000_000)
+    batch: int = whole(1000, 1, 1_000_000)
+    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
+    narrow: float = number(0.1, 0.0, 0.9)
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "rrt-connect"
+    traits: ClassVar[Traits] = TRAITS
+    summary: ClassVar[str] = (
+        "RRT-Connect: two random trees that grow towards each other; the first path soon."
+    )
+    source: ClassVar[str] = (
+        "Kuffner, LaValle 2000; exact lines on the grid, shorter steps where one is blocked and the shortcuts are ours."
+    )
+    improves: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def begin(self, query: Query) -> TwoTrees:
+        """The search of one call."""
+        return TwoTrees(query)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the trees."""
+        return SamplingSession(self, scene, rng, record=record)

@@ -1,0 +1,167 @@
+"""The planners rrt-star, informed-rrt-star and bit-star: paths that become shorter with every batch of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Traits
+from lampyris.planning.sampling.rrt import TRAITS
+from lampyris.planning.sampling.session import SamplingSession
+from lampyris.planning.sampling.trees import BatchSearch, OneTree, Query
+
+
+@dataclass(frozen=True, slots=True)
+class RrtStar:
+    """RRT*: a random tree from the start that is rewired as it grows, so that its paths become shorter.
+
+    States, lines and completeness are those of :class:`~lampyris.planning.sampling.rrt.Rrt`. The length of the path
+    tends to that of the shortest one of straight lines between cell centres: any two cells are tried as parent and child
+    again and again, at random.
+
+    Parameters
+    ----------
+    samples : that are taken at most; all are, unless the path is a straight line.
+    batch : samples of one iteration of the record.
+    step : longest line by which the tree grows.
+    goal_bias : share of samples that are the goal, until it is reached.
+    ancestors : so many ancestors of a parent are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    shortcut : whether the path is made shorter by straight lines between its points at the end.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(20_000, 1, 10_000_000)
+    batch: int = whole(100, 1, 1_000_000)
+    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
+    goal_bias: float = number(0.05, 0.0, 1.0)
+    ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "rrt-star"
+    traits: ClassVar[Traits] = TRAITS
+    summary: ClassVar[str] = "RRT*: a random tree that is rewired; the path tends to the shortest one."
+    source: ClassVar[str] = (
+        "Karaman, Frazzoli 2011; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid and the "
+        "shortcuts are ours."
+    )
+    improves: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def begin(self, query: Query) -> OneTree:
+        """The search of one call."""
+        return OneTree(query, self.goal_bias, star=True, informed=False, ancestors=self.ancestors)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
+        return SamplingSession(self, scene, rng, record=record)
+
+
+@dataclass(frozen=True, slots=True)
+class InformedRrtStar:
+    """Informed RRT*: RRT* that, once it has a path, draws only cells that a shorter one may lead through.
+
+    These lie in an ellipse around start and goal. Everything else is as in :class:`RrtStar`.
+
+    Parameters
+    ----------
+    samples : that are taken at most; all are, unless the path is a straight line.
+    batch : samples of one iteration of the record.
+    step : longest line by which the tree grows.
+    goal_bias : share of samples that are the goal, until it is reached.
+    ancestors : so many ancestors of a parent are tried in its place; 0: as published.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    shortcut : whether the path is made shorter by straight lines between its points at the end.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(20_000, 1, 10_000_000)
+    batch: int = whole(100, 1, 1_000_000)
+    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
+    goal_bias: float = number(0.05, 0.0, 1.0)
+    ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "informed-rrt-star"
+    traits: ClassVar[Traits] = TRAITS
+    summary: ClassVar[str] = "Informed RRT*: RRT* that draws only from where a shorter path may lead through."
+    source: ClassVar[str] = (
+        "Gammell, Srinivasa, Barfoot 2014; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
+        "and the shortcuts are ours."
+    )
+    improves: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def begin(self, query: Query) -> OneTree:
+        """The search of one call."""
+        return OneTree(query, self.goal_bias, star=True, informed=True, ancestors=self.ancestors)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
+        return SamplingSession(self, scene, rng, record=record)
+
+
+@dataclass(frozen=True, slots=True)
+class BitStar:
+    """BIT*: batches of samples, searched in the order of what a path through them may cost.
+
+    Lines are checked only where they may lead to a shorter path. States, lines and completeness are those of
+    :class:`~lampyris.planning.sampling.rrt.Rrt`, the length tends to the shortest as in :class:`RrtStar`.
+
+    Parameters
+    ----------
+    samples : that are taken at most; all are, unless the path is a straight line.
+    batch : samples of a batch.
+    ancestors : so many ancestors of a parent are tried in its place; 0: as published.
+    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    shortcut : whether the path is made shorter by straight lines between its points at the end.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    samples: int = whole(20_000, 1, 10_000_000)
+    batch: int = whole(100, 1, 1_000_000)
+    ancestors: int = whole(2, 0, 1000)
+    narrow: float = number(0.1, 0.0, 0.9)
+    shortcut: bool = flag(True)
+
+    name: ClassVar[str] = "bit-star"
+    traits: ClassVar[Traits] = TRAITS
+    summary: ClassVar[str] = (
+        "BIT*: batches of samples, searched best first; the path tends to the shortest one."
+    )
+    source: ClassVar[str] = (
+        "Gammell, Srinivasa, Barfoot 2020; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
+        "and the shortcuts are ours."
+    )
+    step: ClassVar[float | None] = None
+    improves: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
+
+    def begin(self, query: Query) -> BatchSearch:
+        """The search of one call."""
+        return BatchSearch(query, ancestors=self.ancestors)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
+        return SamplingSession(self, scene, rng, record=record)

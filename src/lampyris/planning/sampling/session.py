@@ -1,0 +1,267 @@
+"""The session of planners that sample: one loop over batches of samples, whatever takes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from lampyris._core import cancellation
+from lampyris._core.cancellation import Cancelled
+from lampyris.kernels import loading
+from lampyris.kernels.graph.search import LIMIT
+from lampyris.model.change import Change
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.edits import edited
+from lampyris.planning.field.layers import free_space, moves_for
+from lampyris.planning.graph.no_path_reason import why_not
+from lampyris.planning.graph.terrain_graph import search_of
+from lampyris.planning.sampling.ground import Chain, SamplingMap
+from lampyris.planning.sampling.trees import Query, SampledSearch
+from lampyris.planning.session_limits import limited
+from lampyris.typing import Cell, Floats
+
+PROVE = 2000
+"""Samples without a path after which it is looked up whether walls separate the ends."""
+_STRAIGHT = 1.0 + 1e-12
+"""A path no longer than so many times the straight line is the shortest."""
+EDGES = 40_000
+"""Lines of trees that a plan keeps for pictures, at most."""
+
+
+class SamplingPlanner(Protocol):
+    """What the session needs of a planner's settings."""
+
+    name: ClassVar[str]
+
+    @property
+    def samples(self) -> int:
+        """Samples that a call takes at most."""
+        ...
+
+    @property
+    def batch(self) -> int:
+        """Samples of one iteration."""
+        ...
+
+    @property
+    def step(self) -> float | None:
+        """Longest line by which a tree grows, cells; None: by the size of the map."""
+        ...
+
+    @property
+    def narrow(self) -> float:
+        """Share of samples in narrow places."""
+        ...
+
+    @property
+    def shortcut(self) -> bool:
+        """Whether the path is made shorter at the end."""
+        ...
+
+    @property
+    def improves(self) -> bool:
+        """Whether it goes on when it has a path."""
+        ...
+
+    def begin(self, query: Query) -> SampledSearch:
+        """The search of one call."""
+        ...
+
+
+@dataclass(slots=True)
+class _Run:
+    """What a call has done so far."""
+
+    spent: int = 0
+    trace: tuple[float, ...] = ()
+    chain: Chain | None = None
+    ended: str = ""
+    tree: Floats | None = None
+
+
+class SamplingSession(SessionBase):
+    """A session that runs a new search at every call and remembers the map and where the robot was.
+
+    ``Plan.expansions`` counts samples, and where no path was found the cells that were looked through for the reason.
+
+    Parameters
+    ----------
+    planner : its settings.
+    scene : what to plan in.
+    rng : 32 bits of it are the key of all draws of a call.
+    record : keep the length after each batch, and the trees.
+    """
+
+    def __init__(
+        self, planner: SamplingPlanner, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
+        self._planner, self._scene, self._rng, self._record = planner, scene, rng, record
+        self._robot = scene.start
+        self._under_walls: dict[Cell, int] = {}
+        self._ground: SamplingMap | None = None
+        self._see()
+
+    def _see(self) -> None:
+        self._moves, self._free = moves_for(self._scene), free_space(self._scene)
+        self._ground = SamplingMap(self._free, self._moves, wide=self._scene.robot.radius > 0)
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`. Kernels that stop leave the map as it was before."""
+        if anywhere:
+            self._ground = None
+        return self._planner.name
+
+    @limited
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """A path from where the robot is to the goal; the shortest that was found in time and budget.
+
+        Obstacles count as blocked for this call, save on the robot's own cell and on the goal.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        began = loading.wall()
+        change = change or Change()
+        scene = edited(self._scene, change, self._under_walls)
+        if change.robot is not None:
+            self._robot = (int(change.robot[0]), int(change.robot[1]))
+        if scene is not self._scene or self._ground is None:
+            self._scene, self._ground = scene, None
+            self._see()
+        timing: dict[str, float] = {}
+        made = self._answer(change.obstacles, None if budget is None else budget.expansions, timing)
+        timing["search_s"] = loading.wall() - began
+        return made if made.timing is timing else replace(made, timing=timing)
+
+    def _answer(self, obstacles: Iterable[Cell], limit: int | None, timing: dict[str, float]) -> Plan:
+        start, goal, ground, name = self._robot, self._scene.goal, self._ground, self._planner.name
+        assert ground is not None
+        for (x, y), status in ((start, Status.START_OCCUPIED), (goal, Status.GOAL_OCCUPIED)):
+            if not self._free[y, x]:
+                return Plan(status, name)
+        contains = self._scene.grid.contains
+        closed = sorted(c for c in obstacles if c not in (start, goal) and contains(c))
+        key = int(self._rng.integers(2**32))
+        run = _Run()
+        if start == goal:
+            run.chain = np.array([ground.flat(start)], dtype=np.int32)
+            return self._found(run, ground, timing)
+        query = Query(
+            ground,
+            ground.flat(start),
+            ground.flat(goal),
+            key,
+            self._planner.samples,
+            self._step(ground),
+            self._planner.narrow,
+        )
+        with ground.board.closing(closed) if closed else nullcontext():
+            failed = self._sample(query, run, closed, limit)
+            if failed is not None:
+                return failed
+            return self._found(run, ground, timing)
+
+    def _step(self, ground: SamplingMap) -> float:
+        step = self._planner.step
+        return float(min(max(0.1 * ground.diagonal(), 4.0), 64.0) if step is None else step)
+
+    def _sample(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:
+        """Take samples until there are enough; a plan without a path, if that is how it ends."""
+        planner, best, used, trace, proven = self._planner, math.inf, 0, [], False
+        straight = query.ground.distance(query.start, query.goal)
+        search = planner.begin(query)
+        try:
+            while True:
+                left = planner.samples - used
+                if limit is not None and limit - run.spent < left:
+                    left, run.ended = limit - run.spent, "Stopped improving at the budget."
+                if left <= 0:
+                    break
+                some = min(planner.batch, left)
+                search.run(some)
+                run.spent += search.taken - used
+                used = search.taken
+                trace.append(search.best)
+                if search.best < best:
+                    best, run.chain = search.best, search.chain()
+                run.trace = tuple(trace)
+                if best <= straight * _STRAIGHT or (best < math.inf and not planner.improves):
+                    run.ended = ""
+                    break
+                if best == math.inf and used >= PROVE and not proven:
+                    proven = True
+                    failed = self._separated(query, run, closed, limit)
+                    if failed is not None:
+                        return failed
+        except Cancelled:
+            scope = cancellation.watch()
+            if run.chain is None or scope is None or any(stop.is_set for stop in scope.stops):
+                raise
+            run.ended = "Stopped improving at the time limit."
+        else:
+            if run.chain is None:
+                return self._none(query, run, closed, limit, proven)
+        if self._record:
+            run.tree = self._edges(search)
+        return None
+
+    def _edges(self, search: SampledSearch) -> Floats | None:
+        edges = search.edges()
+        pad = self._moves.reach
+        return edges[:: max(1, -(-len(edges) // EDGES))] - pad
+
+    def _separated(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:
+        """The answer if walls or obstacles leave no path; None if there is one."""
+        if query.ground.joined(query.start, query.goal):
+            return None
+        finder = search_of(self._free, self._scene.grid.terrain, self._moves)
+        left = None if limit is None else limit - run.spent
+        start, goal, name = self._robot, self._scene.goal, self._planner.name
+        if left is not None and left <= 0:
+            return Plan(Status.LIMIT, name, iterations=len(run.trace), expansions=run.spent)
+        here = None
+        if not closed:
+            region = finder.region(start, left)
+            run.spent += region.expansions
+            if region.ending == LIMIT:
+                return Plan(Status.LIMIT, name, iterations=len(run.trace), expansions=run.spent)
+            here = region.expansions
+        plan = why_not(name, finder, start, goal, spent=run.spent, budget=limit, here=here)
+        return replace(plan, iterations=len(run.trace))
+
+    def _none(self, query: Query, run: _Run, closed: list[Cell], limit: int | None, proven: bool) -> Plan:
+        """The answer of a search whose samples, or budget, have run out."""
+        rounds = len(run.trace)
+        if not proven:
+            failed = self._separated(query, run, closed, limit)
+            if failed is not None:
+                return failed
+        if run.ended:
+            return Plan(Status.LIMIT, self._planner.name, iterations=rounds, expansions=run.spent)
+        detail = f"No path was found with {self._planner.samples} samples. There is one."
+        return Plan(
+            Status.ITERATION_LIMIT, self._planner.name, iterations=rounds, expansions=run.spent, detail=detail
+        )
+
+    def _found(self, run: _Run, ground: SamplingMap, timing: dict[str, float]) -> Plan:
+        assert run.chain is not None
+        with cancellation.shielded():
+            lines = ground.lines(run.chain, shorter=self._planner.shortcut)
+        terrain = "" if self._scene.grid.terrain is None else "terrain is ignored by planners that sample"
+        more: dict[str, Any] = {}
+        if self._record:
+            more = {"best_by_iteration": run.trace, "tree": run.tree}
+        return Plan(
+            Status.FOUND, self._planner.name, path_of(lines.walk, self._moves, self._scene.grid.terrain),
+            iterations=len(run.trace), expansions=run.spent, waypoints=lines.turns, detail=run.ended,
+            notes=(terrain,) if terrain else (), timing=timing, **more,
+        )  # fmt: skip

@@ -1,0 +1,333 @@
+"""Searches that sample, each with the memory of one call: they go on, batch by batch."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.sampling import batch, growth
+from lampyris.kernels.sampling import connect as pair
+from lampyris.planning.sampling.ground import EVEN, Chain, SamplingMap, neighbourhood
+from lampyris.typing import Floats
+
+FACTOR = 1.1
+"""By which neighbourhoods are greater than the least that is proven to do."""
+_WHOLE = 2**32
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """What a search is to do.
+
+    Parameters
+    ----------
+    ground : the map.
+    start, goal : flat cells, free.
+    key : 32 bits that all draws come from.
+    samples : that it takes at most, in all batches.
+    step : longest line by which a tree grows, cells.
+    narrow : share of samples that are cells in narrow places.
+    """
+
+    ground: SamplingMap
+    start: int
+    goal: int
+    key: int
+    samples: int
+    step: float
+    narrow: float
+
+
+class SampledSearch:
+    """One search.
+
+    Attributes
+    ----------
+    best : length of the shortest path so far, cells; infinite: none.
+    lines : straight lines checked for collisions.
+    """
+
+    best = math.inf
+
+    def __init__(self, query: Query, count: int) -> None:
+        self._query = query
+        self._count = np.zeros(count, dtype=np.int64)
+
+    @abstractmethod
+    def run(self, samples: int) -> None:
+        """Take so many samples more.
+
+        Raises
+        ------
+        Cancelled : the call is to stop; the search is of no more use.
+        """
+
+    @abstractmethod
+    def chain(self) -> Chain:
+        """Vertices of the best path, start first; there is one."""
+
+    @abstractmethod
+    def edges(self) -> Floats:
+        """Straight lines of all trees: x0, y0, x1, y1 of the cells of the map; float64 (m, 4)."""
+
+    @property
+    @abstractmethod
+    def lines(self) -> int:
+        """Straight lines checked for collisions."""
+
+    @property
+    @abstractmethod
+    def taken(self) -> int:
+        """Samples taken."""
+
+    def _whole(self, base: int, **more: int) -> NDArray[np.int64]:
+        ground, query = self._query.ground, self._query
+        whole = np.zeros(14, dtype=np.int64)
+        fixed = {
+            growth.STRIDE: ground.stride, growth.RULE: ground.rule, growth.WIDE: ground.wide, growth.HIGH: ground.high,
+            growth.BASE: base, growth.START: query.start, growth.GOAL: query.goal, growth.KEY: query.key,
+            growth.NARROW: int(query.narrow * _WHOLE),
+        }  # fmt: skip
+        for place, value in fixed.items():
+            whole[place] = value
+        for name, value in more.items():
+            whole[getattr(growth, name.upper())] = value
+        return whole
+
+    def _place(self, flat: int) -> tuple[int, int]:
+        y, x = divmod(flat, self._query.ground.stride)
+        return x, y
+
+
+def _informed_radius(
+    query: Query, best: float, x: NDArray[np.int32], y: NDArray[np.int32], ends: tuple[int, int]
+) -> float:
+    """Radius of the neighbourhood for the nodes that a path shorter than the best may lead through."""
+    area, some = float(len(query.ground.cells)), len(x)
+    if math.isfinite(best):
+        least = query.ground.distance(query.start, query.goal)
+        side = math.sqrt(max(best * best - least * least, 0.0))
+        area = min(area, 3.141592653589793 / 4.0 * best * side)
+        length = np.zeros(len(x))
+        for end in ends:
+            dx, dy = (v.astype(np.float64) - float(v[end]) for v in (x, y))
+            length += np.sqrt(dx * dx + dy * dy)
+        some = int(np.count_nonzero(length < best))
+    return max(neighbourhood(area, some, FACTOR), 1.5)
+
+
+def _up(
+    node: int, parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], stride: int
+) -> Chain:
+    """Flat cells from a node to the root of its tree."""
+    nodes = []
+    while node >= 0:
+        nodes.append(node)
+        node = int(parent[node])
+    return y[nodes] * np.int32(stride) + x[nodes]
+
+
+def _edges(
+    parent: NDArray[np.int32], x: NDArray[np.int32], y: NDArray[np.int32], used: NDArray[np.int64]
+) -> Floats:
+    """The lines from nodes to their parents."""
+    used = used[parent[used] >= 0]
+    p = parent[used]
+    return np.column_stack((x[used], y[used], x[p], y[p])).astype(np.float64)
+
+
+class OneTree(SampledSearch):
+    """RRT, and with ``star`` RRT*: a tree from the start.
+
+    Parameters
+    ----------
+    query : what to do.
+    bias : share of samples that are the goal until it is reached.
+    star : whether paths are improved.
+    informed : whether samples are drawn only from where a shorter path may lead through.
+    ancestors : of a parent, that are tried in its place.
+    """
+
+    def __init__(self, query: Query, bias: float, *, star: bool, informed: bool, ancestors: int) -> None:
+        super().__init__(query, 5)
+        ground = query.ground
+        room = min(query.samples, len(ground.cells)) + 2
+        self._bucket, base = ground.buckets(room)
+        self._whole_ = self._whole(
+            base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE)
+        )
+        *rows, self._sides = ground.scratch(10, 2 * room, np.int32)
+        self._x, self._y, self._parent, self._link, self._near, self._changed, *self._kin = (
+            one[:room] for one in rows
+        )
+        (self._stack,) = ground.scratch(1, 2 * room, np.int64)
+        (self._cost,) = ground.scratch(1, room, np.float64)
+        radii = [neighbourhood(len(ground.cells), 1 << k, FACTOR) for k in range(32)] if star else [0.0]
+        self._radius = np.array(radii)
+        x, y = self._place(query.start)
+        self._x[0], self._y[0], self._parent[0], self._cost[0] = x, y, -1, 0.0
+        for kin in self._kin:
+            kin[0] = -1
+        b = (y >> 3) * ground.wide + (x >> 3)
+        self._bucket[b], self._link[0], self._sides[:2] = base, 0, -1
+        self._count[growth.NODES], self._count[growth.REACHED] = 1, -1
+
+    def run(self, samples: int) -> None:
+        """See :meth:`SampledSearch.run`."""
+        ground = self._query.ground
+        self._whole_[growth.SAMPLES] = samples
+        if self._whole_[growth.INFORMED] and math.isfinite(self.best):
+            nodes = int(self._count[growth.NODES])
+            ends = (0, int(self._count[growth.REACHED]))
+            self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
+        growth.grow(
+            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket,
+            self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
+            self._changed, self._count,
+        )  # fmt: skip
+        reached = int(self._count[growth.REACHED])
+        if reached >= 0:
+            self.best = float(self._cost[reached])
+
+    def chain(self) -> Chain:
+        """See :meth:`SampledSearch.chain`."""
+        reached = int(self._count[growth.REACHED])
+        return _up(reached, self._parent, self._x, self._y, self._query.ground.stride)[::-1]
+
+    def edges(self) -> Floats:
+        """See :meth:`SampledSearch.edges`."""
+        return _edges(self._parent, self._x, self._y, np.arange(int(self._count[growth.NODES])))
+
+    @property
+    def lines(self) -> int:
+        """See :attr:`SampledSearch.lines`."""
+        return int(self._count[growth.LINES])
+
+    @property
+    def taken(self) -> int:
+        """See :attr:`SampledSearch.taken`."""
+        return int(self._count[growth.SAMPLED])
+
+
+class TwoTrees(SampledSearch):
+    """RRT-Connect: trees from the start and from the goal."""
+
+    def __init__(self, query: Query) -> None:
+        super().__init__(query, 7)
+        ground = query.ground
+        # A sample makes one node in one tree, and in the other as many as there are steps across the map.
+        steps = 2 + math.ceil(2.0 * ground.diagonal() / max(1.0, query.step - 1.0))
+        self._room = room = min(query.samples * steps, len(ground.cells)) + 2
+        self._whole_ = self._whole(0)
+        *rows, self._sides = ground.scratch(4, 4 * room, np.int32)
+        self._x, self._y, self._parent = (one[: 2 * room] for one in rows)
+        (self._stack,) = ground.scratch(1, 4 * room, np.int64)
+        for tree, flat in enumerate((query.start, query.goal)):
+            n = tree * room
+            self._x[n], self._y[n] = self._place(flat)
+            self._parent[n], self._sides[2 * n : 2 * n + 2] = -1, -1
+        self._count[:2] = 1
+
+    def run(self, samples: int) -> None:
+        """See :meth:`SampledSearch.run`."""
+        ground = self._query.ground
+        self._whole_[growth.SAMPLES] = samples
+        outcome = pair.connect(
+            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._sides, self._stack,
+            self._x, self._y, self._parent, self._count,
+        )  # fmt: skip
+        if outcome == growth.FOUND:
+            arrays = (self._parent, self._x, self._y, ground.stride)
+            first = _up(int(self._count[pair.FIRST_MET]), *arrays)
+            second = _up(int(self._count[pair.SECOND_MET]), *arrays)
+            self._chain = np.concatenate((first[::-1], second[1:]))
+            cells = self._chain.tolist()
+            self.best = math.fsum(ground.distance(a, b) for a, b in pairwise(cells))
+
+    def chain(self) -> Chain:
+        """See :meth:`SampledSearch.chain`."""
+        return self._chain
+
+    def edges(self) -> Floats:
+        """See :meth:`SampledSearch.edges`."""
+        used = np.concatenate([tree * self._room + np.arange(int(self._count[tree])) for tree in (0, 1)])
+        return _edges(self._parent, self._x, self._y, used)
+
+    @property
+    def lines(self) -> int:
+        """See :attr:`SampledSearch.lines`."""
+        return int(self._count[pair.LINES])
+
+    @property
+    def taken(self) -> int:
+        """See :attr:`SampledSearch.taken`."""
+        return int(self._count[pair.SAMPLED])
+
+
+class BatchSearch(SampledSearch):
+    """BIT*: batches of samples, searched in the order of what a path through them may cost."""
+
+    def __init__(self, query: Query, *, ancestors: int) -> None:
+        super().__init__(query, 9)
+        ground = query.ground
+        self._room = room = min(query.samples, len(ground.cells)) + 2
+        self._bucket, base = ground.buckets(room)
+        self._whole_ = self._whole(base, ancestors=ancestors)
+        self._x, self._y, self._link, self._near, self._changed, self._tree = np.empty(
+            (6, room), dtype=np.int32
+        )
+        self._kin = np.full((4, room), -1, dtype=np.int32)
+        self._cost, self._stale = np.full(room, np.inf), np.zeros(room, dtype=np.uint8)
+        self._heaps(8 * min(room, 2048) + 2 * room)
+        for n, flat in enumerate((query.start, query.goal)):
+            self._x[n], self._y[n] = x, y = self._place(flat)
+            b = (y >> 3) * ground.wide + (x >> 3)
+            self._link[n], self._bucket[b] = self._bucket[b], base + n
+        self._cost[0], self._stale[0], self._tree[0] = 0.0, 1, 0
+        self._count[[growth.NODES, batch.JOINED]] = 2, 1
+
+    def _heaps(self, size: int) -> None:
+        self._edge_key, self._edge = np.empty(size), np.empty(size, dtype=np.int64)
+        self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int32)
+
+    def run(self, samples: int) -> None:
+        """See :meth:`SampledSearch.run`."""
+        ground = self._query.ground
+        self._whole_[growth.SAMPLES] = samples
+        nodes = int(self._count[growth.NODES])
+        radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
+        while True:
+            outcome = batch.search_batch(
+                ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x,
+                self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
+                self._vertex, self._near, self._changed, self._count,
+            )  # fmt: skip
+            if outcome != batch.FULL:
+                break
+            for name in ("_edge_key", "_edge", "_vertex_key", "_vertex"):
+                held = getattr(self, name)
+                setattr(self, name, np.concatenate((held, np.empty_like(held))))
+        self.best = float(self._cost[1])
+
+    def chain(self) -> Chain:
+        """See :meth:`SampledSearch.chain`."""
+        return _up(1, self._kin[0], self._x, self._y, self._query.ground.stride)[::-1]
+
+    def edges(self) -> Floats:
+        """See :meth:`SampledSearch.edges`."""
+        return _edges(self._kin[0], self._x, self._y, np.arange(int(self._count[growth.NODES])))
+
+    @property
+    def lines(self) -> int:
+        """See :attr:`SampledSearch.lines`."""
+        return int(self._count[growth.LINES])
+
+    @property
+    def taken(self) -> int:
+        """See :attr:`SampledSearch.taken`."""
+        return int(self._count[growth.SAMPLED])

@@ -1,0 +1,354 @@
+"""Planners that sample: complete on small maps, towards the any-angle optimum, the same bytes from the same seed."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from query_checks import NAMES
+
+import lampyris
+from lampyris._core.cancellation import CancelToken
+from lampyris.errors import SettingError
+from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, _sees
+from lampyris.kernels.sampling import draws
+from lampyris.kernels.sampling.buckets import around, file_node
+from lampyris.kernels.sampling.lines import line_free
+from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES
+from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.planning import registry
+from lampyris.planning.base import Budget
+from lampyris.referee import check_plan
+from lampyris.referee.plans.any_angle import line_meets
+from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.paths.any_angle import all_lines, shortest
+from lampyris_selfcheck.reference.paths.search import distances
+from reference.kernel_forms import use
+
+STARS = ("rrt-star", "informed-rrt-star", "bit-star")
+ALL = ("rrt", "rrt-connect", *STARS)
+FEW = {"samples": 1200}
+
+
+def plan_of(name: str, scene: Scene, seed: int = 0, *, record: bool = False, **settings: object) -> Plan:
+    session = registry.make(name, settings).open(scene, np.random.default_rng(seed), record=record)
+    plan = session.plan()
+    assert check_plan(plan, scene) is None
+    return plan
+
+
+def walled(seed: int = 3, size: int = 30) -> Scene:
+    walls = np.random.default_rng(seed).random((size, size)) < 0.15
+    walls[0, 0] = walls[-1, -1] = False
+    return Scene(Grid(walls), (0, 0), (size - 1, size - 1))
+
+
+# ---- what they find -----------------------------------------------------------------------------
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ALL)
+def test_the_contract(name: str) -> None:
+    check_planner(name, cases=3)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_small_maps_are_solved_or_proven_to_have_no_path(name: str) -> None:
+    """With samples for every cell, the answer is that of an exhaustive search; stars come near the shortest lines."""
+    rng = np.random.default_rng([281, ALL.index(name)])
+    words: Counter[str] = Counter()
+    for case in range(6):
+        walls = rng.random(rng.integers(4, 7, 2)) < rng.choice([0.2, 0.35])
+        free = [(int(x), int(y)) for y, x in np.argwhere(~walls)]
+        blocked = {(int(x), int(y)) for y, x in np.argwhere(walls)}
+        moves = NAMES[case % len(NAMES)]
+        start, goal = (free[int(k)] for k in rng.integers(len(free), size=2))
+        reached = distances((~walls).tolist(), moves, goal)
+        scene = Scene(Grid(walls), start, goal, moves)
+        plan = plan_of(name, scene, case, **FEW)
+        assert plan.status == ("found" if start in reached else "no-path")
+        words[plan.status] += 1
+        if plan and name in STARS:
+            least = shortest(set(free), all_lines(set(free), blocked, MOVES[moves].corner_cutting), start)[
+                goal
+            ]
+            assert plan.any_angle_length is not None
+            assert least - 1e-9 <= plan.any_angle_length <= least * 1.0001
+    assert words["found"] >= 2
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", STARS)
+def test_lengths_tend_to_the_shortest_without_shortcuts_and_ancestors(name: str) -> None:
+    """All pairs of cells are tried again and again, so that the tree itself ends at the optimum."""
+    rng = np.random.default_rng(282)
+    for case in range(20):
+        walls = rng.random((9, 9)) < 0.25
+        walls[0, 0] = walls[8, 8] = False
+        free = {(int(x), int(y)) for y, x in np.argwhere(~walls)}
+        blocked = {(int(x), int(y)) for y, x in np.argwhere(walls)}
+        best = shortest(free, all_lines(free, blocked, MOVES["octile"].corner_cutting), (0, 0))
+        scene = Scene(Grid(walls), (0, 0), (8, 8))
+        plan = plan_of(name, scene, case, samples=60_000, shortcut=False, ancestors=0)
+        assert bool(plan) == ((8, 8) in best)
+        if plan:
+            assert plan.any_angle_length == pytest.approx(best[8, 8], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("radius", [0.0, 1.2])
+def test_an_open_map_is_crossed_straight(name: str, radius: float) -> None:
+    scene = Scene(Grid(np.zeros((20, 30), dtype=bool)), (1, 1), (28, 9), robot=Robot(radius=radius))
+    plan = plan_of(name, scene, **FEW)
+    assert plan.waypoints is not None
+    assert plan.waypoints.tolist() == [[1, 1], [28, 9]]
+    here = plan_of(name, replace(scene, goal=scene.start))
+    assert here.waypoints is not None
+    assert here.waypoints.tolist() == [[1, 1]]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_discs_keep_their_room(name: str) -> None:
+    """The referee judges every line of a disc among random walls."""
+    scene = walled(5, 34)
+    walls = scene.grid.blocked & (np.random.default_rng(1).random((34, 34)) < 0.15)
+    walls[:4, :4] = walls[-4:, -4:] = False
+    wide = replace(scene, grid=Grid(walls), start=(1, 1), goal=(32, 32), robot=Robot(radius=1.1))
+    assert plan_of(name, wide, samples=4000)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_moving_obstacles_and_map_changes(name: str) -> None:
+    walls = np.zeros((9, 12), dtype=bool)
+    walls[:, 6] = True
+    walls[4, 6] = False
+    scene = Scene(Grid(walls), (1, 4), (10, 4))
+    session = registry.make(name, FEW).open(scene, np.random.default_rng(0))
+    assert session.plan()
+    assert session.plan(Change(obstacles=frozenset({(6, 4)}))).status is Status.HEMMED_IN
+    shut = session.plan(Change(blocked=frozenset({(6, 4)})))
+    assert (shut.status, shut.sentence.count("regions") + shut.sentence.count("region") > 0) == (
+        Status.NO_PATH,
+        True,
+    )
+    assert session.plan(Change(freed=frozenset({(6, 0)})))
+
+
+# ---- records, budgets, seeds --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", STARS)
+def test_the_record_never_rises_and_the_tree_is_free(name: str) -> None:
+    scene = walled()
+    plan = plan_of(name, scene, record=True, samples=3000)
+    assert len(plan.best_by_iteration) == plan.iterations == 30
+    assert all(a >= b for a, b in zip(plan.best_by_iteration, plan.best_by_iteration[1:], strict=False))
+    assert plan.any_angle_length is not None
+    assert plan.any_angle_length <= plan.best_by_iteration[-1] + 1e-9
+    assert plan.tree is not None
+    assert len(plan.tree) > 50
+    for x0, y0, x1, y1 in plan.tree[::7].astype(int).tolist():
+        assert line_meets(scene.grid.blocked, (x0, y0), (x1, y1), scene) is None
+    assert plan_of(name, scene, samples=300).tree is None
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_same_seed_same_bytes(name: str) -> None:
+    scene = walled()
+    first, second = (plan_of(name, scene, seed=4, record=True, samples=2000) for _ in range(2))
+    assert first == second
+    tried = [plan_of(name, scene, seed=k, samples=2000) for k in range(3)]
+    assert len({one.waypoints.tobytes() for one in tried if one.waypoints is not None}) > 1 or name in STARS
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_both_forms_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = walled(6, 16)
+    plans = []
+    for form in ("plain", "compiled"):
+        use(monkeypatch, form)
+        plans.append(plan_of(name, scene, record=True, samples=400))
+    assert plans[0] == plans[1]
+
+
+def test_samples_run_out_where_there_is_a_path() -> None:
+    plan = plan_of("rrt", walled(), samples=3, goal_bias=0.0)
+    assert (plan.status, plan.expansions) == (Status.ITERATION_LIMIT, 3)
+    assert "There is one" in plan.sentence
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_budgets_and_stops(name: str) -> None:
+    scene = walled()
+    session = registry.make(name, {}).open(scene, np.random.default_rng(0))
+    few = session.plan(None, Budget(expansions=2))
+    assert few.status is Status.LIMIT
+    assert few.expansions <= 2
+    stop = CancelToken()
+    stop.set()
+    assert session.plan(None, Budget(stop=stop)).status is Status.CANCELLED
+    some = session.plan(None, Budget(expansions=5000))
+    assert some
+    assert some.expansions <= 5000
+    if name in STARS:
+        assert "budget" in some.sentence
+
+
+def test_a_time_limit_ends_it_with_the_best_path() -> None:
+    session = registry.make("rrt-star", {"samples": 10_000_000}).open(walled(), np.random.default_rng(0))
+    plan = session.plan(None, Budget(seconds=0.4))
+    assert plan.status in (Status.FOUND, Status.LIMIT)
+    if plan:
+        assert plan.sentence == "Stopped improving at the time limit."
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("rrt", {"goal_bias": 1.5}),
+        ("rrt-connect", {"step": 1.0}),
+        ("rrt-star", {"ancestors": -1}),
+        ("bit-star", {"batch": 0}),
+    ],
+)
+def test_wrong_settings_are_named(name: str, wrong: dict[str, object]) -> None:
+    with pytest.raises(SettingError, match=next(iter(wrong))):
+        registry.make(name, wrong)
+
+
+# ---- parts ----------------------------------------------------------------------------------------
+
+
+def test_the_nearest_node_and_those_around() -> None:
+    rng = np.random.default_rng(283)
+    n = 200
+    cells = np.unique(rng.integers(0, 60, (n, 2)), axis=0).astype(np.int32)
+    cells = cells[rng.permutation(len(cells))]
+    x, y = cells[:, 0].copy(), cells[:, 1].copy()
+    n = len(cells)
+    sides, stack = np.empty(2 * n, dtype=np.int32), np.empty(2 * n, dtype=np.int64)
+    bucket, link = np.zeros(64, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    for k in range(n):
+        put_node(sides, x, y, 0, k)
+        file_node(bucket, link, 8, 1, int(x[k]), int(y[k]), k)
+    near = np.zeros(n, dtype=np.int32)
+    for _ in range(60):
+        px, py = (int(v) for v in rng.integers(0, 60, 2))
+        d = (x.astype(int) - px) ** 2 + (y.astype(int) - py) ** 2
+        assert d[nearest(sides, x, y, 0, px, py, stack)] == d.min()
+        assert (node_at(sides, x, y, 0, px, py) >= 0) == (d.min() == 0)
+        radius = float(rng.uniform(1, 20))
+        many = around(bucket, link, 8, 8, 1, x, y, px, py, radius, near)
+        assert sorted(near[:many].tolist()) == np.flatnonzero((d > 0) & (d <= radius * radius)).tolist()
+
+
+def test_lines_looked_at_early_are_those_of_theta_star() -> None:
+    rng = np.random.default_rng(284)
+    even = np.zeros(1, dtype=np.uint8)
+    free_lines = 0
+    for _ in range(300):
+        free = np.zeros((24, 30), dtype=np.uint8)
+        free[1:-1, 1:-1] = rng.random((22, 28)) >= rng.choice([0.01, 0.05])
+        (ax, bx), (ay, by) = rng.integers(1, 29, 2).tolist(), rng.integers(1, 23, 2).tolist()
+        free[ay, ax] = free[by, bx] = 1
+        flat = free.ravel()
+        for rule in (CUT, TOUCH, WIDE):
+            seen = _sees(flat, even, 0, 30, ay * 30 + ax, ax, ay, bx, by, rule) == 1
+            assert bool(line_free(flat, even, 30, ax, ay, bx, by, rule)) == seen
+            free_lines += seen
+    assert 100 < free_lines < 800
+
+
+def test_draws_are_even_and_cells_lie_in_the_ellipse() -> None:
+    bits = np.array([draws.drawn(7, k) for k in range(4000)])
+    assert bits.min() >= 0
+    assert bits.max() < 2**32
+    for part in (bits >> 24, bits & 255):
+        counts = np.bincount(part, minlength=256)
+        assert (
+            (counts - 4000 / 256) ** 2 / (4000 / 256)
+        ).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
+    free = np.ones(40 * 40, dtype=np.uint8)
+    cells = np.arange(1600, dtype=np.int32)
+    count = np.zeros(1, dtype=np.int64)
+    met = Counter(
+        draws.drawn_cell(free, 40, cells, cells[:0], 0, 9, 5 + 40 * 10, 30 + 40 * 25, 31.0, count, 0)
+        for _ in range(6000)
+    )
+    inside = {
+        y * 40 + x
+        for x in range(40)
+        for y in range(40)
+        if math.dist((5, 10), (x, y)) + math.dist((x, y), (30, 25)) < 31.0
+    }
+    met.pop(-1, None)
+    assert set(met) == inside
+
+
+# ---- poses ----------------------------------------------------------------------------------------
+
+HALL = np.zeros((40, 60), dtype=bool)
+HALL[:, 30:32] = True
+HALL[16:26, 30:32] = False
+BODY = ((0.9, 0.4), (-0.4, 0.4), (-0.4, -0.4), (0.9, -0.4))
+
+
+def posed(drive: str, goal: tuple[float, float, float] = (12.0, 3.0, 1.5)) -> Scene:
+    robot = Robot(footprint=BODY, drive=drive, turn_radius=1.2 if drive == "ackermann" else 0.0)
+    return Scene(Grid(HALL, resolution=0.25), start_pose=(2.0, 2.0, 0.3), goal_pose=goal, robot=robot)
+
+
+@pytest.mark.commit(3)
+@pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
+def test_footprints_are_led_through_a_door(drive: str) -> None:
+    scene = posed(drive)
+    plan = plan_of("pose-rrt-connect", scene, record=True, rounds=4)
+    assert plan.pose_path is not None
+    assert plan.pose_path.bound >= 1.0
+    assert plan.tree is not None
+    costs = plan.best_by_iteration
+    assert all(a >= b for a, b in itertools.pairwise(costs))
+    assert plan == plan_of("pose-rrt-connect", scene, record=True, rounds=4)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("reverse", [True, False])
+@pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
+def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
+    rng = np.random.default_rng(285)
+    found = 0
+    for seed in range(30):
+        walls = np.kron(rng.random((8, 12)) < 0.2, np.ones((6, 6), dtype=bool))
+        ends = [(*rng.uniform((1, 1), (17, 11)).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
+        scene = replace(
+            posed(drive), grid=Grid(walls, resolution=0.25), start_pose=ends[0], goal_pose=ends[1]
+        )
+        plan = plan_of("pose-rrt-connect", scene, seed, samples=8000, reverse=reverse)
+        found += bool(plan)
+    assert found >= 5
+
+
+def test_footprints_where_walls_separate_or_touch() -> None:
+    shut = HALL.copy()
+    shut[:, 30:32] = True
+    scene = replace(posed("ackermann"), grid=Grid(shut, resolution=0.25))
+    assert plan_of("pose-rrt-connect", scene, samples=600).status is Status.NO_PATH
+    assert plan_of("pose-rrt-connect", posed("ackermann", (7.6, 9.0, 0.0))).status is Status.GOAL_OCCUPIED
+    few = registry.make("pose-rrt-connect").open(posed("ackermann"), np.random.default_rng(0))
+    assert few.plan(None, Budget(expansions=1)).status is Status.LIMIT
+
+
+def test_the_lists_name_them() -> None:
+    cells, poses = lampyris.list_planners(), lampyris.list_planners("poses")
+    assert set(ALL) <= set(cells)
+    assert "pose-rrt-connect" in poses
+    assert all(cells[name].traits.stochastic and not cells[name].traits.optimal for name in ALL)
