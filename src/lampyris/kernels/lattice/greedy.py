@@ -36,6 +36,37 @@ def _direction(heuristic, cell, stride, look, sector):
     return sector[u64((dy + look) * (2 * look + 1) + dx + look)] + 1
 
 
+@kernel()
+def _entry(heuristic, start, stride, headings, look, sector, table, half, goal_y, goal_x):
+    """What the heading of the goal costs more, where steepest descent from a start enters the square around the goal."""
+    side = 2 * half + 1
+    at = start
+    moving = True
+    while moving:
+        y = at // stride - goal_y + half
+        x = at - at // stride * stride - goal_x + half
+        if x >= 0 and x < side and y >= 0 and y < side:
+            way = int(_direction(heuristic, at, stride, look, sector))
+            least = 1 << 40
+            for by in range(-1, 2):
+                facing = (way - 1 + by + headings) % headings
+                least = min(least, int(table[u64((y * side + x) * headings + facing)]))
+            if least < 1 << 40 and way <= headings:
+                return max(least - int(heuristic[u64(at)]), 0)
+            return 0
+        best = heuristic[u64(at)]
+        to = at
+        for dy in range(-1, 2):
+            for dx in range(-1, 2):
+                h = heuristic[u64(at + dy * stride + dx)]
+                if h >= 0 and h < best:
+                    best = h
+                    to = at + dy * stride + dx
+        moving = to != at
+        at = to
+    return 0
+
+
 @kernel(out=("mark", "parent", "closed", "keys", "states", "toward", "count", "best"), of="closed", each=1)
 def greedy(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
@@ -73,34 +104,11 @@ def greedy(
     goal_y = goal // stride
     goal_x = goal - goal_y * stride
     side = 2 * half + 1
-    # What the heading of the goal costs more, where steepest descent from the start enters the square.
-    entry = 0
-    at = int(states[u64(0)]) // headings
-    for _ in range(len(heuristic) if waiting == 1 and expanded == 0 else 0):
-        y = at // stride - goal_y + half
-        x = at - at // stride * stride - goal_x + half
-        if x >= 0 and x < side and y >= 0 and y < side:
-            way = int(_direction(heuristic, at, stride, look, sector))
-            least = int(1 << 40)
-            for by in range(-1, 2):
-                facing = (way - 1 + by + headings) % headings
-                least = min(least, int(table[u64((y * side + x) * headings + facing)]))
-            if least < 1 << 40 and way <= headings:
-                entry = max(least - int(heuristic[u64(at)]), 0)
-            break
-        best_h = heuristic[u64(at)]
-        to = at
-        for dy in range(-1, 2):
-            for dx in range(-1, 2):
-                h = heuristic[u64(at + dy * stride + dx)]
-                if h >= 0 and h < best_h:
-                    best_h = h
-                    to = at + dy * stride + dx
-        if to == at:
-            break
-        at = to
-    count[u64(3)] = entry if expanded == 0 else count[u64(3)]
     entry = int(count[u64(3)])
+    if expanded == 0:
+        at = int(states[u64(0)]) // headings
+        entry = _entry(heuristic, at, stride, headings, look, sector, table, half, goal_y, goal_x)
+        count[u64(3)] = entry
     result = 1
     while waiting > 0:
         if limit >= 0 and expanded >= limit:
@@ -166,7 +174,7 @@ def greedy(
             y = there // stride
             x = there - y * stride - goal_x + half
             y += half - goal_y
-            estimate = int(1 << 40)
+            estimate = 1 << 40
             if x >= 0 and x < side and y >= 0 and y < side:
                 estimate = int(table[u64((y * side + x) * headings + facing)])
                 if estimate < h:

@@ -27,7 +27,11 @@ LOOK = 8
 """Cells of descent of the field that give the direction at a cell."""
 ORDER = 2.0
 """Weight of the estimate in the order."""
-FEW = 4_000
+MANY = 200_000
+"""States of a map below which the tables take longer than they save."""
+LEAST = 1.25
+"""Weight below which it hardly ever finds a path."""
+FEW = 1_500
 """Expansions after which it is given up."""
 
 
@@ -90,9 +94,16 @@ class Guide:
 
 
 def is_guided(lattice_map: LatticeMap, weight: float) -> bool:
-    """Whether the first try is worth its tables: a drive that cannot turn in place, on plain ground, and a bound above 1."""
+    """Whether a first try pays: for a drive that cannot turn in place, on a large map of plain ground, with room in the bound."""
     shape = lattice_map.lattice.shape
-    return weight > 1 and shape.drive == "ackermann" and shape.primitives is None and not len(lattice_map.price)
+    states = lattice_map.walls.size * shape.headings
+    return (
+        weight >= LEAST
+        and states >= MANY
+        and shape.drive == "ackermann"
+        and shape.primitives is None
+        and not len(lattice_map.price)
+    )
 
 
 class GuidedSearch(LatticeSearch):

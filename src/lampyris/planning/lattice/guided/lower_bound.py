@@ -7,6 +7,7 @@ same holds at its other end, backward. In between it costs no less than the diff
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,67 +34,65 @@ class Goal:
     entry: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Square:
-    """The cells of a square that lie in the map.
-
-    Parameters
-    ----------
-    index : int64 (n,): of the map.
-    row, column : int64 (n,): in the square.
-    rim : bool (n,): whether a motion may lead from there out of the square.
-    """
-
-    index: NDArray[np.int64]
-    row: NDArray[np.int64]
-    column: NDArray[np.int64]
-    rim: NDArray[np.bool_]
-
-
-def _square(cell: int, half: int, lattice_map: LatticeMap, heuristic: NDArray[np.int64]) -> _Square:
-    """The square around a cell; cells where the base must not be are left out."""
-    step = int(np.abs(lattice_map.lattice.cell).max())
-    y, x = divmod(cell, lattice_map.stride)
-    rows = len(heuristic) // lattice_map.stride
+@lru_cache(8)
+def _rim(half: int, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Row and column of the cells of a square from which a motion of ``step`` cells may lead out of it."""
     row, column = np.mgrid[0 : 2 * half + 1, 0 : 2 * half + 1].reshape(2, -1)
-    at_y, at_x = row + y - half, column + x - half
-    there = (at_y >= 0) & (at_y < rows) & (at_x >= 0) & (at_x < lattice_map.stride)
-    index = np.where(there, at_y * lattice_map.stride + at_x, 0)
-    there &= heuristic[index] >= 0
-    index, row, column = index[there], row[there], column[there]
-    away = np.maximum(np.abs(row - half), np.abs(column - half))
-    return _Square(index, row, column, away > half - step)
+    outer = np.maximum(np.abs(row - half), np.abs(column - half)) > half - step
+    return row[outer], column[outer]
+
+
+def _rim_in(
+    cell: int, half: int, lattice_map: LatticeMap, heuristic: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Row and column of the rim around a cell, the same in the map, and the field there; without cells that the base must not
+    be on.
+    """
+    row, column = _rim(half, int(np.abs(lattice_map.lattice.cell).max()))
+    stride = lattice_map.stride
+    y, x = row + (cell // stride - half), column + (cell % stride - half)
+    there = (y >= 0) & (y < len(heuristic) // stride) & (x >= 0) & (x < stride)
+    known = np.where(there, heuristic[np.where(there, y * stride + x, 0)], -1)
+    there = known >= 0
+    return row[there], column[there], y[there], x[there], known[there]
 
 
 def goal_of(
-    states: list[tuple[int, int]], open_space: OpenSpace, lattice_map: LatticeMap, heuristic: NDArray[np.int64]
+    states: list[tuple[int, int]],
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
 ) -> Goal:
     """What is known of goal states (cell index, heading), all at one cell."""
     table = open_space.to(states[0][1])
     for _, heading in states[1:]:
         table = np.minimum(table, open_space.to(heading))
-    square = _square(states[0][0], open_space.half, lattice_map, heuristic)
-    rim = square.rim
-    more = table[square.row[rim], square.column[rim]] - heuristic[square.index[rim]][:, None]
-    return Goal(states[0][0], [heading for _, heading in states], np.ascontiguousarray(table), int(more.min(initial=NEVER)))
+    row, column, _, _, known = _rim_in(states[0][0], open_space.half, lattice_map, heuristic)
+    entry = int((table[row, column] - known[:, None]).min(initial=NEVER))
+    return Goal(states[0][0], [heading for _, heading in states], np.ascontiguousarray(table), entry)
 
 
 def lower_bound(
-    start: tuple[int, int], goal: Goal, open_space: OpenSpace, lattice_map: LatticeMap, heuristic: NDArray[np.int64]
+    start: tuple[int, int],
+    goal: Goal,
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
 ) -> int:
     """A cost that no path from a start state to the goal undercuts."""
-    half = open_space.half
-    square = _square(start[0], half, lattice_map, heuristic)
-    gone = open_space.cost[start[1], square.row, square.column]
-    known = heuristic[square.index][:, None]
-    rest = np.full(gone.shape, NEVER)
-    y, x = np.divmod(square.index, lattice_map.stride)
+    half, (cell, heading) = open_space.half, start
+    row, column, y, x, known = _rim_in(cell, half, lattice_map, heuristic)
     goal_y, goal_x = divmod(goal.cell, lattice_map.stride)
-    row, column = y - goal_y + half, x - goal_x + half
-    near = (row >= 0) & (row <= 2 * half) & (column >= 0) & (column <= 2 * half)
-    rest[near] = goal.table[row[near], column[near]]
-    # From inside the goal's square either within it, or out of it and in again.
-    rest = np.maximum(known, np.minimum(rest, known + goal.entry))
-    least = (gone + rest)[square.rim].min(initial=NEVER)
-    inside = gone[square.index == goal.cell][:, goal.headings]  # or never out of the square around the start
-    return max(min(int(least), int(inside.min(initial=NEVER))), int(heuristic[start[0]]))
+    # From the rim on: within the square around the goal, or from outside into it.
+    rest = np.broadcast_to((known + goal.entry)[:, None], (len(known), goal.table.shape[2]))
+    near = (np.abs(y - goal_y) <= half) & (np.abs(x - goal_x) <= half)
+    if near.any():
+        rest = rest.copy()
+        rest[near] = np.minimum(rest[near], goal.table[y[near] - goal_y + half, x[near] - goal_x + half])
+    gone = open_space.cost[heading, row, column]
+    least = int((gone + np.maximum(rest, known[:, None])).min(initial=NEVER))
+    # Or without leaving the square around the start.
+    across, down = goal_x - cell % lattice_map.stride, goal_y - cell // lattice_map.stride
+    if max(abs(across), abs(down)) <= half:
+        least = min(least, int(open_space.cost[heading, half + down, half + across][goal.headings].min()))
+    return max(least, int(heuristic[cell]))
