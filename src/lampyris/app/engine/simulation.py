@@ -18,6 +18,7 @@ from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_fr
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.trace import Event, Outcome, Trace
+from lampyris.model.robot import Polygon
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
 from lampyris.referee import check_trace, demand
@@ -180,6 +181,11 @@ def finish(run: Simulation) -> Trace:
 def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
     """What a moving obstacle is."""
     return {"kind": obstacle.kind, "radius": obstacle.radius, "yields": obstacle.yields}
+
+
+def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
+    """Vertices of an obstacle in cells, x ahead and y to the left of its centre."""
+    return [[round(x / resolution, 4), round(y / resolution, 4)] for x, y in outline]
 
 
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
