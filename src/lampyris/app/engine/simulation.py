@@ -17,8 +17,8 @@ from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
-from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.robot import Polygon
+from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
 from lampyris.referee import check_trace, demand
