@@ -357,7 +357,9 @@ def test_drives_among_polygons(tracks: Any, kind: str, planner_name: str) -> Non
     crate = RandomWalk(1, footprint=((0.3, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.3, -0.1)))
     crowd = StudyTraffic(kind, 3, None, crate.radius, tracks, crate.footprint)
     study = posed("drive", (planner_name,), crowd, drive=asdict(DriveSettings()))
-    again = from_plain(json.loads(json.dumps(study_plain(study))), {g.hash: g.grid for g in study.grounds.values()})
+    again = from_plain(
+        json.loads(json.dumps(study_plain(study))), {g.hash: g.grid for g in study.grounds.values()}
+    )
     assert again.traffic_cases == (crowd,)
     (row,), (job,) = rows_of(study), study.jobs()
     assert row.ending == "done", row.error
