@@ -55,6 +55,9 @@ class LatticeSearch:
         self._run = 0
         self._count = np.zeros(6, dtype=np.int64)
         self._best = np.full(2, -1, dtype=np.int64)
+        starts = (one.start for one in lattice_map.lattice.primitives)
+        offsets = lattice_map.offsets.tolist()
+        self._back = [start - offset * self._stride for start, offset in zip(starts, offsets, strict=True)]
 
     @property
     def expansions(self) -> int:
@@ -125,8 +128,7 @@ class LatticeSearch:
 
     def _before(self, state: int, primitive: int) -> int:
         """The state from which a primitive led to another."""
-        cell = state // self._stride - int(self.lattice_map.offsets[primitive])
-        return cell * self._stride + self.lattice_map.lattice.primitives[primitive].start
+        return state - state % self._stride + self._back[primitive]
 
     def _open(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """States that wait or were set aside, some more than once, with their costs and heuristics."""
@@ -171,8 +173,7 @@ class LatticeSearch:
         state = int(self._best[1])
         last = divmod(state, self._stride)
         states, primitives = [], []
-        while self._parent[state] >= 0:
-            primitive = int(self._parent[state])
+        while (primitive := int(self._parent[state])) >= 0:
             state = self._before(state, primitive)
             primitives.append(primitive)
             states.append(divmod(state, self._stride))
