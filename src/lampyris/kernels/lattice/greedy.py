@@ -13,7 +13,7 @@ from lampyris.kernels.lattice.search import _pop, _push
 
 @kernel(inline=True)
 def _direction(heuristic, cell, stride, look, sector):
-    """The heading of the way that steepest descent of the heuristic takes from a cell, and one more."""
+    """The heading of steepest descent of the heuristic from a cell, and one more."""
     at = cell
     dx = 0
     dy = 0
@@ -46,12 +46,12 @@ def _entry(heuristic, start, stride, headings, look, sector, table, half, goal_y
         y = at // stride - goal_y + half
         x = at - at // stride * stride - goal_x + half
         if x >= 0 and x < side and y >= 0 and y < side:
-            way = int(_direction(heuristic, at, stride, look, sector))
+            towards = int(_direction(heuristic, at, stride, look, sector))
             least = 1 << 40
             for by in range(-1, 2):
-                facing = (way - 1 + by + headings) % headings
+                facing = (towards - 1 + by + headings) % headings
                 least = min(least, int(table[u64((y * side + x) * headings + facing)]))
-            if least < 1 << 40 and way <= headings:
+            if least < 1 << 40 and towards <= headings:
                 return max(least - int(heuristic[u64(at)]), 0)
             return 0
         best = heuristic[u64(at)]
@@ -180,11 +180,11 @@ def greedy(
                 if estimate < h:
                     estimate = int(h)
             if estimate == 1 << 40:
-                way = int(toward[u64(there)])
-                if way == 0:
-                    way = int(_direction(heuristic, there, stride, look, sector))
-                    toward[u64(there)] = way
-                estimate = int(h) + entry + around[u64(facing * (headings + 1) + way - 1)]
+                towards = int(toward[u64(there)])
+                if towards == 0:
+                    towards = int(_direction(heuristic, there, stride, look, sector))
+                    toward[u64(there)] = towards
+                estimate = int(h) + entry + around[u64(facing * (headings + 1) + towards - 1)]
             _push(keys, states, waiting, g_to + int(weight * estimate), to)
             waiting += 1
         if result == 0:

@@ -78,7 +78,7 @@ def _sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Guide:
+class Outlook:
     """What the order of one map and one goal needs.
 
     Parameters
@@ -116,7 +116,7 @@ class GuidedSearch(LatticeSearch):
 
     def __init__(self, lattice_map: LatticeMap) -> None:
         super().__init__(lattice_map)
-        self._guide: Guide | None = None
+        self._outlook: Outlook | None = None
 
     def first_try(
         self, heuristic: NDArray[np.int64], start: tuple[int, int], goals: list[tuple[int, int]], weight: float,
@@ -131,14 +131,14 @@ class GuidedSearch(LatticeSearch):
         """
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
         open_space = open_space_of(lattice)
-        guide = self._guide
+        outlook = self._outlook
         headings = [heading for _, heading in goals]
-        if guide is None or guide.heuristic is not heuristic or guide.goal.headings != headings:
+        if outlook is None or outlook.heuristic is not heuristic or outlook.goal.headings != headings:
             goal = goal_of(goals, open_space, lattice_map, heuristic)
-            self._guide = guide = Guide(heuristic, goal, np.zeros(len(heuristic), dtype=np.int8))
-        bound = lower_bound(start, guide.goal, open_space, lattice_map, heuristic)
+            self._outlook = outlook = Outlook(heuristic, goal, np.zeros(len(heuristic), dtype=np.int8))
+        bound = lower_bound(start, outlook.goal, open_space, lattice_map, heuristic)
         self.begin(heuristic, [start], goals)
-        while self._try(guide, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
+        while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
             self._enlarge()
         if self._best[0] < 0:
             return None
@@ -146,7 +146,7 @@ class GuidedSearch(LatticeSearch):
         cost = lattice_map.cost_of([cell for cell, _ in states], primitives)
         return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost))
 
-    def _try(self, guide: Guide, bound: int, weight: float, limit: int) -> int:
+    def _try(self, outlook: Outlook, bound: int, weight: float, limit: int) -> int:
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
         return int(
             greedy(
@@ -154,7 +154,7 @@ class GuidedSearch(LatticeSearch):
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
                 self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
-                _sectors(lattice.angles), guide.toward, _around(lattice).ravel(), guide.goal.table.ravel(),
-                (guide.goal.table.shape[0] - 1) // 2, guide.goal.cell,
+                _sectors(lattice.angles), outlook.toward, _around(lattice).ravel(), outlook.goal.table.ravel(),
+                (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,
             )
         )  # fmt: skip
