@@ -56,8 +56,10 @@ class LatticeSearch:
         self._count = np.zeros(6, dtype=np.int64)
         self._best = np.full(2, -1, dtype=np.int64)
         starts = (one.start for one in lattice_map.lattice.primitives)
-        offsets = lattice_map.offsets.tolist()
-        self._back = [start - offset * self._stride for start, offset in zip(starts, offsets, strict=True)]
+        offsets: list[int] = lattice_map.offsets.tolist()
+        self._back: list[int] = [
+            start - offset * self._stride for start, offset in zip(starts, offsets, strict=True)
+        ]
 
     @property
     def expansions(self) -> int:
