@@ -117,7 +117,7 @@ def compared(scene: Scene, weight: float) -> Pair:
     """Both planners on one scene, each on a session whose map is made."""
     rng = np.random.default_rng(0)
     full, adaptive = (
-        LatticePlanner(weight=weight).open(scene, rng),
+        LatticePlanner(weight=weight, shortcut=False).open(scene, rng),
         PadPlanner(weight=weight).open(scene, rng),
     )
     for session in (full, adaptive):

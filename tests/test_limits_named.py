@@ -354,7 +354,7 @@ ASKED: dict[str, str] = {
     "referee.fleets.swarm_hearing._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
     "planning.swarm.optimisers.glowworm.MOST": HERE,
     "planning.swarm.optimisers.particle.MOST": HERE,
-    "planning.lattice.pad.open_space._LARGEST": NOT_INPUT + "size of a table",
+    "planning.lattice.guided.open_space._LARGEST": NOT_INPUT + "size of a table",
     "motion.timing.spacetime_lattice.MAX_WORDS": NOT_INPUT + "memory of a search, tests/test_memory.py",
     "planning.incremental.search.LIMIT": NOT_INPUT + "a number of 64 bits",
     "planning.incremental.search._MOST_BIAS": NOT_INPUT + "a number of 64 bits",

@@ -304,6 +304,13 @@ def _poses() -> None:
     plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
     api.speed_profile(scene, plan)
     api.plan(_scene(robot=robot), "pad", weight=1.0)
+    wide = Scene(
+        Grid(np.zeros((130, 130), dtype=bool)),
+        (20, 20),
+        (110, 110),
+        robot=replace(robot, drive="ackermann", turn_radius=2.0),
+    )
+    api.plan(wide, "lattice")
     passing = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
     api.plan(_scene(robot=robot, traffic=(passing,)), "lattice-sipp")
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}

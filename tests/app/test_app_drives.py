@@ -233,3 +233,19 @@ def test_films_moments_and_numbers_are_of_the_drive() -> None:
     assert whole("csv").startswith(b"t_s,x_m,y_m,yaw,v,a")
     assert refusal("export", scenario, what="report").code == "EXPORT"
     json.dumps(only(ask("plan", scenario), "Z"))
+
+
+def test_obstacles_that_are_polygons_have_an_outline_and_turn() -> None:
+    """In cells, with their heading at the corners of their tracks; a planner with times is driven, too."""
+    track = {"kind": "recorded", "track": [[20, y] for y in range(2, 12)], "rectangle": [0.5, 0.25]}
+    scenario = car(
+        planner="lattice-sipp",
+        obstacles=[track, {"kind": "random-walk", "count": 1}],
+        drive={"time_limit": 4.0},
+    )
+    polygon, disc = only(ask("drive", scenario), "H")["obstacle_specs"]
+    assert polygon["outline"] == [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5]]
+    assert "outline" not in disc
+    times, yaws = zip(*polygon["turns"], strict=True)
+    assert list(times) == sorted(times)
+    assert set(yaws) == {-1.5708}, "it goes down the map"

@@ -84,6 +84,7 @@ def test_a_plan(line: str, ending: str) -> None:
         ("env-2 --obstacles 9 --mobility mixed --seed 3 --planner astar", 0),
         ("rooms-20 --obstacles 4 --mobility patrol --seed 5", 0),
         ("env-3 --obstacles 5 --mobility crossing --obstacle-radius 0.7 --radius 0.3", 0),
+        ("env-3 --obstacles 4 --mobility mixed --obstacle-rectangle 1.5,0.6 --seed 2", 0),
         ("env-5 --obstacles 3 --ticks 4 --patience 2", 4),
         ("guide --obstacles 3 --track t.csv --set choice=exact", 0),
     ],

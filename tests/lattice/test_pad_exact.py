@@ -18,10 +18,10 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
+from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession, lattice_for
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
-from lampyris.planning.lattice.pad.open_space import NEVER, open_space_of
 from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.referee import check_plan

@@ -99,3 +99,11 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(SettingError) as wrong:
         drawn_traffic("patrl", 1, GRID, 0)
     assert "patrol" in str(wrong.value)
+
+
+def test_all_kinds_may_be_polygons() -> None:
+    outline = ((0.4, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.4, -0.1))
+    made = drawn_traffic("mixed", 9, GRID, 1, footprint=outline)
+    assert {type(one) for one in made} == {Crossing, Patrol, RandomWalk}
+    assert len({(one.footprint, one.radius) for one in made}) == 1  # type: ignore[union-attr]
+    assert made[0].radius > 0.4  # type: ignore[union-attr]

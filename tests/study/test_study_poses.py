@@ -341,3 +341,42 @@ def test_times_are_planned_by_the_tracks_that_are_replayed() -> None:
 def test_a_drive_of_planned_times_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LampyrisError, match="do not follow these"):
         load(tmp_path, ROBOT + MAP % "{random: 1}" + "kind: drive\nplanners: [lattice-sipp]\n")
+
+
+@pytest.mark.commit(1)
+@pytest.mark.parametrize(
+    ("tracks", "kind", "planner_name"), [("live", "mixed", "lattice"), ("replayed", "random-walk", "pad")]
+)
+def test_drives_among_polygons(tracks: Any, kind: str, planner_name: str) -> None:
+    """Obstacles have the outline of the study, in the drive and in its evidence, and the row is accepted."""
+    from dataclasses import asdict
+
+    from lampyris.model.settings.drive import DriveSettings
+    from lampyris.model.traffic import RandomWalk
+
+    crate = RandomWalk(1, footprint=((0.3, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.3, -0.1)))
+    crowd = StudyTraffic(kind, 3, None, crate.radius, tracks, crate.footprint)
+    study = posed("drive", (planner_name,), crowd, drive=asdict(DriveSettings()))
+    again = from_plain(
+        json.loads(json.dumps(study_plain(study))), {g.hash: g.grid for g in study.grounds.values()}
+    )
+    assert again.traffic_cases == (crowd,)
+    (row,), (job,) = rows_of(study), study.jobs()
+    assert row.ending == "done", row.error
+    made = run_job(job.plain, hall()).noun
+    assert isinstance(made, Drive)
+    assert {track.outline for track in made.tracks} == {crate.footprint}
+    assert any(np.ptp(track.yaw) > 0 for track in made.tracks if track.yaw is not None)
+    assert row.metrics["outcome"] == made.outcome.value
+
+
+def test_polygons_of_study_files(tmp_path: Path) -> None:
+    rest = MAP % "{random: 1}" + "kind: drive\nplanners: [astar]\n"
+    sides = "traffic: [{kind: random-walk, count: 2, rectangle: [0.8, 0.4]}]\n"
+    (crowd,) = load(tmp_path, rest + sides).traffic_cases
+    assert crowd.footprint == ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
+    assert crowd.radius == pytest.approx(math.sqrt(0.2), abs=2e-6)
+    with pytest.raises(LampyrisError, match="radius and rectangle together"):
+        load(tmp_path, rest + sides.replace("count: 2,", "count: 2, radius: 1,"))
+    discs = load(tmp_path, rest + "traffic: [{kind: random-walk, count: 2}]\n").traffic_cases[0]
+    assert "footprint" not in discs.plain, "keys of jobs among discs are what they were"

@@ -93,6 +93,7 @@ class TrafficOptions:
     mobility: options.Mobility = defaults.MOBILITY
     rate: options.Rate = None
     obstacle_radius: options.ObstacleRadius = 0.0
+    obstacle_rectangle: options.ObstacleRectangle = None
     track: options.Track = None
 
     @property

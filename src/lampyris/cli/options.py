@@ -189,6 +189,14 @@ Zones = Annotated[
 ObstacleRadius = Annotated[
     float, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles (0: one cell).")
 ]
+ObstacleRectangle = Annotated[
+    str | None,
+    typer.Option(
+        "--obstacle-rectangle",
+        metavar="LENGTH,WIDTH",
+        help="Length and width of the obstacles in metres, in place of --obstacle-radius.",
+    ),
+]
 Track = Annotated[
     list[Path] | None,
     typer.Option(

@@ -26,8 +26,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "controller", "set-controller", "safety-filter",
         ),
         "Obstacles": (
-            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "obstacle-states",
-            "obstacle-info", "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
+            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-rectangle", "obstacle-speed", "track", "tick",
+            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
         ),
         "Execution and tasks": (
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",

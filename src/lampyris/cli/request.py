@@ -33,7 +33,7 @@ from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, Scenario
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Polygon, Robot, rectangle_of
 from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
 from lampyris.model.traffic import ObstacleSpec, Recorded
@@ -261,11 +261,25 @@ def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[Obstac
     check_choice("MOBILITY", "--mobility", mobility, MOBILITIES)
     if rate is not None and mobility not in ("random-walk", "mixed"):
         raise UsageError("OPTIONS", f"--rate with --mobility {mobility}", allowed="random walkers")
-    made: list[ObstacleSpec] = [replace(one, radius=radius) for one in scene.traffic]
-    made += [Recorded(read_track(p), radius) for p in options.tracks]
+    outline = _obstacle_outline(options)
+    made: list[ObstacleSpec] = [replace(one, radius=radius, footprint=outline) for one in scene.traffic]
+    made += [Recorded(read_track(p), radius, outline) for p in options.tracks]
     fit = replace(scene, traffic=tuple(made))
-    more = drawn_traffic(mobility, options.obstacles, scene.grid, seed, rate=rate, radius=radius, fit=fit)
+    shape: dict[str, Any] = {"radius": radius, "footprint": outline}
+    more = drawn_traffic(mobility, options.obstacles, scene.grid, seed, rate=rate, fit=fit, **shape)
     return (*made, *more)
+
+
+def _obstacle_outline(options: TrafficOptions) -> Polygon | None:
+    """The footprint of ``--obstacle-rectangle``; None: the obstacles are discs."""
+    text = options.obstacle_rectangle
+    if text is None:
+        return None
+    if options.obstacle_radius:
+        raise UsageError("OPTIONS", "--obstacle-radius beside --obstacle-rectangle", allowed="one of them")
+    return rectangle_of(
+        _pair(text, "--obstacle-rectangle", float), "--obstacle-rectangle", "TRAFFIC_FOOTPRINT"
+    )
 
 
 def _numbers(text: str, where: str) -> tuple[float, ...]:

@@ -14,11 +14,12 @@ from lampyris import scenarios
 from lampyris.app.engine.frames import NOWHERE, drive_frame, json_frame
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.progress import Share
-from lampyris.app.engine.simulation import obstacle_record
+from lampyris.app.engine.simulation import obstacle_record, outline_record
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.drive import Drive
+from lampyris.model.obstacles import Track
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.motion.laws import registry as laws
 from lampyris.report.data.following import following
@@ -141,11 +142,23 @@ def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> 
         "causes": causes,
         "step": step,
         "obstacle_specs": [
-            {**obstacle_record(one), "radius": track.radius}
+            {**obstacle_record(one), "radius": track.radius, **_outline(track, made.scene.grid.resolution)}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)
         ],
         "notes": list(scenario.notes),
     }
+
+
+def _outline(track: Track, resolution: float) -> dict[str, Any]:
+    """Of a polygon its ``outline`` (cells, x ahead and y to the left) and its ``turns``: times, and its heading at each; between
+    two it turns evenly.
+    """
+    if track.outline is None or track.yaw is None:
+        return {}
+    keep = np.ones(len(track.t), dtype=np.bool_)
+    keep[1:-1] = (track.yaw[1:-1] != track.yaw[:-2]) | (track.yaw[1:-1] != track.yaw[2:])
+    turns = np.round(np.column_stack((track.t, track.yaw))[keep], 4)
+    return {"outline": outline_record(track.outline, resolution), "turns": turns.tolist()}
 
 
 def paths_of(made: Drive) -> tuple[list[dict[str, Any]], int]:

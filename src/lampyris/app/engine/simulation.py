@@ -17,6 +17,7 @@ from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
+from lampyris.model.robot import Polygon
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
@@ -182,6 +183,11 @@ def finish(run: Simulation) -> Trace:
 def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
     """What a moving obstacle is."""
     return {"kind": obstacle.kind, "radius": obstacle.radius, "yields": obstacle.yields}
+
+
+def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
+    """Vertices of an obstacle in cells, x ahead and y to the left of its centre."""
+    return [[round(x / resolution, 4), round(y / resolution, 4)] for x, y in outline]
 
 
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import { block, button, el, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
-import { bodiesAt, gather, placeAt } from "./runs.js";
+import { bodiesAt, gather, headingsAt, outlinesOf, placeAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
 
@@ -346,7 +346,7 @@ class Mosaic {
       this._walls(tile, t);
       view.moment = {
         robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
-        radii: run.bodies.map((body) => body.radius / cell), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
+        radii: run.bodies.map((body) => body.radius / cell), outlines: outlinesOf(run), headings: headingsAt(run, t), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
       };
       view.draw();
     }

@@ -59,9 +59,8 @@ export function mount(page, into) {
     const drives = page.drives();
     const { controller = EXACT, controller_settings = {}, ...rest } = now();
     timed.row.hidden = poses;
-    made.hidden = plansTimes(page);
     timed.put(drives);
-    controllers.hidden = !poses;
+    controllers.hidden = !poses || plansTimes(page);
     form.root.hidden = go.hidden = said.hidden = !drives;
     pick.value = controller;
     const row = page.hello.controllers.find((/** @type {any} */ one) => one.name === controller);

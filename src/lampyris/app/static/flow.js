@@ -27,13 +27,10 @@ export function mount(page) {
   const plans = new Plans(page);
   const runs = new Runs(page);
   page.replan = () => plans.want();
-  page.simulate = async (how) => {
-    if (!plansTimes(page)) return runs.begin(how ?? {});
-    page.say(`${store.scenario.planner.name} plans poses with times by the tracks of recorded obstacles: its plans are neither simulated nor driven. Choose another planner to see the robot move.`);
-  };
+  page.simulate = async (how) => runs.begin(how ?? {});
   page.stop = () => runs.stop();
-  page.drives = () => !plansTimes(page) && (plansPoses(page) || Boolean(store.scenario.drive));
-  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), plansTimes(page) ? null : page.drives() && !ticks);
+  page.drives = () => (plansPoses(page) || Boolean(store.scenario.drive));
+  page.asked = (ticks = false) => asked(store.scenario, plansPoses(page), plansTimes(page) && ticks ? null : page.drives() && !ticks);
 
   /** What the ground on the screen is made of. */
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };

@@ -12,9 +12,10 @@ const FAINT = 0.45;
 
 /**
  * What moves, at one moment. Places in cells, whole or between two. `still`: bodies that wait for a run to begin, faint.
- * `heading`: of the robot of a drive, radians counterclockwise on the screen.
+ * `heading`: of the robot of a drive, radians counterclockwise on the screen; `outlines`, `headings`: of the bodies, null for a disc.
  * @typedef {{
  *   robot: [number, number] | null, bodies: Float32Array | null, kinds: string[], radii: number[],
+ *   outlines?: Array<import("./shape.js").Outline | null>, headings?: number[],
  *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number, heading?: number}>, heading?: number,
  * }} Moment
  */
@@ -88,7 +89,10 @@ function drawBodies(pen, view, moment, bodies, sprites) {
     const y = view.y + (bodies[2 * b + 1] + 0.5) * view.scale;
     if (x < -side || y < -side || x > view.width + side || y > view.height + side) continue;
     const radius = moment.radii[b] * view.scale;
-    if (radius > side / 2) disc(pen, x, y, radius, (KINDS[moment.kinds[b]] ?? OTHER_KIND)[1]);
+    const colour = (KINDS[moment.kinds[b]] ?? OTHER_KIND)[1];
+    const outline = moment.outlines?.[b];
+    if (outline) polygon(pen, view, outline, cx, bodies[2 * b + 1], moment.headings?.[b] ?? 0, colour);
+    else if (radius > side / 2) disc(pen, x, y, radius, colour);
     pen.drawImage(sprites.of(moment.kinds[b], side), x - side / 2, y - side / 2, side, side);
   }
 }
@@ -102,6 +106,19 @@ function disc(pen, x, y, radius, colour) {
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.fill();
   pen.globalAlpha = whole;
+}
+
+/** An obstacle to scale. @param {Pen} pen @param {View} view @param {import("./shape.js").Outline} outline @param {number} cx @param {number} cy @param {number} heading @param {string} colour */
+function polygon(pen, view, outline, cx, cy, heading, colour) {
+  const whole = pen.globalAlpha;
+  traceOutline(pen, view, outline, cx, cy, heading);
+  pen.globalAlpha = 0.3 * whole;
+  pen.fillStyle = colour;
+  pen.fill();
+  pen.globalAlpha = whole;
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1.5;
+  pen.stroke();
 }
 
 /** The brush under the pointer. @param {Pen} pen @param {View} view @param {{at: Cell, size: number}} brush */

@@ -3,6 +3,8 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
+import { headingsAt, outlinesOf } from "./runs.js";
+
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
 
 /** Ticks a second at speed 1. */
@@ -239,6 +241,7 @@ export class Player {
     const { map, plan, ground } = this.page;
     const bodies = plan?.obstacle_specs ?? [];
     this._known = 0;
+    map.moment.outlines = undefined;
     map.moment.kinds = bodies.map(({ kind }) => kind);
     map.moment.radii = bodies.map(({ radius }) => radius / (ground?.resolution || 1));
     map.moment.bodies = map.moment.still = bodies.length ? Float32Array.from(bodies.flatMap(({ at }) => at)) : null;
@@ -284,9 +287,11 @@ export class Player {
       const cell = this.page.ground?.resolution || 1;
       moment.kinds = run.bodies.map((body) => body.kind);
       moment.radii = run.bodies.map((body) => body.radius / cell);
+      moment.outlines = outlinesOf(run);
       this._known = run.bodies.length;
       if (this._bodies.length !== 2 * this._known) this._bodies = new Float32Array(2 * this._known);
     }
+    if (moment.outlines?.some(Boolean)) moment.headings = headingsAt(run, k + f);
     const out = this._bodies;
     const here = run.places[k];
     const next = f ? run.places[k + 1] : here;

@@ -81,6 +81,29 @@ export function placeAt(run, t) {
   return [robot[2 * k] + (f ? f * (robot[2 * k + 2] - robot[2 * k]) : 0), robot[2 * k + 1] + (f ? f * (robot[2 * k + 3] - robot[2 * k + 1]) : 0)];
 }
 
+/** Outlines of a run's obstacles that are polygons; null: a disc. @param {Run} run @returns {Array<import("./shape.js").Outline | null>} */
+export function outlinesOf(run) {
+  return run.bodies.map(({ outline }) => outline ?? null);
+}
+
+/** Headings of a run's obstacles at a moment, radians counterclockwise on the screen; 0 of discs. @param {Run} run @param {number} t @returns {number[]} */
+export function headingsAt(run, t) {
+  const seconds = t * (run.step ?? 1);
+  return run.bodies.map(({ turns }) => {
+    if (!turns?.length) return 0;
+    let [low, high] = [0, turns.length - 1];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (turns[middle][0] < seconds) low = middle + 1;
+      else high = middle;
+    }
+    const [t1, yaw1] = turns[low];
+    const [t0, yaw0] = turns[Math.max(low - 1, 0)];
+    if (t1 <= t0) return yaw1;
+    return yaw0 + Math.min((seconds - t0) / (t1 - t0), 1) * (yaw1 - yaw0);
+  });
+}
+
 /** Where a run's bodies are; not there: NaN. @param {Run} run @param {number} t @returns {Float32Array} */
 export function bodiesAt(run, t) {
   const out = new Float32Array(2 * run.bodies.length).fill(NaN);

@@ -21,7 +21,7 @@ export function plansPoses(page) {
   return page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
 }
 
-/** Whether its plan says when the robot is where, so that it is neither simulated nor driven. @param {Page} page */
+/** Whether its plan says when the robot is where: drives follow these times, by no controller that steers. @param {Page} page */
 export function plansTimes(page) {
   const { name } = page.store.scenario.planner;
   return page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name && row.traits.sees_traffic);

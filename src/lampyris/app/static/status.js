@@ -98,7 +98,7 @@ class Status {
       return;
     }
     this._now(plan.sentence, plan.cost === null);
-    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plansTimes(this.page) ? "The plan has times, by the tracks of recorded obstacles: it is not driven. Drag S or G, and the path follows." : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
+    set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plansTimes(this.page) ? "The plan has times, by the tracks of recorded obstacles. Press Play to see the robot follow them. Drag S or G, and the path follows." : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
   }
 

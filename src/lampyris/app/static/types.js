@@ -45,7 +45,7 @@
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array | Float32Array, speed: Float32Array, cause: Uint8Array, causes: string[],
- *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Array<Int16Array | Float32Array>,
+ *   bodies: Array<{kind: string, radius: number, yields: boolean, outline?: Array<[number, number]>, turns?: Array<[number, number]>}>, places: Array<Int16Array | Float32Array>,
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
  *   end: Record<string, any> | null, cut?: boolean, step?: number, yaw: Float32Array, rivals: Run[], paths: Array<{t: number, poses: number[][]}>,
  * }} Run

@@ -212,11 +212,11 @@ NameOrTable: TypeAlias = Annotated[
 Radius: TypeAlias = Annotated[float, Field(ge=0, le=1e6), Rule("TRAFFIC_RADIUS", "0 to 1e6 metres")]
 _RADIUS = "Radius of each, metres; 0 is one cell."
 Outline: TypeAlias = Annotated[list[Metres] | None, Rule("TRAFFIC_FOOTPRINT", "pairs [x, y] of metres")]
-_OUTLINE = (
+OUTLINE = (
     "Vertices of the outline of each, metres, x ahead and y to the left of its centre; in place of radius."
 )
 Rectangle: TypeAlias = Annotated[Metres | None, Rule("TRAFFIC_FOOTPRINT", "[length, width] in metres")]
-_RECTANGLE = "Length and width of a rectangle around the centre of each, metres; in place of radius."
+RECTANGLE = "Length and width of a rectangle around the centre of each, metres; in place of radius."
 Count: TypeAlias = Annotated[
     int,
     Field(ge=0, le=MAX_OBSTACLES),
@@ -238,8 +238,8 @@ class WalkTable(Table):
         Field(max_length=MAX_OBSTACLES),
         Rule("TRAFFIC_STARTS", "cells [x, y], no more than `count`"),
     ] = Field([], description="Cells where the first of them begin; the others begin where the seed says.")
-    footprint: Outline = Field(None, description=_OUTLINE)
-    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
 
 
 class PatrolTable(Table):
@@ -250,8 +250,8 @@ class PatrolTable(Table):
         list[Pair], Field(min_length=1), Rule("TRAFFIC_WAYPOINTS", "one or more cells [x, y]")
     ] = Field(description="Cells, joined by shortest paths.")
     radius: Radius = Field(0.0, description=_RADIUS)
-    footprint: Outline = Field(None, description=_OUTLINE)
-    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
 
 
 class CrossingTable(Table):
@@ -260,8 +260,8 @@ class CrossingTable(Table):
     kind: Literal["crossing"] = Field(description="Crossing obstacles.")
     count: Count = Field(description="How many; their paths are drawn from the seed.")
     radius: Radius = Field(0.0, description=_RADIUS)
-    footprint: Outline = Field(None, description=_OUTLINE)
-    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
 
 
 class TrackTable(Table):
@@ -272,8 +272,8 @@ class TrackTable(Table):
         list[Pair], Field(min_length=1), Rule("OBSTACLE_TIME", "one or more cells [x, y], one a tick")
     ] = Field(description="Its cell at each tick from 0; after the last it stays.")
     radius: Radius = Field(0.0, description=_RADIUS)
-    footprint: Outline = Field(None, description=_OUTLINE)
-    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
     yaw: Annotated[list[float], Rule("OBSTACLE_YAW", "a number for each cell of the track: radians")] = Field(
         [],
         description="With a footprint, its heading at each tick, radians; none: it follows the direction of motion.",
@@ -296,8 +296,8 @@ class TrackFileTable(Table):
     ] = Field(
         None, description=".dob: seconds a tick; null: what the robot needs for a cell at its greatest speed."
     )
-    footprint: Outline = Field(None, description=_OUTLINE)
-    rectangle: Rectangle = Field(None, description=_RECTANGLE)
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
 
 
 KINDS = ("random-walk", "patrol", "crossing", "recorded")

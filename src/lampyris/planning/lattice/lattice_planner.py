@@ -25,6 +25,7 @@ from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.goal_field import GoalField
+from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import (
@@ -213,7 +214,15 @@ class LatticeSession(PoseSession[LatticeSearch]):
             return Plan(Status.NO_PATH, name, detail=_NO_PATH)
         assert self._heuristic is not None
         heuristic = self._heuristic[1]
-        search.begin(heuristic, [(lattice_map.index(cell), h) for cell, h in starts], known)
+        begins = [(lattice_map.index(cell), h) for cell, h in starts]
+        tried = 0
+        if isinstance(search, GuidedSearch) and self._is_guided(search, begins, known):
+            quick = search.first_try(heuristic, begins[0], known, self._settings.weight, limit)
+            if quick is not None:
+                return self._plan_of(quick, search, "")
+            tried = search.expansions
+        search.begin(heuristic, begins, known)
+        search.charge(tried)
         outcome = search.improve(self._settings.weight, limit)
         found = search.result()
         if found is None:
@@ -222,6 +231,18 @@ class LatticeSession(PoseSession[LatticeSearch]):
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)
         return self._plan_of(found, search, detail)
+
+    def _is_guided(
+        self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]]
+    ) -> bool:
+        """Whether a first try is made: see :func:`is_guided`; from one state, to states at one cell."""
+        assert isinstance(self._settings, LatticePlanner)
+        return (
+            not self._settings.anytime
+            and len(starts) == 1
+            and len({cell for cell, _ in goals}) == 1
+            and is_guided(search.lattice_map, self._settings.weight)
+        )
 
     def _known_goals(self, search: LatticeSearch, goals: list[State]) -> list[tuple[int, int]]:
         """Of the goals those that the heuristic, which is made where it is not there, is known at."""
@@ -329,7 +350,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         """
         grid, lattice = self._scene.grid, self._lattice
         demand_states(grid.height, grid.width, lattice.border, len(lattice.angles), self._settings.name)
-        return LatticeSearch(LatticeMap(grid, lattice, obstacles, self._cost_penalty))
+        return GuidedSearch(LatticeMap(grid, lattice, obstacles, self._cost_penalty))
 
     def starts(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""

@@ -45,7 +45,8 @@ def states_near(grid: Grid, headings: int | tuple[float, ...], pose: Pose) -> li
     (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
     cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]
     cells = sorted(filter(grid.contains, cells), key=lambda c: (distance(c, (x, y)), c))
-    return [(cell, headings_near(headings, yaw)[0]) for cell in cells]
+    heading = headings_near(headings, yaw)[0]
+    return [(cell, heading) for cell in cells]
 
 
 def _around(value: float) -> tuple[int, int]:

@@ -55,6 +55,11 @@ class LatticeSearch:
         self._run = 0
         self._count = np.zeros(6, dtype=np.int64)
         self._best = np.full(2, -1, dtype=np.int64)
+        starts = (one.start for one in lattice_map.lattice.primitives)
+        offsets: list[int] = lattice_map.offsets.tolist()
+        self._back: list[int] = [
+            start - offset * self._stride for start, offset in zip(starts, offsets, strict=True)
+        ]
 
     @property
     def expansions(self) -> int:
@@ -86,6 +91,10 @@ class LatticeSearch:
         self._states[: len(waiting)] = waiting
         self._count[kernel.WAITING] = len(waiting)
 
+    def charge(self, expansions: int) -> None:
+        """Count states that were expanded for the same query before :meth:`begin`."""
+        self._count[kernel.EXPANDED] += expansions
+
     def _states_of_a_cell(self) -> int:
         return len(self.lattice_map.lattice.angles)
 
@@ -99,9 +108,13 @@ class LatticeSearch:
             if outcome != kernel.FULL:
                 self._complete = outcome == kernel.FOUND
                 return outcome
-            for name in ("_keys", "_states", "_aside"):
-                held = getattr(self, name)
-                setattr(self, name, np.concatenate((held, np.zeros_like(held))))
+            self._enlarge()
+
+    def _enlarge(self) -> None:
+        """Twice the room for what waits."""
+        for name in ("_keys", "_states", "_aside"):
+            held = getattr(self, name)
+            setattr(self, name, np.concatenate((held, np.zeros_like(held))))
 
     def _run_kernel(self, weight: float, limit: int) -> int:
         lattice, lattice_map = self.lattice_map.lattice, self.lattice_map
@@ -117,8 +130,7 @@ class LatticeSearch:
 
     def _before(self, state: int, primitive: int) -> int:
         """The state from which a primitive led to another."""
-        cell = state // self._stride - int(self.lattice_map.offsets[primitive])
-        return cell * self._stride + self.lattice_map.lattice.primitives[primitive].start
+        return state - state % self._stride + self._back[primitive]
 
     def _open(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """States that wait or were set aside, some more than once, with their costs and heuristics."""
@@ -138,9 +150,7 @@ class LatticeSearch:
         order = np.argsort(keys, kind="stable")  # a sorted array is a heap
         self._closed[states] = 0
         while len(states) > len(self._keys) - 128:
-            self._keys = np.concatenate((self._keys, np.zeros_like(self._keys)))
-            self._states = np.concatenate((self._states, np.zeros_like(self._states)))
-            self._aside = np.concatenate((self._aside, np.zeros_like(self._aside)))
+            self._enlarge()
         self._keys[: len(states)] = keys[order]
         self._states[: len(states)] = states[order]
         self._count[kernel.WAITING] = len(states)
@@ -150,14 +160,7 @@ class LatticeSearch:
         """The best path so far with its lower bound; None: there is none."""
         if self._best[0] < 0:
             return None
-        state = int(self._best[1])
-        last = divmod(state, self._stride)
-        states, primitives = [], []
-        while self._parent[state] >= 0:
-            primitive = int(self._parent[state])
-            state = self._before(state, primitive)
-            primitives.append(primitive)
-            states.append(divmod(state, self._stride))
+        states, primitives, last = self._followed()
         cost = self.lattice_map.cost_of([cell for cell, _ in states], primitives)
         _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
@@ -165,4 +168,15 @@ class LatticeSearch:
         bound = int((costs + heuristics).min()) if len(costs) else cost
         if self._complete:
             bound = max(bound, math.floor(cost / self._weight * (1 - 1e-9)))
-        return Found(tuple(states[::-1]), tuple(primitives[::-1]), last, cost, min(bound, cost))
+        return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost))
+
+    def _followed(self) -> tuple[list[tuple[int, int]], list[int], tuple[int, int]]:
+        """The states and primitives of the path to the best goal state, and that state."""
+        state = int(self._best[1])
+        last = divmod(state, self._stride)
+        states, primitives = [], []
+        while (primitive := int(self._parent[state])) >= 0:
+            state = self._before(state, primitive)
+            primitives.append(primitive)
+            states.append(divmod(state, self._stride))
+        return states[::-1], primitives[::-1], last

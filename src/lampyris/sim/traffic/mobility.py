@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean, shown
 from lampyris.model.grid import Grid
+from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.layers import free_cells
@@ -36,6 +38,7 @@ def drawn_traffic(
     *,
     rate: float | None = None,
     radius: float = 0.0,
+    footprint: Polygon | None = None,
     fit: Scene | None = None,
 ) -> tuple[ObstacleSpec, ...]:
     """So many moving obstacles of a kind: crossing ones first, then patrols, then random walkers.
@@ -47,6 +50,7 @@ def drawn_traffic(
     grid, seed : where patrols go is drawn here; the others are drawn by the simulation.
     rate : chance a tick that a random walker appears; None: all are there from the start.
     radius : metres.
+    footprint : outline of each, as of :class:`lampyris.model.traffic.RandomWalk`; None: discs.
     fit : patrols that this scene, with what moves there already, would refuse (over its start or goal, over
         one another, with no path for their size and its moves) are not taken. None: they are drawn on the map
         as it is, for their size, whatever it is for.
@@ -63,7 +67,9 @@ def drawn_traffic(
             "MOBILITY", shown(kind), where="kind", allowed=", ".join((*MOBILITIES, "none")),
             todo=did_you_mean(kind, MOBILITIES), setting="mobility",
         )  # fmt: skip
-    RandomWalk(count, rate, radius)  # refuses what is out of range, whatever the kind
+    radius = RandomWalk(
+        count, rate, radius, footprint=footprint
+    ).radius  # refuses what is out of range, whatever the kind
     if rate is not None and kind not in ("random-walk", "mixed"):
         raise UsageError("OPTIONS", f"a rate with {kind}", where="rate", allowed="random walkers")
     third = count // 3
@@ -74,9 +80,9 @@ def drawn_traffic(
         "crossing": (0, 0, count),
         "mixed": (count - 2 * third, third, third),
     }[kind]
-    made: list[ObstacleSpec] = [Crossing(crossing, radius)] if crossing else []
-    made += patrols(patrol, grid, seed, radius=radius, fit=fit)
-    made += [RandomWalk(walk, rate, radius)] if walk else []
+    made: list[ObstacleSpec] = [Crossing(crossing, radius, footprint)] if crossing else []
+    made += [replace(one, footprint=footprint) for one in patrols(patrol, grid, seed, radius=radius, fit=fit)]
+    made += [RandomWalk(walk, rate, radius, footprint=footprint)] if walk else []
     return tuple(made)
 
 

@@ -16,8 +16,10 @@ from typing import Any, TypeAlias, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.io.scenario.map_source import Mistakes, setting_path
+from lampyris.io.scenario.robot_table import with_footprint
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.strict_yaml import KeyPath, shown
+from lampyris.model.traffic import RandomWalk
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.selection import demand_cells
@@ -241,7 +243,13 @@ def _traffic(one: Any, some: Mapping[str, Any]) -> StudyTraffic:
         raise FileError("KEY", "`count` is missing", allowed="how many")
     if given["rate"] is not None and given["kind"] not in ("random-walk", "mixed"):
         raise FileError("TRAFFIC_RATE", f"a rate with {given['kind']}", allowed="random walkers")
-    return StudyTraffic(**given) if given["count"] else StudyTraffic()
+    given = with_footprint(given, "traffic", "TRAFFIC_FOOTPRINT")
+    if not given["count"]:
+        return StudyTraffic()
+    if given["footprint"] is not None:
+        made = RandomWalk(given["count"], None, footprint=given["footprint"])
+        given |= {"radius": made.radius, "footprint": made.footprint}
+    return StudyTraffic(**given)
 
 
 def _like(default: Any, value: Any) -> Any:

@@ -17,13 +17,17 @@ from lampyris.io.scenario.run_settings import DriveTable, InflationTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema import (
     MAP_KEYS,
+    OUTLINE,
+    RECTANGLE,
     BundledMap,
     Count,
     End,
     FileMap,
     Named,
+    Outline,
     Radius,
     RecipeMap,
+    Rectangle,
     RobotTable,
     RowsMap,
     schema_of,
@@ -274,6 +278,8 @@ class TrafficTable(Table):
         None, description="Chance a tick that one more random walker appears; null: all from the start."
     )
     radius: Radius = Field(0.0, description="Radius of each, metres; 0 is one cell.")
+    footprint: Outline = Field(None, description=OUTLINE)
+    rectangle: Rectangle = Field(None, description=RECTANGLE)
     tracks: _Tracks = Field(
         TRACKS,
         description="replayed: drawn once without the robot, the same for all planners; live: they wait for it.",

@@ -15,6 +15,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.text.strict_yaml import shown
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose
+from lampyris.model.traffic import obstacle_footprint
 from lampyris.study.design.study import RESULTS, Config, Kind, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.typing import Cell
 
@@ -142,7 +143,10 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         planners=planners,
         laws=laws,
         traffic_cases=tuple(
-            StudyTraffic(**{key: _typed(one[key], *kinds) for key, kinds in _TRAFFIC.items()})
+            StudyTraffic(
+                **{key: _typed(one[key], *kinds) for key, kinds in _TRAFFIC.items()},
+                footprint=obstacle_footprint(one["footprint"]) if "footprint" in one else None,
+            )
             for one in plain["traffic_cases"]
         ),
         seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),

@@ -19,6 +19,7 @@ from lampyris import __version__
 from lampyris._core.defaults import TRACKS
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose
+from lampyris.model.robot import Polygon
 from lampyris.typing import Cell
 
 RESULTS = 1
@@ -65,8 +66,9 @@ class StudyTraffic:
     kind : ``none``, ``random-walk``, ``patrol``, ``crossing`` or ``mixed``.
     count : how many.
     rate : chance a tick that a random walker appears; None: all from the start.
-    radius : metres.
+    radius : metres; of polygons that of the disc around them.
     tracks : see :data:`Tracks`.
+    footprint : vertices (x ahead, y to the left) of the outline of each, metres; None: discs.
     """
 
     kind: str = "none"
@@ -74,6 +76,7 @@ class StudyTraffic:
     rate: float | None = None
     radius: float = 0.0
     tracks: Tracks = TRACKS
+    footprint: Polygon | None = None
 
     @property
     def label(self) -> str:
@@ -81,15 +84,17 @@ class StudyTraffic:
         if self.kind == "none" or not self.count:
             return "none"
         more = "" if self.rate is None else f", rate {self.rate:g}"
-        more += "" if not self.radius else f", radius {self.radius:g} m"
+        more += "" if not self.radius else f", radius {self.radius:.6g} m"
+        more += "" if self.footprint is None else f", {len(self.footprint)} vertices"
         return f"{self.count} {self.kind}{more}{' (live)' if self.tracks == 'live' else ''}"
 
     @property
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
+        outline = {} if self.footprint is None else {"footprint": [list(vertex) for vertex in self.footprint]}
         return {
             "kind": self.kind, "count": self.count, "rate": self.rate, "radius": self.radius,
-            "tracks": self.tracks,
+            "tracks": self.tracks, **outline,
         }  # fmt: skip
 
 

@@ -273,7 +273,10 @@ def _check_traffic(worlds: Made[World], traffic_cases: Made[StudyTraffic], tried
     grounds = {world.ground.hash: world.ground for world, _ in worlds}.values()
     for traffic, key_path in traffic_cases:
         for ground in grounds:
-            wide, before = RandomWalk(traffic.count, None, traffic.radius), len(tried.faults)
+            wide, before = (
+                RandomWalk(traffic.count, None, traffic.radius, footprint=traffic.footprint),
+                len(tried.faults),
+            )
             tried(key_path, check_obstacle, ground.grid, 0, wide)
             if len(tried.faults) > before:
                 break

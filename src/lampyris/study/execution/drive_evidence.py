@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive, Moment
 from lampyris.model.obstacles import Track
+from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
@@ -23,6 +24,9 @@ _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
     "corner_counts": ("<i4", 1), "discs": ("<f8", 2), "kinds": ("<i2", 1), "moments": ("<f8", 2),
     "moment_obstacles": ("<i4", 1), "moment_words": ("<i2", 1),
 }  # fmt: skip
+
+_HEADINGS = {"yaw": ("<f8", 1)}
+"""Of polygons: heading at each corner of their tracks, one track after another."""
 
 
 def drive_evidence(drive: Drive) -> dict[str, Any]:
@@ -53,13 +57,17 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
         "moment_obstacles": np.array([m.obstacle for m in drive.moments], dtype=np.int32),
         "moment_words": moment_words,
     }
-    with_headings = {
+    with_headings: dict[str, Any] = {
         "curves": curves_evidence(drive.curves),
         "paths": curves_evidence(drive.paths),
         "path_times": list(drive.path_times),
     }
+    yaws = [one.yaw for one in tracks if one.yaw is not None]
+    if yaws:  # then all are polygons: a world has obstacles of one shape
+        with_headings["headings"] = e.pack_arrays({"yaw": np.concatenate(yaws)}, _HEADINGS)
+    kept = with_headings if posed else {k: v for k, v in with_headings.items() if k == "headings"}
     return {
-        **(with_headings if posed else {}),
+        **kept,
         "kind": "drive",
         "outcome": drive.outcome.value,
         "words": words,
@@ -81,7 +89,7 @@ def drive_of(
     planner: str,
     law: str,
     seed: int,
-    footprints: Mapping[float, Any],
+    shapes: Mapping[float, tuple[Any, Polygon | None]],
     goal_tolerance: tuple[float, float] | None = None,
     steered: tuple[str, str] | None = None,
 ) -> Drive:
@@ -91,7 +99,7 @@ def drive_of(
     ----------
     scene : where it was.
     planner, law, seed : of the job.
-    footprints : of the obstacles of this world, by radius.
+    shapes : the cells and the outlines of the obstacles of this world, by radius.
     goal_tolerance : metres and radians, of a planner of poses; None: the planner is one of cells.
     steered : controller that steers, and safety filter; None: the path is followed exactly.
 
@@ -119,11 +127,11 @@ def drive_of(
             curves=curves, t=got["t"], s=got["s"], v=got["v"], a=got["a"],
             leg=got["leg"], cause=e.words_at(plain, got["cause"]), cause_index=got["cause_index"],
             tracks=tuple(
-                Track(table[:, 0], table[:, 1:], radius, top)
-                for table, (radius, top, _) in zip(corners, discs, strict=True)
+                Track(table[:, 0], table[:, 1:], radius, top, *headed)
+                for table, (radius, top, _), headed in zip(corners, discs, _headed(plain, corners, discs, shapes), strict=True)
             ),
             obstacle_specs=tuple(
-                Obstacle(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
+                Obstacle(kind, own, kind in ("random-walk", "patrol"), *shapes.get(own, (((0, 0),), None)))
                 for kind, (_, _, own) in zip(kinds, discs, strict=True)
             ),
             moments=tuple(Moment(t, word, (x, y), "", obstacle) for (t, x, y), word, obstacle in moments),
@@ -134,6 +142,20 @@ def drive_of(
         )  # fmt: skip
 
     return e.reading("drive", plain, read)
+
+
+def _headed(
+    plain: Mapping[str, Any],
+    corners: list[NDArray[Any]],
+    discs: list[list[float]],
+    shapes: Mapping[float, tuple[Any, Polygon | None]],
+) -> list[tuple[Any, Any]]:
+    """The outline of each track and its headings; neither of discs."""
+    if "headings" not in plain:
+        return [(None, None)] * len(corners)
+    yaw = e.unpack_arrays(plain["headings"], _HEADINGS)["yaw"]
+    rows = e.split(yaw, np.array([len(table) for table in corners]))
+    return [(shapes[own][1], row) for (_, _, own), row in zip(discs, rows, strict=True)]
 
 
 def _posed(plain: Mapping[str, Any], scene: Scene, steered: tuple[str, str] | None) -> dict[str, Any]:

@@ -64,7 +64,9 @@ class Replay:
         traffic = open_traffic(scene, world, seed)
         self._advance: Callable[[int, int], NDArray[np.int64]]
         self._advance = _by_kernel(traffic) if alone(scene) else _one_by_one(traffic)
-        self.obstacles = tuple(Obstacle("recorded", b.radius, False, b.footprint) for b in traffic.obstacles)
+        self.obstacles = tuple(
+            Obstacle("recorded", b.radius, False, b.footprint, b.outline) for b in traffic.obstacles
+        )
         self._cells = self._as_cells(np.array([world.where], dtype=np.int64))
 
     def upto(self, ticks: int) -> Cells:
@@ -79,7 +81,7 @@ class Replay:
         """The same as obstacles of a scene, checked once more as every recorded track is."""
         at = self.upto(ticks).transpose(1, 0, 2).tolist()
         made = tuple(
-            Recorded(tuple((x, y) for x, y in track), obstacle.radius)
+            Recorded(tuple((x, y) for x, y in track), obstacle.radius, obstacle.outline)
             for track, obstacle in zip(at, self.obstacles, strict=True)
         )
         radii = dict.fromkeys(one.radius for one in made)

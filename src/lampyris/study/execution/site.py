@@ -185,7 +185,7 @@ class StudyWorld:
         world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         traffic = open_traffic(scene, world, self.seed)
         rest = [
-            Obstacle("random-walk", walkers.spec.radius, True, walkers.shape.offsets)
+            Obstacle("random-walk", walkers.spec.radius, True, walkers.shape.offsets, walkers.spec.footprint)
             for walkers in traffic.walkers
             for _ in range(walkers.spec.count - len(walkers.own))
         ]
@@ -295,7 +295,8 @@ def _world(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     made: tuple[ObstacleSpec, ...] = ()
     try:
         if all(free[y, x] for x, y in (scene.start, scene.goal)):
-            how = {"rate": who["rate"], "radius": who["radius"], "fit": scene}
+            shape = {"radius": who["radius"], "footprint": who.get("footprint")}
+            how = {"rate": who["rate"], **shape, "fit": scene}
             made = drawn_traffic(who["kind"], who["count"], grid, seed, **how)
         return StudyWorld(
             place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed"

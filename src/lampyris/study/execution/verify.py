@@ -245,7 +245,7 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
         planner=plain["planner"]["name"],
         law=plain["law"]["name"],
         seed=world.seed,
-        footprints={obstacle.radius: obstacle.footprint for obstacle in everybody},
+        shapes={obstacle.radius: (obstacle.footprint, obstacle.outline) for obstacle in everybody},
         goal_tolerance=goal_tolerance(plain, world.scene) if world.place.poses else None,
         steered=None if one.steering is None else (one.controller, one.safety_filter),
     )
@@ -261,6 +261,8 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
     ):
         if (obstacle.kind, obstacle.radius, obstacle.yields) != (own.kind, own.radius, own.yields):
             refuse(f"obstacle {k} is a {obstacle.kind} of {obstacle.radius:g} m; in this world a {own.kind}")
+        if track.outline != own.outline:
+            refuse(f"obstacle {k} has another outline than in this world")
         cell, speed = world.scene.grid.resolution, one.obstacle_speed
         top = DIAGONAL * (world.scene.robot.v_max if speed is None else speed)
         if track.radius != max(own.radius, 0.5 * cell) or not track.top_speed <= top * (1 + 1e-9):

@@ -48,7 +48,7 @@ def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
     """Success over the number of obstacles of one kind."""
     name = "found" if summary.kind == "plan" else "arrived"
     traffic_cases = [c for c in runs.study.traffic_cases if c.count]
-    kinds = {(c.kind, c.rate, c.radius, c.tracks) for c in traffic_cases}
+    kinds = {(c.kind, c.rate, c.radius, c.footprint, c.tracks) for c in traffic_cases}
     if len(traffic_cases) < 2 or len(kinds) != 1 or len(summary.entrants) > MAX_LINES or not runs.has(name):
         return []
     counts = [float(c.count) if c.kind != "none" else 0.0 for c in runs.study.traffic_cases]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
-from lampyris.planning.lattice.pad.open_space import NEVER, open_space_of
 from lampyris.planning.lattice.pad.regions import Tunnel
 
 MANY_GOALS = 64

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
+from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bound
+from lampyris.planning.lattice.guided.open_space import open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
@@ -131,6 +133,20 @@ class PadSearch(HybridSearch):
         return int(tunnel.place[reached].max(initial=0))
 
 
+def _with_headings(
+    lattice_map: LatticeMap, costs: NDArray[np.int64], starts: list[State], goals: list[State]
+) -> int:
+    """A lower bound that knows the headings at both ends; 0 of several starts or goal cells, or where headings cost nothing."""
+    shape = lattice_map.lattice.shape
+    known = [one for one in goals if costs[one[0]] >= 0]
+    one_cell = len({cell for cell, _ in known}) == 1
+    if len(starts) != 1 or not one_cell or shape.drive == "omnidirectional" or shape.primitives is not None:
+        return 0
+    open_space = open_space_of(lattice_map.lattice)
+    goal = goal_of(known, open_space, lattice_map, costs)
+    return lower_bound(starts[0], goal, open_space, lattice_map, costs)
+
+
 class Rounds:
     """One call of the planner.
 
@@ -164,8 +180,9 @@ class Rounds:
         self.tunnel: Tunnel | None = None
         self._best: Found | None = None
         self._tracked: Found | None = None
-        # No path costs less than the projected graph's.
-        self._lower_bound = int(min(costs[cell] for cell, _ in starts))
+        # No path costs less than the projected graph's, nor than turning at both ends does.
+        self._projected = int(min(costs[cell] for cell, _ in starts))
+        self._lower_bound = max(self._projected, _with_headings(search.lattice_map, costs, starts, goals))
         self._planning = self._low = self._tracking = 0
 
     def run(self, old: Tunnel | None = None) -> int:
@@ -251,7 +268,7 @@ class Rounds:
             cells, primitives = field.path(cell)
             cells.append(cells[-1] + int(search.lattice_map.offsets[primitives[-1]]) if cells else cell)
             states = [(cell, hybrid.low) for cell in cells]
-            cost = self._lower_bound
+            cost = self._projected
             return Found(tuple(states[:-1]), tuple(primitives), states[-1], cost, cost), kernel.FOUND
         self._spheres.mark(hybrid.inside, search.lattice_map)
         hybrid.most = (

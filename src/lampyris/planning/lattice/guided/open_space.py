@@ -1,4 +1,4 @@
-"""What motions cost where there are no walls: an estimate that knows headings, for the order of the tracking phase.
+"""What motions cost where there are no walls: an estimate that knows headings, for the order of a search.
 
 It is no lower bound (in narrow places it may be too low, next to the tunnel's path too high), so that no bound rests on
 it. Without it a robot that faces away from its goal would drive there in reverse, or search for long around both ends.

@@ -1,0 +1,1 @@
+"""Searches whose order knows what headings cost where there are no walls."""

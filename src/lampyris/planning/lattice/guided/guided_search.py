@@ -1,0 +1,160 @@
+"""A first try of the planner ``lattice`` for drives that cannot turn in place: any path within the bound, soon found.
+
+The field of the goal knows no headings, so that a search by it expands thousands of states where the robot first has to turn
+round. Here the order knows them, and the bound comes from a lower bound that is known before the search.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core import elementary
+from lampyris.kernels.lattice.greedy import greedy
+from lampyris.kernels.lattice.search import FULL
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.lattice import StateLattice
+from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.poses import headings_near
+from lampyris.planning.lattice.search import Found, LatticeSearch
+
+LOOK = 8
+"""Cells of descent of the field that give the direction at a cell."""
+ORDER = 2.0
+"""Weight of the estimate in the order."""
+MANY = 200_000
+"""States of a map below which the tables take longer than they save."""
+LEAST = 1.25
+"""Weight below which it hardly ever finds a path."""
+FEW = 1_500
+"""Expansions after which it is given up."""
+
+
+@lru_cache(8)
+def _around(lattice: StateLattice) -> NDArray[np.int64]:
+    """What it costs more to depart in the direction of a heading with another one; int64 (headings, headings + 1).
+
+    The last column is for no direction.
+    """
+    n, open_space = lattice.shape.headings, open_space_of(lattice)
+    half = open_space.half
+    more = np.zeros((n, n + 1), dtype=np.int64)
+    for k, one in enumerate(lattice.primitives):
+        if one.start != one.end or one.length == 0 or lattice.cost[k] != _ahead(lattice, one.start):
+            continue
+        x, y = lattice.cell[k].tolist()
+        steps = half // max(abs(x), abs(y))
+        costs = open_space.cost[:, half + steps * y, half + steps * x, one.start]
+        more[:, one.start] = costs - steps * lattice.cost[k]
+    return np.minimum(more, NEVER)
+
+
+def _ahead(lattice: StateLattice, heading: int) -> int:
+    """Cost of the straight motion ahead."""
+    return min(
+        int(lattice.cost[k])
+        for k, one in enumerate(lattice.primitives)
+        if one.start == one.end == heading and one.length > 0
+    )
+
+
+@lru_cache(8)
+def _sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
+    """The heading of each displacement (row down, column) of at most ``LOOK``; the number of headings for none."""
+    side = range(-LOOK, LOOK + 1)
+    return np.array(
+        [
+            len(turns) if x == y == 0 else headings_near(turns, float(elementary.atan2(-y, x)))[0]
+            for y in side
+            for x in side
+        ],
+        dtype=np.int8,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outlook:
+    """What the order of one map and one goal needs.
+
+    Parameters
+    ----------
+    heuristic : int64 (cells,), see :meth:`LatticeMap.heuristic`.
+    goal : the goal states.
+    toward : int8 (cells,): directions that were worked out so far.
+    """
+
+    heuristic: NDArray[np.int64]
+    goal: Goal
+    toward: NDArray[np.int8]
+
+
+def is_guided(lattice_map: LatticeMap, weight: float) -> bool:
+    """Whether a first try pays: for a drive that cannot turn in place, on a large map of plain ground, with room in the bound."""
+    shape = lattice_map.lattice.shape
+    states = lattice_map.walls.size * shape.headings
+    return (
+        weight >= LEAST
+        and states >= MANY
+        and shape.drive == "ackermann"
+        and shape.primitives is None
+        and not len(lattice_map.price)
+    )
+
+
+class GuidedSearch(LatticeSearch):
+    """A lattice search that can first try for any path within its bound.
+
+    Parameters
+    ----------
+    lattice_map : the map.
+    """
+
+    def __init__(self, lattice_map: LatticeMap) -> None:
+        super().__init__(lattice_map)
+        self._outlook: Outlook | None = None
+
+    def first_try(
+        self, heuristic: NDArray[np.int64], start: tuple[int, int], goals: list[tuple[int, int]], weight: float,
+        limit: int | None,
+    ) -> Found | None:  # fmt: skip
+        """A path of at most ``weight`` times a lower bound, if it is found soon.
+
+        Parameters
+        ----------
+        goals : all at one cell.
+        limit : greatest number of expansions.
+        """
+        lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
+        open_space = open_space_of(lattice)
+        outlook = self._outlook
+        headings = [heading for _, heading in goals]
+        if outlook is None or outlook.heuristic is not heuristic or outlook.goal.headings != headings:
+            goal = goal_of(goals, open_space, lattice_map, heuristic)
+            self._outlook = outlook = Outlook(heuristic, goal, np.zeros(len(heuristic), dtype=np.int8))
+        bound = lower_bound(start, outlook.goal, open_space, lattice_map, heuristic)
+        self.begin(heuristic, [start], goals)
+        while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
+            self._enlarge()
+        if self._best[0] < 0:
+            return None
+        states, primitives, last = self._followed()
+        cost = lattice_map.cost_of([cell for cell, _ in states], primitives)
+        return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost))
+
+    def _try(self, outlook: Outlook, bound: int, weight: float, limit: int) -> int:
+        lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
+        return int(
+            greedy(
+                lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
+                lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
+                lattice_map.swept, self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
+                self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
+                _sectors(lattice.angles), outlook.toward, _around(lattice).ravel(), outlook.goal.table.ravel(),
+                (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,
+            )
+        )  # fmt: skip

@@ -1,0 +1,98 @@
+"""A lower bound that knows the headings at both ends: tables of open space around them, and the field in between.
+
+A path leaves the square around its start, unless the goal lies in it, and costs until then no less than without walls. The
+same holds at its other end, backward. In between it costs no less than the difference of the field.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
+from lampyris.planning.lattice.map import LatticeMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """The goal states, all at one cell.
+
+    Parameters
+    ----------
+    cell : index of the cell.
+    headings : of the states.
+    table : int64 (side, side, headings): costs to it without walls from each row, column and heading of a square around it.
+    entry : what a path from outside the square costs more than the field says, at least.
+    """
+
+    cell: int
+    headings: list[int]
+    table: NDArray[np.int64]
+    entry: int
+
+
+@lru_cache(8)
+def _rim(half: int, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Row and column of the cells of a square from which a motion of ``step`` cells may lead out of it."""
+    row, column = np.mgrid[0 : 2 * half + 1, 0 : 2 * half + 1].reshape(2, -1)
+    outer = np.maximum(np.abs(row - half), np.abs(column - half)) > half - step
+    return row[outer], column[outer]
+
+
+def _rim_in(
+    cell: int, half: int, lattice_map: LatticeMap, heuristic: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Row and column of the rim around a cell, the same in the map, and the field there; without cells that the base must not
+    be on.
+    """
+    row, column = _rim(half, int(np.abs(lattice_map.lattice.cell).max()))
+    stride = lattice_map.stride
+    y, x = row + (cell // stride - half), column + (cell % stride - half)
+    there = (y >= 0) & (y < len(heuristic) // stride) & (x >= 0) & (x < stride)
+    known = np.where(there, heuristic[np.where(there, y * stride + x, 0)], -1)
+    there = known >= 0
+    return row[there], column[there], y[there], x[there], known[there]
+
+
+def goal_of(
+    states: list[tuple[int, int]],
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
+) -> Goal:
+    """What is known of goal states (cell index, heading), all at one cell."""
+    table = open_space.to(states[0][1])
+    for _, heading in states[1:]:
+        table = np.minimum(table, open_space.to(heading))
+    row, column, _, _, known = _rim_in(states[0][0], open_space.half, lattice_map, heuristic)
+    entry = int((table[row, column] - known[:, None]).min(initial=NEVER))
+    return Goal(states[0][0], [heading for _, heading in states], np.ascontiguousarray(table), entry)
+
+
+def lower_bound(
+    start: tuple[int, int],
+    goal: Goal,
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
+) -> int:
+    """A cost that no path from a start state to the goal undercuts."""
+    half, (cell, heading) = open_space.half, start
+    row, column, y, x, known = _rim_in(cell, half, lattice_map, heuristic)
+    goal_y, goal_x = divmod(goal.cell, lattice_map.stride)
+    # From the rim on: within the square around the goal, or from outside into it.
+    rest = np.broadcast_to((known + goal.entry)[:, None], (len(known), goal.table.shape[2]))
+    near = (np.abs(y - goal_y) <= half) & (np.abs(x - goal_x) <= half)
+    if near.any():
+        rest = rest.copy()
+        rest[near] = np.minimum(rest[near], goal.table[y[near] - goal_y + half, x[near] - goal_x + half])
+    gone = open_space.cost[heading, row, column]
+    least = int((gone + np.maximum(rest, known[:, None])).min(initial=NEVER))
+    # Or without leaving the square around the start.
+    across, down = goal_x - cell % lattice_map.stride, goal_y - cell // lattice_map.stride
+    if max(abs(across), abs(down)) <= half:
+        least = min(least, int(open_space.cost[heading, half + down, half + across][goal.headings].min()))
+    return max(least, int(heuristic[cell]))
