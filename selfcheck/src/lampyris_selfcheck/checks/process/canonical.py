@@ -25,6 +25,12 @@ ADDED_TO = frozenset(
         ("Plan", "via"),
         ("Plan", "via_at"),
         ("Plan", "via_lower_bound"),
+        ("Plan", "tree"),
+        ("Plan", "map_model"),
+        ("Trace", "sensor"),
+        ("Trace", "seen"),
+        ("Trace", "goal_track"),
+        ("Drive", "timetables"),
     }
     | {("Recorded", "yaw"), ("Obstacle", "outline"), ("Track", "outline"), ("Track", "yaw")}
 )
@@ -67,7 +73,7 @@ def canonical(value: Any) -> Any:
         kept = [
             (name, part)
             for name, part in parts
-            if not (name in ADDED or (kind, name) in ADDED_TO) or part not in (None, (), "given")
+            if not (name in ADDED or (kind, name) in ADDED_TO) or not _is_empty(part)
         ]
         return {"": kind} | {RENAMED.get((kind, name), name): canonical(part) for name, part in kept}
     if isinstance(value, Mapping):
@@ -77,6 +83,10 @@ def canonical(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [canonical(part) for part in value]
     raise TypeError(f"{type(value).__name__} has no canonical form")
+
+
+def _is_empty(part: Any) -> bool:
+    return part is None or (isinstance(part, tuple | str) and part in ((), "given"))
 
 
 def _array(value: np.ndarray[Any, Any]) -> list[Any]:

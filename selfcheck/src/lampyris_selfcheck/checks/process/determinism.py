@@ -33,14 +33,16 @@ import numpy as np
 from lampyris._core.processors import processors
 from lampyris.study.execution.execution import Execution
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris_selfcheck.checks.process.determinism_cases import FIRST, LATER
 from lampyris_selfcheck.checks.process.determinism_run import extensions
 from lampyris_selfcheck.checks.studies import small_studies as studies
 from lampyris_selfcheck.scratch import folder
 
 GOLDEN = Path(__file__).with_name("golden.json")
-CASES = 500
-"""Cases of the corpus; the commit size takes the first 60."""
+CASES = FIRST + 3 * len(LATER)
+"""Cases of the corpus."""
 COMMIT = 60
+"""How many of them, the first, a commit takes."""
 EVERY = ("as it is", "hash seed", "order", "plain kernels")
 """Surroundings that a commit tries."""
 

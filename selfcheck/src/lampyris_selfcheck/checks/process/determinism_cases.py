@@ -48,13 +48,18 @@ PLANNERS = (
     "dstar16-lpso", "fastest", "focussed-dstar", "gso", "igso", "ipso", "jps", "lazy-theta-star", "lpa-star",
     "lpso", "mmas-dstar", "pso", "pso-apf", "sipp", "space-time-astar", "theta-star",
 )  # fmt: skip
+LATER = (
+    "ant-system", "bit-star", "diversity-pso", "fastest-time", "informed-rrt-star", "quadtree", "rrt", "rrt-connect",
+    "rrt-star", "visibility-graph", "voronoi",
+)  # fmt: skip
+"""Planners that came after the first 500 cases were kept: their plans are the cases from there on."""
 LAWS = (
     "physical", "dissertation", "uncertainty", "blind", "three-speed", "cloud", "rpp", "constant", "optimum",
 )  # fmt: skip
 MINDFUL = ("cloud", "three-speed", "blind")
 """Laws that say little where nothing moves."""
 RECIPES = ("caves", "gates", "hills", "maze", "office", "random", "rooms", "street", "warehouse")
-FEW = {"swarm": 8, "iterations": 5, "particles": 6, "rounds": 3}
+FEW = {"swarm": 8, "iterations": 5, "particles": 6, "rounds": 3, "samples": 300}
 """A swarm that is soon done; each of its steps is as many numbers as a long one's."""
 
 ROUND = (
@@ -62,6 +67,8 @@ ROUND = (
     "plan", "profile", "plan", "field", "plan", "simulation", "plan", "recipe", "plan", "study",
 )  # fmt: skip
 """Kinds of work, case by case, again and again."""
+FIRST = 500
+"""Cases that are drawn so; each planner of ``LATER`` has one after the other, in turns."""
 
 Case = tuple[str, Any]
 """What it was, and its result."""
@@ -71,6 +78,8 @@ def case(number: int) -> tuple[str, str]:
     """What case ``number`` is, and the SHA-256 of its result; of a refusal, of its code and words."""
     kind = ROUND[number % len(ROUND)]
     turn = number // len(ROUND) * ROUND.count(kind) + ROUND[: number % len(ROUND)].count(kind)
+    if number >= FIRST:
+        kind, turn = "later plan", number - FIRST
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((ROOT, number))))
     name = ""
     try:
@@ -136,7 +145,14 @@ def _few(planner: str) -> dict[str, Any]:
 
 
 def _plan(rng: np.random.Generator, turn: int) -> Work:
-    planner = PLANNERS[turn % len(PLANNERS)]
+    return _plan_by(PLANNERS[turn % len(PLANNERS)], rng)
+
+
+def _later_plan(rng: np.random.Generator, turn: int) -> Work:
+    return _plan_by(LATER[turn % len(LATER)], rng)
+
+
+def _plan_by(planner: str, rng: np.random.Generator) -> Work:
     scene = _scene(rng, _grid(rng))
     settings = _few(planner)
     if planner == "ad-gso":
@@ -266,6 +282,7 @@ def _study(rng: np.random.Generator, turn: int) -> Work:
 
 _KINDS: dict[str, Callable[[np.random.Generator, int], Work]] = {
     "plan": _plan,
+    "later plan": _later_plan,
     "field": _field,
     "profile": _profile,
     "simulation": _simulation,
