@@ -80,6 +80,9 @@ def _cases() -> list[ParameterSet]:
     ]
 
 
+WHOLE = (("determinism", "as it is"),)
+"""Kinds that run whole with every commit: each case is another kind of result, compared with what was kept."""
+
 FEW = 10
 """Cases of a kind without a seeded defect that run with every commit, if there are so many."""
 
@@ -90,6 +93,8 @@ def needed(name: str, kind: str) -> list[runner.Range]:
     Of a kind without such a defect a fifth, and no fewer than ten.
     """
     every = registry.check(name).kinds_for(ASK)[kind].commit
+    if (name, kind) in WHOLE:
+        return [runner.Range(kind, 0, every)]
     asked = {(one.first, one.cases) for group in EVERY_COMMIT for one in mutants.defects(group)
              if (one.check, one.kind) == (name, kind) and not one.equivalent}  # fmt: skip
     if not asked:
