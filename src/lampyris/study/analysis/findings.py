@@ -9,6 +9,7 @@ from typing import Any
 
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.compare import Performance, Ranking, Signed
+from lampyris.study.analysis.measures import cost_of
 
 ROUND = 10
 """Digits of numbers in the machine's form: the rest is rounding of sums."""
@@ -137,6 +138,11 @@ class Summary:
     def of_poses(self) -> bool:
         """Whether some run is a plan of poses."""
         return any("cost_m" in e.own and e.own["cost_m"].units for e in self.entries)
+
+    @property
+    def cost(self) -> str:
+        """The measure that is compared as the cost."""
+        return cost_of(self.kind, self.of_poses)
 
     @property
     def unit_many(self) -> str:

@@ -123,7 +123,14 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     from lampyris.study.design.config import Tried, laws_of, planners_of, traffic_cases_of
     from lampyris.study.design.worlds import Worlds
 
+    if file.kind == "fleet" or (file.kind is None and file.robots is not None):
+        from lampyris.study.design.fleet_design import fleet_study
+
+        return fleet_study(parsed, file, files, has_folder)
     tried = Tried(parsed)
+    if file.robots is not None:
+        fault = FileError("KEY", f"`robots` with kind {file.kind}", allowed="with kind fleet")
+        tried.refuse(("robots",), fault)
     moves, law = PRESETS[file.preset]
     moves = file.moves or moves
     planners = planners_of(file.planners, tried)
@@ -136,7 +143,7 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     if tried.faults:
         tried.faults.give()
     sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "traffic cases": len(traffic_cases)}
-    _check_size(parsed, {"queries": _least_queries(file), **sizes})
+    check_size(parsed, {"queries": _least_queries(file), **sizes})
     robot = tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
     kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
     _check_kind(file, kind, traffic_cases, tried)
@@ -147,9 +154,9 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     _check_traffic(worlds, traffic_cases, tried)
     if tried.faults:
         tried.faults.give()
-    _check_size(parsed, {"queries": len(worlds), **sizes})
+    check_size(parsed, {"queries": len(worlds), **sizes})
     return Study(
-        name=file.name or Path(parsed.where.removesuffix(" (ready)")).stem[:64],
+        name=name_of(parsed, file),
         kind=kind,
         worlds=tuple(w for w, _ in worlds),
         planners=tuple(w for w, _ in planners),
@@ -168,6 +175,11 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
         about=" ".join(file.about.split()),
         notes=tuple(reader.notes),
     )
+
+
+def name_of(parsed: Document, file: StudyFile) -> str:
+    """What the study is called: by its file where it has no name."""
+    return file.name or Path(parsed.where.removesuffix(" (ready)")).stem[:64]
 
 
 def _settings_of(robot: Robot) -> dict[str, Any]:
@@ -194,7 +206,7 @@ def _least_queries(file: StudyFile) -> int:
     return least
 
 
-def _check_size(parsed: Document, sizes: dict[str, int]) -> None:
+def check_size(parsed: Document, sizes: dict[str, int]) -> None:
     """Refuse a study of more jobs than can be run.
 
     Raises
