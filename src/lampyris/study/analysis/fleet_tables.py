@@ -33,7 +33,11 @@ BY_NUMBER = (
     "memory_b",
 )
 """Measures that have a table by the number of robots, as far as a study has them."""
-_SOLVED_BY_ALL = ("ratio", "sum_of_costs", "makespan")
+_ABOUT = {
+    "iterations": "what the planner counts and a budget limits: configurations, neighbourhoods, ticks, searches or nodes",
+    "expansions": "states that the planner made: configurations, ticks, states of a cell and an interval or a tick",
+}
+_SOLVED_BY_ALL = ("ratio",)
 
 
 def tables_of(summary: Summary, runs: Runs | None = None) -> tuple[Tab, ...]:
@@ -93,12 +97,18 @@ def _table(summary: Summary, name: str, *, common: bool) -> Tab | None:
         most = max(runs[traffic, entrant] for entrant in summary.entrants)
         there = summary.common[summary.traffic_cases.index(traffic)] if common else most
         rows.append((number, there, *texts))
-    title = measure.title[0].upper() + measure.title[1:]
+    title = title_of(name)
+    title = title[0].upper() + title[1:]
     title += " of the fleets that all planners solved" if common else " by number of robots"
     note = _note(summary, name, common)
-    header = ("robots", "fleets" if common else "runs", *summary.entrants)
+    header = ("robots", "runs", *summary.entrants)
     word = f"{'common' if common else 'by-number'}-{name.replace('_', '-')}"
     return Tab(word, title, header, tuple(rows), note, "r" * len(header))
+
+
+def title_of(name: str) -> str:
+    """What a measure is called in studies of fleets."""
+    return "solved (%)" if name == "found" else ALL[name].title
 
 
 def _note(summary: Summary, name: str, common: bool) -> str:
@@ -107,7 +117,8 @@ def _note(summary: Summary, name: str, common: bool) -> str:
         return f"Of all runs, those that failed among them; intervals are Wilson's. {words}"
     if common:
         return f"Planners that solved none with so many robots are left out. {words}"
-    return f"{ALL[name].about[0].upper()}{ALL[name].about[1:]}. {words} n: the runs behind a mean, where some have no value."
+    about = _ABOUT.get(name, ALL[name].about)
+    return f"{about[0].upper()}{about[1:]}. {words} n: the runs behind a mean, where some have no value."
 
 
 def improvement_tabs(summary: Summary, runs: Runs) -> tuple[Tab, ...]:
@@ -130,14 +141,14 @@ def improvement_tabs(summary: Summary, runs: Runs) -> tuple[Tab, ...]:
         "robots",
         "",
         "runs",
-        "first cost / bound",
-        "last cost / bound",
+        "first cost / shortest",
+        "last cost / shortest",
         "lower by (%)",
         "iterations to half of it",
     )
     note = (
         "Means over the solved runs of planners that improve their plans. The last column is the median of the iterations "
-        "after which a plan had half of its improvement."
+        "after the first plan by which a plan had half of its improvement."
     )
     return (
         Tab("improvement", "Cost while the planner improves its plan", header, tuple(rows), note, "rlrrrrr"),
@@ -159,4 +170,4 @@ def falls(runs: Runs, traffic: int, entrant: int) -> list[tuple[list[tuple[int, 
 
 def _halfway(steps: Sequence[tuple[int, int]]) -> int:
     middle = (steps[0][1] + steps[-1][1]) / 2
-    return next(iteration for iteration, cost in steps if cost <= middle)
+    return next(iteration for iteration, cost in steps if cost <= middle) - steps[0][0]

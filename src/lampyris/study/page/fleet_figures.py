@@ -8,7 +8,7 @@ from lampyris.report.charts import study_charts
 from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Summary
-from lampyris.study.analysis.fleet_tables import falls, numbers_of
+from lampyris.study.analysis.fleet_tables import falls, numbers_of, title_of
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
 
@@ -46,11 +46,11 @@ def number_figures(summary: Summary) -> list[PageFigure]:
             f"robots-{name}",
             [counts[k] for k in order],
             series,
-            measure.title,
+            title_of(name),
             xlabel="robots",
             share=name == "found",
         )
-        words = f"{measure.title[0].upper()}{measure.title[1:]} over the number of robots, with intervals."
+        words = f"{title_of(name)[0].upper()}{title_of(name)[1:]} over the number of robots, with intervals."
         if name != "found":
             words += " Each planner over the runs that it solved."
         out.append(PageFigure(drawn, words))
@@ -66,15 +66,14 @@ def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
             pairs = falls(runs, c, e)
             if not any(len(steps) > 1 for steps, _ in pairs):
                 continue
-            first = max(max(steps[0][0] for steps, _ in pairs), 1)
-            last = max(max(steps[-1][0] for steps, _ in pairs), first + 1)
-            grid = sorted(
-                {round(first * (last / first) ** (k / (POINTS - 1))) for k in range(POINTS)}
-            )  # bits: a figure
+            last = max(max(steps[-1][0] - steps[0][0] for steps, _ in pairs), 2)
+            grid = sorted({round(last ** (k / (POINTS - 1))) for k in range(POINTS)})  # bits: a figure
             costs = [sum(_cost_at(steps, at) / bound for steps, bound in pairs) / len(pairs) for at in grid]
             series.append((f"{entrant}, {len(pairs)} runs", [float(at) for at in grid], costs))
         if series:
-            drawn = study_charts.curves(f"improvement-{c}", series, "iterations", "cost / shortest")
+            drawn = study_charts.curves(
+                f"improvement-{c}", series, "iterations after the first plan", "cost / shortest"
+            )
             words = (
                 f"Sum of costs over the shortest paths against the planner's iterations, {number:,} robots: mean of solved runs. "
                 "Iterations of different planners are different work."
@@ -84,5 +83,5 @@ def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
 
 
 def _cost_at(steps: list[tuple[int, int]], at: float) -> int:
-    """The cost of the best plan by then; before the first one, that of the first."""
-    return next((cost for iteration, cost in reversed(steps) if iteration <= at), steps[0][1])
+    """The cost of the best plan so many iterations after the first."""
+    return next(cost for iteration, cost in reversed(steps) if iteration - steps[0][0] <= at)

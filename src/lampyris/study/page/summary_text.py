@@ -53,8 +53,12 @@ def _size(summary: Summary, runs: Runs) -> str:
     phrases = f"{summary.known:,} runs" + (
         f" of {summary.asked:,}, {missing:,} not run yet" if missing else ""
     )
-    phrases += f": {many(len(summary.entrants), 'method')} on {many(summary.queries, 'query', 'queries')}"
-    phrases += f" of {many(summary.maps, 'map')}, {many(len(summary.traffic_cases), 'kind')} of traffic, "
+    fleets = summary.kind == "fleet"
+    asked = many(summary.queries, "fleet") if fleets else many(summary.queries, "query", "queries")
+    cases = len(summary.traffic_cases)
+    kinds = many(cases, "number") + " of robots" if fleets else many(cases, "kind") + " of traffic"
+    phrases += f": {many(len(summary.entrants), 'method')} on {asked}"
+    phrases += f" of {many(summary.maps, 'map')}, {kinds}, "
     return (
         phrases + f"{many(summary.seeds, 'seed')}. {_join(other)} of them."
         if other
