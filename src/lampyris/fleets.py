@@ -138,7 +138,7 @@ def check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
         able = ", ".join(name for name, row in registry.list_fleet_planners().items() if row.traits.sizes)
         raise SettingError(
             "FLEET_ROBOT", f"a radius of {radii[k] * fleet.grid.resolution:g} m, {radii[k]:.3g} cells",
-            where=f"robots[{k}].robot",
+            where=f"robots[{k}].robot", setting="robot.radius",
             allowed=f"at most {most:.3g} cells, {most * fleet.grid.resolution:.4g} m, with {chosen.name} and {moves} moves: "
             "it keeps robots apart by their cells, and larger ones touch at corners",
             todo=f"take {able}, or a map with larger cells",

@@ -230,6 +230,10 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
             trace = drives.execute(scenario, None, out.film, json=out.json, no_timing=out.no_timing)
         return _saved(out, 0 if trace else NO_ANSWER)
     fleet_ = scenario.fleet
+    if scenario.execution is not None:
+        from lampyris.fleet_drives import robots_of
+
+        robots_of(fleet_, None, scenario.moves)  # before anything is planned
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if scenario.seconds is not None:

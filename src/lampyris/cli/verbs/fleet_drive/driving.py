@@ -123,8 +123,8 @@ def _print_lifelong(trace: LifelongTrace) -> None:
     grid, service = trace.grid, trace.service_times
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{trace.robots}, {trace.ticks:,} ticks, seed {trace.seed}"),
-        ("planner", f"{trace.planner}, {trace.windows:,} windows of {trace.window} ticks"),
+        ("robots", f"{trace.robots}, {plural(trace.ticks, 'tick')}, seed {trace.seed}"),
+        ("planner", f"{trace.planner}, {plural(trace.windows, 'window')} of {plural(trace.window, 'tick')}"),
         (
             "tasks",
             f"{trace.completed:,} of {len(trace.tasks):,} done, throughput {trace.throughput:.3f} tasks a tick",
