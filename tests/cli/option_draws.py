@@ -268,7 +268,9 @@ def _that_go_together(rng: np.random.Generator, options: list[list[str]]) -> lis
     """The options of ``fleet`` without those that would be refused beside the others."""
     kind = str(rng.choice(["", "execute", "lifelong"], p=[0.5, 0.35, 0.15]))
     kept = {"": (), "execute": DRIVEN, "lifelong": ("window", "tasks", "fault")}[kind]
-    out = {*DRIVEN, "window", "tasks", "execute", "lifelong"} - {*kept} | ({"robot"} if kind == "lifelong" else set())
+    out = {*DRIVEN, "window", "tasks", "execute", "lifelong"} - {*kept} | (
+        {"robot"} if kind == "lifelong" else set()
+    )
     made = [one for one in options if one[0].partition("=")[0].removeprefix("--") not in out]
     return made + {"": [], "execute": [["--execute"]], "lifelong": [["--lifelong", "7"]]}[kind]
 

@@ -24,7 +24,6 @@ from lampyris.cli.options import (
     NoTiming,
     Picture,
     Resolution,
-    RobotFile,
     Save,
     Seed,
     Values,
@@ -124,7 +123,14 @@ def fleet(
             "(default: the map's own).",
         ),
     ] = None,
-    robot_file: RobotFile = None,
+    robot_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot",
+            metavar="FILE",
+            help="YAML or JSON: radius (of the disc around a footprint), drive and the other limits; options override it.",
+        ),
+    ] = None,
     resolution: Resolution = None,
     values: Values = "occupancy",
     colour: Colour = "legend",

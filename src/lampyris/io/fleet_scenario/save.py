@@ -72,7 +72,7 @@ def plain(scenario: FleetScenario, folder: Path) -> dict[str, Any]:
     if scenario.lifelong is not None:
         data["lifelong"] = _lifelong(scenario.lifelong, fleet.grid, coarse)
     if scenario.faults:
-        data["faults"] = [{"robot": robot, "time": time} for robot, time in scenario.faults]
+        data["faults"] = [{"robot": robot, "time": float(time)} for robot, time in scenario.faults]
     return data
 
 
