@@ -103,7 +103,8 @@ def test_rows_are_measured_from_plans_that_passed_the_referee(small: Study, rows
 
 
 @pytest.mark.parametrize(
-    "where", [Execution(workers=2), Execution(shuffle=3)], ids=["two workers", "shuffled"]
+    "where",
+    [pytest.param(Execution(workers=2), marks=pytest.mark.nightly, id="two workers"), Execution(shuffle=3)],
 )
 def test_rows_are_the_same_wherever_and_in_whatever_order(
     small: Study, rows: dict[str, Row], where: Execution
@@ -205,7 +206,8 @@ def test_fleets_of_movingai_files_and_of_lists(tmp_path: Path) -> None:
         (tmp_path / f"m-{k}.scen").write_text(f"version 1\n{lines}")
     text = (
         "version: 1\nkind: fleet\nrobots: 2\nplanners: [pibt]\n"
-        "maps:\n  - {scen: .}\n  - {file: m.map, queries: [{start: [0, 0], goal: [1, 1]}, {start: {m: [5.5, 0.5]}, goal: [2, 2]}]}\n"
+        "maps:\n  - {scen: .}\n"
+        "  - {file: m.map, queries: [{start: [0, 0], goal: [1, 1]}, {start: {m: [5.5, 0.5]}, goal: [2, 2]}]}\n"
     )
     study = load_study(put(tmp_path, text))
     assert [w.query for w in study.worlds] == ["m-0", "m-1", "listed"]
