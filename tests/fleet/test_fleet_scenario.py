@@ -13,7 +13,7 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError, UsageError
-from lampyris.io.fleet_scenario.scenario import Execution, FleetScenario, Lifelong
+from lampyris.io.fleet_scenario.scenario import FleetExecution, FleetScenario, Lifelong
 from lampyris.io.fleet_scenario.schema import json_schema
 from lampyris.io.maps.coarse import coarse_fleet, coarse_grid
 from lampyris.model.fleet.delays import Delays
@@ -47,7 +47,7 @@ def read(path: Path) -> FleetScenario:
         FleetScenario(FLEET, "lns", {"rounds": 5}, "octile", 7, 40, name="a b"),
         FleetScenario(
             lampyris.Fleet(GRID, [replace(AGENTS[0], robot=lampyris.Robot(0.1)), replace(AGENTS[1], robot=lampyris.Robot(0.12))]),
-            execution=Execution({"obstacles": 1}, Delays(0.2, 1.0)), faults=((1, 2.5),),
+            execution=FleetExecution({"obstacles": 1}, Delays(0.2, 1.0)), faults=((1, 2.5),),
         ),
         FleetScenario(FLEET, "pibt", lifelong=Lifelong(20, 2, (FleetTask([(1, 1), (2, 2)], 3), FleetTask([(0, 0)])))),
         FleetScenario(FLEET, "pibt", lifelong=Lifelong(9), faults=((0, 4),)),
@@ -141,7 +141,7 @@ def test_robots_that_a_file_cannot_tell_apart_and_a_fault_without_a_drive_are_re
     with pytest.raises(SettingError, match="FLEET_SCENARIO"):
         FleetScenario(FLEET, faults=((0, 1),))
     with pytest.raises(SettingError, match="FLEET_SCENARIO"):
-        FleetScenario(FLEET, execution=Execution(), lifelong=Lifelong(3))
+        FleetScenario(FLEET, execution=FleetExecution(), lifelong=Lifelong(3))
     with pytest.raises(SettingError, match="TYPE"):
         FleetScenario(GRID)  # type: ignore[arg-type]
 

@@ -1,4 +1,4 @@
-"""From a scenario file of a fleet to the scenario: every mistake that can be told apart is reported, with its place."""
+"""From a scenario file of a fleet to the scenario: every mistake is reported with its place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import Any, TypeVar
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
 from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
 from lampyris.io.fleet_scenario import schema as form
-from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, PLANNER, Execution, FleetScenario, Lifelong
+from lampyris.io.fleet_scenario.scenario import (
+    LIFELONG_PLANNER,
+    PLANNER,
+    FleetExecution,
+    FleetScenario,
+    Lifelong,
+)
 from lampyris.io.maps.coarse import coarse_cell, coarse_fleet, coarse_grid, coarse_note, coarse_tasks
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.map_hash import map_hash
@@ -188,11 +194,11 @@ class _Build:
             )  # fmt: skip
         return found, source
 
-    def _execution(self, table: Any) -> Execution:
+    def _execution(self, table: Any) -> FleetExecution:
         given: dict[str, Any] = table.model_dump()
         delays = Delays(**given.pop("delays"))
         FleetDriveSettings.of(given)
-        return Execution(given, delays)
+        return FleetExecution(given, delays)
 
     # ---- robots --------------------
 

@@ -38,7 +38,7 @@ class Lifelong:
 
 
 @dataclass(frozen=True, slots=True)
-class Execution:
+class FleetExecution:
     """That the robots drive in continuous time.
 
     Parameters
@@ -84,7 +84,7 @@ class FleetScenario:
     seed: int = 0
     iterations: int | None = None
     seconds: float | None = None
-    execution: Execution | None = None
+    execution: FleetExecution | None = None
     lifelong: Lifelong | None = None
     faults: tuple[tuple[int, float], ...] = ()
     name: str = ""
@@ -95,7 +95,7 @@ class FleetScenario:
 
     def __post_init__(self) -> None:
         of_kind("fleet", self.fleet, Fleet)
-        of_kind("execution", self.execution, Execution, none=True)
+        of_kind("execution", self.execution, FleetExecution, none=True)
         of_kind("lifelong", self.lifelong, Lifelong, none=True)
         if not is_whole(self.seed, 0, MAX_SEED):
             raise SettingError.of("SEED", "seed", shown(self.seed), allowed=SEED_RANGE)

@@ -147,7 +147,9 @@ class Summary:
     @property
     def unit_many(self) -> str:
         """The word for several units."""
-        return "queries" if self.unit == "query" else "seeds"
+        if self.unit != "query":
+            return "seeds"
+        return "fleets" if self.kind == "fleet" else "queries"
 
     def as_json(self) -> dict[str, Any]:
         """As plain data: numbers to ten digits, null where nothing can be said."""

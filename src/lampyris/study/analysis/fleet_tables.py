@@ -112,7 +112,7 @@ def title_of(name: str) -> str:
 
 
 def _note(summary: Summary, name: str, common: bool) -> str:
-    words = sample(summary).replace("queries", "fleets").replace("query", "fleet")
+    words = sample(summary)
     if name == "found":
         return f"Of all runs, those that failed among them; intervals are Wilson's. {words}"
     if common:

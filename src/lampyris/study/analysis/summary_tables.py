@@ -93,10 +93,11 @@ def _differs(some: Sequence[EntrantFindings]) -> bool:
 
 def sample(summary: Summary) -> str:
     """What stands beneath every table of means."""
-    unit = f"{summary.seeds} seeds of one query"
+    one = "fleet" if summary.kind == "fleet" else "query"
+    unit = f"{summary.seeds} seeds of one {one}"
     if summary.unit == "query":
         each = "one seed each" if summary.seeds == 1 else f"the {summary.seeds} seeds of each averaged"
-        unit = f"{summary.queries} queries, {each}"
+        unit = f"{summary.queries} {summary.unit_many}, {each}"
     how = f"BCa bootstrap, {compare.RESAMPLES} resamples, seed {summary.seed}"
     if summary.queries > compare.MAX_DRAWN:
         how += f"; of more than {compare.MAX_DRAWN} values by the normal curve"
@@ -288,7 +289,8 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
         names = [n for n in by_map if some and n in some[0].own and not (n == "arrived" and plans)]
         if not names:
             continue
-        header = ("map", "who", "queries", "runs", *(ALL[n].title for n in names))
+        asked = "fleets" if summary.kind == "fleet" else "queries"
+        header = ("map", "who", asked, "runs", *(ALL[n].title for n in names))
         columns: list[Sequence[Value]] = [[e.place for e in some], [e.entrant for e in some]]
         columns += [[e.queries for e in some], [e.runs for e in some]]
         for n in names:

@@ -33,7 +33,7 @@ from lampyris.study.design.study import (
     canonical,
     fleet_query,
 )
-from lampyris.study.design.study_file import check_size, name_of
+from lampyris.study.design.study_size import check_size, name_of
 from lampyris.study.design.worlds import Worlds, listed_queries, scen_files, spread
 
 MOVES = "four-connected"

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.errors import FileError, LimitError, UsageError, did_you_mean, file_name, of_kind
+from lampyris.errors import FileError, UsageError, did_you_mean, file_name, of_kind
 from lampyris.io.scenario.read import read_document
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
@@ -19,14 +18,13 @@ from lampyris.model.robot import Robot
 from lampyris.model.settings.inflation import Inflation
 from lampyris.study.design import bundled
 from lampyris.study.design.study import Config, Kind, Study, StudyTraffic, World
+from lampyris.study.design.study_size import check_size, name_of
 
 if TYPE_CHECKING:
     from lampyris.io.maps.formats.document import MapDocument
     from lampyris.io.scenario.validation_errors import Document
     from lampyris.study.design.config import Made, Tried
     from lampyris.study.design.schema import StudyFile
-
-MAX_JOBS = 10_000_000
 
 
 def load_study(
@@ -177,11 +175,6 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     )
 
 
-def name_of(parsed: Document, file: StudyFile) -> str:
-    """What the study is called: by its file where it has no name."""
-    return file.name or Path(parsed.where.removesuffix(" (ready)")).stem[:64]
-
-
 def _settings_of(robot: Robot) -> dict[str, Any]:
     """The robot's settings; those that planners on cells do not look at only where given."""
     usual = asdict(Robot())
@@ -204,27 +197,6 @@ def _least_queries(file: StudyFile) -> int:
         limit = getattr(one, "limit", None)
         least += many if limit is None else min(many, limit)
     return least
-
-
-def check_size(parsed: Document, sizes: dict[str, int]) -> None:
-    """Refuse a study of more jobs than can be run.
-
-    Raises
-    ------
-    LimitError : LIMIT, with what is multiplied.
-    """
-    jobs = 1
-    for many in sizes.values():
-        jobs *= many
-    if jobs > MAX_JOBS:
-        parts = " x ".join(f"{many:,} {what}" for what, many in sizes.items())
-        raise LimitError(
-            "LIMIT",
-            f"{jobs:,} runs or more: {parts}",
-            where=parsed.at(),
-            allowed=f"at most {MAX_JOBS:,}",
-            todo="take fewer seeds, values of grids or queries (`limit`)",
-        )
 
 
 def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], tried: Tried) -> None:

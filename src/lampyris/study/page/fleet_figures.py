@@ -68,7 +68,9 @@ def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
                 continue
             last = max(max(steps[-1][0] - steps[0][0] for steps, _ in pairs), 2)
             grid = sorted({round(last ** (k / (POINTS - 1))) for k in range(POINTS)})  # bits: a figure
-            costs = [sum(_cost_at(steps, at) / bound for steps, bound in pairs) / len(pairs) for at in grid]
+            costs = [
+                math.fsum(_cost_at(steps, at) / bound for steps, bound in pairs) / len(pairs) for at in grid
+            ]
             series.append((f"{entrant}, {len(pairs)} runs", [float(at) for at in grid], costs))
         if series:
             drawn = study_charts.curves(

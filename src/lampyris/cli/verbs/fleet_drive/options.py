@@ -112,7 +112,7 @@ _OWN: list[tuple[str, Any, Any]] = [
 ]  # fmt: skip
 
 if TYPE_CHECKING:
-    from lampyris.io.fleet_scenario.scenario import Execution, Lifelong
+    from lampyris.io.fleet_scenario.scenario import FleetExecution, Lifelong
     from lampyris.model.fleet.lifelong import FleetTask
     from lampyris.model.grid import Grid
 
@@ -213,11 +213,11 @@ def robot_of(
     return disc(made, made.radius)
 
 
-def execution_of(given: FleetDriveOptions) -> Execution | None:
+def execution_of(given: FleetDriveOptions) -> FleetExecution | None:
     """How the robots drive in continuous time; None: they do not."""
-    from lampyris.io.fleet_scenario.scenario import Execution
+    from lampyris.io.fleet_scenario.scenario import FleetExecution
 
-    return Execution(drive_settings(given), delays_of(given)) if given.execute else None
+    return FleetExecution(drive_settings(given), delays_of(given)) if given.execute else None
 
 
 def lifelong_of(given: FleetDriveOptions, tasks: tuple[FleetTask, ...] | None) -> Lifelong | None:
