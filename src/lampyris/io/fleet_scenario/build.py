@@ -11,6 +11,7 @@ from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
 from lampyris.io.fleet_scenario import schema as form
 from lampyris.io.fleet_scenario.scenario import (
     LIFELONG_PLANNER,
+    MOVES,
     PLANNER,
     FleetExecution,
     FleetScenario,
@@ -168,7 +169,7 @@ class _Build:
         if lifelong is not None:
             others = {
                 "execute": file.execute is not None,
-                "moves": file.moves != form.MOVES,
+                "moves": file.moves != MOVES,
             }
             for key in (key for key, there in others.items() if there):
                 self.faults.keep((key,), FileError("KEY", f"`{key}` with `lifelong`", allowed="one of them"))

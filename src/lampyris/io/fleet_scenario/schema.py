@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, StringConstraints, Tag
 
-from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, MOVES, PLANNER
+from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, PLANNER
 from lampyris.io.scenario.declared_table import table_of
 from lampyris.io.scenario.schema import MapSpec, NameOrTable, Place, RobotTable, schema_of
 from lampyris.io.scenario.schema_types import FileName, Rule, Seed, Table, Word
@@ -184,7 +184,8 @@ class FleetScenarioFile(Table):
         None, description="Size and limits of the robots; null: each fits in its cell."
     )
     moves: Annotated[Literal["four-connected", "octile"], Rule("MOVES", "four-connected or octile")] = Field(
-        MOVES, description="A step to one of four or eight neighbours, or a wait; each takes a tick."
+        "four-connected",
+        description="A step to one of four or eight neighbours, or a wait; each takes a tick.",
     )
     planner: NameOrTable | None = Field(
         None,

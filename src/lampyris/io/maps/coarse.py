@@ -13,10 +13,7 @@ from lampyris.errors import FileError, LampyrisError, SceneError, SettingError, 
 from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.fleet.lifelong import FleetTask
 from lampyris.model.grid import Grid
-from lampyris.typing import Cell
-
-GREATEST_CELL = 1e6
-"""Metres."""
+from lampyris.typing import BoolGrid, Cell
 
 
 def coarse_grid(grid: Grid, cell: float) -> Grid:
@@ -33,17 +30,18 @@ def coarse_grid(grid: Grid, cell: float) -> Grid:
     """
     of_kind("grid", grid, Grid)
     fine = grid.resolution
-    if not in_range(cell, fine, GREATEST_CELL):
-        allowed = f"{fine:g} (the map's resolution) to {GREATEST_CELL:g} metres"
+    most = fine * min(grid.height, grid.width)  # a larger cell would not lie on the map as a whole
+    if not in_range(cell, fine, most * (1 + 1e-9)):
+        allowed = f"{fine:g} (the map's resolution) to {most:g} metres (its shorter side)"
         raise SettingError.of("CELL", "cell", shown(cell), allowed=allowed)
     times = round(cell / fine)
     if abs(times * fine - cell) > 1e-6 * cell:
         allowed = f"a whole multiple of the map's resolution {fine:g} m, such as {times * fine:g}"
         raise SettingError.of("CELL", "cell", f"{cell:g} m", allowed=allowed)
     height, width = -(-grid.height // times), -(-grid.width // times)
-    blocked = np.ones((height * times, width * times), dtype=np.bool_)
-    blocked[height * times - grid.height :, : grid.width] = grid.blocked
-    blocked = blocked.reshape(height, times, width, times).any(axis=(1, 3))
+    padded = np.ones((height * times, width * times), dtype=np.bool_)
+    padded[height * times - grid.height :, : grid.width] = grid.blocked
+    blocked: BoolGrid = np.asarray(padded.reshape(height, times, width, times).any(axis=(1, 3)))
     if blocked.all():
         todo = "take smaller cells, or plan with robots of several sizes and prioritised-sipp"
         raise SettingError.of("CELL", "cell", f"{cell:g} m leaves no free cell", allowed="less", todo=todo)

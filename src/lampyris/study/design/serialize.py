@@ -244,11 +244,12 @@ def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
     start, goal = _cell(record["start"], ground), _cell(record["goal"], ground)
     if "origin" in record and list(ground.grid.origin) != record["origin"]:
         raise ValueError(f"the origin {ground.grid.origin} of map {number}")
-    poses = (
+    start_pose, goal_pose = (
         _pose(record.get(f"{what}_pose"), cell, ground) for what, cell in (("start", start), ("goal", goal))
     )
     fleet = unpacked_fleet(record["fleet"], ground.grid) if "fleet" in record else None
-    return World(ground, start, goal, _typed(record["published"], float, int, _NONE), *poses, fleet)
+    published = _typed(record["published"], float, int, _NONE)
+    return World(ground, start, goal, published, start_pose, goal_pose, fleet)
 
 
 def _ground(record: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:

@@ -286,7 +286,7 @@ def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> i
     Live and replayed traffic is drawn alike: they begin in the same places.
     """
     drawn = {**traffic.plain, "tracks": "live"}
-    poses = [world.poses] if world.poses else []
+    poses: list[Any] = [world.poses] if world.poses else []
     poses += [] if world.fleet is None else [world.fleet.hash]
     identity = canonical([root, world.ground.hash, world.start, world.goal, *poses, drawn, number])
     return int.from_bytes(hashlib.sha256(identity).digest()[:8], "big") >> 1

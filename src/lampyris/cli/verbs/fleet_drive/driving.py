@@ -12,12 +12,12 @@ from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes
 from lampyris.errors import SettingError, plural
+from lampyris.model.fleet.fleet_trace import FleetTrace
+from lampyris.model.fleet.lifelong import LifelongTrace
 
 if TYPE_CHECKING:
     from lampyris.io.fleet_scenario.scenario import FleetScenario
     from lampyris.model.fleet.fleet_plan import FleetPlan
-    from lampyris.model.fleet.fleet_trace import FleetTrace
-    from lampyris.model.fleet.lifelong import LifelongTrace
 
 _POLICIES = {
     "order": "order: the plan's order of visits at every cell",
@@ -32,7 +32,8 @@ def execute(
     from lampyris.fleet_scenarios import run_fleet
 
     with counting(f"driving {plural(len(scenario.fleet.robots), 'robot')}", "", quiet=json) as tick:
-        trace: Any = run_fleet(scenario, plan=plan, progress=tick)
+        trace = run_fleet(scenario, plan=plan, progress=tick)
+    assert isinstance(trace, FleetTrace)
     if film is not None:
         from lampyris.report.film.fleet_drive_film import fleet_drive_film
 
@@ -60,7 +61,8 @@ def lifelong(scenario: FleetScenario, film: Path | None, *, json: bool, no_timin
                 "FAULTS", "faults", f"{robot}@{tick:g}", allowed="a whole tick with --lifelong"
             )
     with counting(f"driving {plural(len(scenario.fleet.robots), 'robot')}", "ticks", quiet=json) as tick_:
-        trace: Any = run_fleet(scenario, progress=tick_)
+        trace = run_fleet(scenario, progress=tick_)
+    assert isinstance(trace, LifelongTrace)
     if film is not None:
         from lampyris.report.film.fleet_drive_film import lifelong_film
 
