@@ -206,7 +206,7 @@ def test_starts_and_goals_are_the_coarse_cells_that_hold_them() -> None:
         with pytest.raises(SettingError, match="CELL"):
             coarse_grid(GRID, cell)  # type: ignore[arg-type]
     with pytest.raises(SettingError, match="no free cell"):
-        coarse_grid(near, 4.0)
+        coarse_grid(near, 3.0)
 
 
 def test_the_command_line_plans_in_larger_cells_and_says_so(tmp_path: Path) -> None:

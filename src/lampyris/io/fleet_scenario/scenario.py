@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole
 from lampyris.errors import SettingError, of_kind, shown
 from lampyris.io.scenario.scenario import MapSource
 from lampyris.model.fleet.delays import Delays
@@ -97,8 +97,17 @@ class FleetScenario:
         of_kind("fleet", self.fleet, Fleet)
         of_kind("execution", self.execution, FleetExecution, none=True)
         of_kind("lifelong", self.lifelong, Lifelong, none=True)
+        of_kind("settings", self.settings, Mapping)
+        for name in ("planner", "moves", "name", "where"):
+            of_kind(name, getattr(self, name), str)
         if not is_whole(self.seed, 0, MAX_SEED):
             raise SettingError.of("SEED", "seed", shown(self.seed), allowed=SEED_RANGE)
+        if self.iterations is not None and not is_whole(self.iterations, 1):
+            allowed = "a whole number >= 1, or None"
+            raise SettingError.of("BUDGET", "iterations", shown(self.iterations), allowed=allowed)
+        if self.seconds is not None and not in_range(self.seconds, 1e-3, 1e6):
+            raise SettingError.of("BUDGET", "seconds", shown(self.seconds), allowed="0.001 to 1e6, or None")
+        object.__setattr__(self, "faults", _faults(self.faults))
         if self.execution is not None and self.lifelong is not None:
             raise SettingError.of(
                 "FLEET_SCENARIO", "lifelong", "`execute` and `lifelong`", allowed="one of them"
@@ -112,3 +121,19 @@ class FleetScenario:
     def drawn(self) -> Grid:
         """The map as it was drawn: what ``map`` and its hash are of."""
         return self.fleet.grid if self.ground is None else self.ground
+
+
+def _faults(given: Any) -> tuple[tuple[int, float], ...]:
+    """Pairs of a robot and a time.
+
+    Raises
+    ------
+    SettingError : ``FAULTS``: others.
+    """
+    made = []
+    for one in given if isinstance(given, tuple | list) else (None,):
+        pair = one if isinstance(one, tuple | list) and len(one) == 2 else (None, None)
+        if not is_whole(pair[0], 0) or not in_range(pair[1], 0.0, 1e12):
+            raise SettingError.of("FAULTS", "faults", shown(given), allowed="pairs (robot, time >= 0)")
+        made.append((int(pair[0]), pair[1]))
+    return tuple(made)

@@ -191,7 +191,8 @@ def _beside(path: Path, rng: np.random.Generator) -> Go:
 def _scenario(path: Path, rng: np.random.Generator) -> Go:
     scenario = load_scenario(path)
     if isinstance(scenario, FleetScenario):
-        return lambda: run_scenario(scenario)
+        fleet = scenario
+        return lambda: words(str(run_scenario(fleet)))
     return lambda: _told(run_scenario(scenario, record=False), scenario.scene)
 
 
