@@ -122,6 +122,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "Adversary": {"top_speed": 1.0}, "FaultySensor": {"kind": "stops", "at": 1.0},
         "PosePath": {"poses": np.zeros((2, 3)), "gears": np.zeros(1, dtype=int), "cost_m": 0.0, "lower_bound_m": 0.0},
         "Agent": {"start": (0, 0), "goal": (4, 3)},
+        "FleetScenario": {"fleet": lampyris.Fleet(where.grid, (lampyris.Agent((0, 0), (4, 3)),))},
         "Fleet": {"grid": where.grid, "robots": (lampyris.Agent((0, 0), (4, 3)),)},
         "FleetPlan": {"status": lampyris.Status.FOUND, "planner": "lacam", "paths": (np.array([(0, 0), (0, 1)]),)},
         "simulate_fleet": {"fleet": fleet(), "drive_settings": {"drive_limit": 5.0}},

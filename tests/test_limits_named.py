@@ -38,7 +38,7 @@ from lampyris.planning.swarm.optimisers import glowworm, particle
 from lampyris.scenarios import load_scenario
 from lampyris.study.design import config as who
 from lampyris.study.design import schema as form
-from lampyris.study.design import study_file, study_map
+from lampyris.study.design import study_file, study_map, study_size
 from lampyris.study.design.row import Row
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.execution import MAX_WORKERS, Execution
@@ -142,7 +142,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "seeds of a study": (form.MAX_SEEDS, lambda f, n: study(seeds=n)(f), "LIMIT"),
     "words about a study": (form.MAX_ABOUT, lambda f, n: study(about="x" * n)(f), "JSON_TEXT"),
     "runs of a study": (
-        study_file.MAX_JOBS // 1000,
+        study_size.MAX_JOBS // 1000,
         lambda f, n: study(seeds=n, planners=[grid_of(1000)], maps=[drawn(1)])(f),
         "LIMIT",
     ),
@@ -320,7 +320,11 @@ ASKED: dict[str, str] = {
     "study.execution.evidence.MAX_BYTES": "study/test_study_evidence.py",
     "study.execution.evidence.MAX_NOTE": "study/test_study_otherwise.py",
     "study.execution.evidence.MAX_NOTES": "study/test_study_otherwise.py",
-    "study.design.study_file.MAX_JOBS": HERE,
+    "study.design.study_size.MAX_JOBS": HERE,
+    "study.design.schema.MAX_ROBOTS": "study/test_study_fleets.py",
+    "io.fleet_scenario.schema.MAX_ROBOTS": "fleet/test_fleet_scenario.py",
+    "report.data.fleet_measures.MOST_IMPROVEMENTS": NOT_INPUT + "costs of a row",
+    "study.page.fleet_figures.MAX_LINES": NOT_INPUT + "curves of a figure",
     "study.design.schema.MAX_ABOUT": HERE,
     "study.design.schema.MAX_ENTRIES": HERE,
     "study.design.schema.MAX_QUERIES": HERE,

@@ -203,7 +203,8 @@ class Trial:
             self.run(lampyris, "run", "run.yaml", where=where)
             self.run(lampyris, "study", "small.yaml", "--workers", "2", "--report", "small.html", where=where)
             self.app(lampyris, where)
-            for kind, words in (("scenario", ("schema",)), ("study", ("study", "schema"))):
+            schemas = {"scenario": ("schema",), "fleet": ("schema", "--fleet"), "study": ("study", "schema")}
+            for kind, words in schemas.items():
                 kept = (ROOT / "docs" / f"{kind}.schema.json").read_text(encoding="utf-8")
                 same = self.run(lampyris, *words, where=where) == kept
                 self.tell(f"docs/{kind}.schema.json", "" if same else "differs from what is printed", 0.0)

@@ -58,6 +58,7 @@ _HOME = {
     "Delays": "lampyris.model.fleet.delays",
     "Drive": "lampyris.model.drive",
     "Edit": "lampyris.model.edit",
+    "FleetScenario": "lampyris.io.fleet_scenario.scenario",
     "Field": "lampyris.model.field",
     "Fleet": "lampyris.model.fleet.fleet",
     "FleetPlan": "lampyris.model.fleet.fleet_plan",
@@ -124,6 +125,7 @@ if TYPE_CHECKING:
     from lampyris.fleets import load_fleet as load_fleet
     from lampyris.fleets import plan_fleet as plan_fleet
     from lampyris.fleets import random_fleet as random_fleet
+    from lampyris.io.fleet_scenario.scenario import FleetScenario as FleetScenario
     from lampyris.io.maps.inflation import inflate as inflate
     from lampyris.io.maps.inflation import inflation_costs as inflation_costs
     from lampyris.io.primitives.load import load_primitives as load_primitives

@@ -19,7 +19,7 @@ from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
-from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
+from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, plural, shown
 from lampyris.kernels import loading
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Agent, Fleet, most_radius
@@ -107,7 +107,7 @@ def simulate_fleet(
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     chosen = _settings(drive_settings, settings)
-    robots = _robots(fleet, robot, fleets.MOVES if plan is None else plan.moves)
+    robots = robots_of(fleet, robot, fleets.MOVES if plan is None else plan.moves)
     failures = _faults(faults, len(robots), chosen)
     given = None if tracks is None else _tracks(tracks)
     began, loaded = loading.wall(), loading.seconds()
@@ -304,7 +304,11 @@ class _Run:
         there = ~np.isnan(made.arrivals)
         status = Status.FOUND if there.all() else Status.LIMIT
         n = len(self._robots)
-        detail = "" if there.all() else f"{int(there.sum())} of {n} robots arrived within {made.end:.0f} s."
+        detail = (
+            ""
+            if there.all()
+            else f"{int(there.sum())} of {plural(n, 'robot')} arrived within {made.end:.0f} s."
+        )
         return self._trace(
             status, made.phases, tick=self._tick(1.0), arrivals=made.arrivals, notes=made.notes, detail=detail
         )
@@ -343,7 +347,13 @@ def _settings(given: Any, more: Mapping[str, Any]) -> FleetDriveSettings:
     return FleetDriveSettings.of({**(given or {}), **more})
 
 
-def _robots(fleet: Fleet, robot: Robot | None, moves: str) -> tuple[Robot, ...]:
+def robots_of(fleet: Fleet, robot: Robot | None, moves: str) -> tuple[Robot, ...]:
+    """The robots that drive a plan with these moves.
+
+    Raises
+    ------
+    SettingError : ``FLEET_ROBOT``: one that cannot.
+    """
     usual = Robot(radius=RADIUS[moves] * fleet.grid.resolution) if robot is None else robot
     robots = tuple(usual if one.robot is None else one.robot for one in fleet.robots)
     least = most_radius(moves)

@@ -89,14 +89,12 @@ def plan_fleet(
     for name in settings.keys() & (planner_settings or {}).keys():
         raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
     chosen = registry.chosen(planner, {**settings, **(planner_settings or {})})
-    steps = moves_named(moves).name
-    _check_known(chosen, fleet, steps)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
     began, loaded = loading.wall(), loading.seconds()
-    found = replace(_within(chosen, fleet, int(seed), budget, progress, steps), moves=steps)
+    found = unchecked_plan(fleet, chosen, moves=moves, seed=int(seed), budget=budget, progress=progress)
     planned = loading.wall()
-    referee.demand(referee.check_fleet_plan(found, fleet, factor=_factor(chosen)))
+    referee.demand(referee.check_fleet_plan(found, fleet, factor=promised_factor(chosen)))
     ended, loaded = loading.wall(), loading.seconds() - loaded
     timing = {"plan_s": planned - began, "referee_s": ended - planned}
     return replace(
@@ -106,8 +104,27 @@ def plan_fleet(
     )
 
 
-def _check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
-    """See that a planner knows the steps and the sizes of a fleet."""
+def unchecked_plan(
+    fleet: Fleet, planner: FleetPlanner, *, moves: str, seed: int, budget: Budget | None, progress: Any = None
+) -> FleetPlan:
+    """The planner's own answer, which the referee has not seen; for callers that have it judged elsewhere.
+
+    Raises
+    ------
+    LampyrisError : as :func:`plan_fleet`.
+    """
+    steps = moves_named(moves).name
+    check_known(planner, fleet, steps)
+    return replace(_within(planner, fleet, seed, budget, progress, steps), moves=steps)
+
+
+def check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
+    """See that a planner knows the steps and the sizes of a fleet.
+
+    Raises
+    ------
+    UsageError : ``MOVES``. SettingError : ``FLEET_ROBOT``.
+    """
     known = chosen.traits.moves
     if moves not in known:
         raise UsageError.of(
@@ -121,14 +138,14 @@ def _check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
         able = ", ".join(name for name, row in registry.list_fleet_planners().items() if row.traits.sizes)
         raise SettingError(
             "FLEET_ROBOT", f"a radius of {radii[k] * fleet.grid.resolution:g} m, {radii[k]:.3g} cells",
-            where=f"robots[{k}].robot",
+            where=f"robots[{k}].robot", setting="robot.radius",
             allowed=f"at most {most:.3g} cells, {most * fleet.grid.resolution:.4g} m, with {chosen.name} and {moves} moves: "
             "it keeps robots apart by their cells, and larger ones touch at corners",
             todo=f"take {able}, or a map with larger cells",
         )  # fmt: skip
 
 
-def _factor(chosen: FleetPlanner) -> float | None:
+def promised_factor(chosen: FleetPlanner) -> float | None:
     """How many times its lower bound a plan of this planner costs at most, as it promises."""
     if chosen.traits.optimal:
         return 1.0

@@ -22,7 +22,7 @@ from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SettingError, UsageError, callable_or_none, file_name, of_kind, shown
 from lampyris.io.task_files import read_tasks
 from lampyris.kernels import loading
-from lampyris.model.fleet.fleet import Fleet
+from lampyris.model.fleet.fleet import FORGIVEN, MOST_RADIUS, Fleet
 from lampyris.model.fleet.lifelong import FleetTask, LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
@@ -59,7 +59,7 @@ def lifelong_fleet(
 
         fleet = lampyris.random_fleet(lampyris.load_grid("warehouse-200"), 100)
         trace = lampyris.lifelong_fleet(fleet, 500)
-        trace.throughput, trace.utilisation, trace.service_times.mean()
+        trace.throughput, trace.utilisation, trace.mean_service_time
 
         lampyris.lifelong_fleet(fleet, 500, tasks=[lampyris.FleetTask([(3, 4), (60, 20)], release=10)], planner="lacam")
 
@@ -79,7 +79,8 @@ def lifelong_fleet(
 
     Raises
     ------
-    SettingError : ``TICKS``, ``TASK``, ``PLANNER``, ``WINDOW``, ``FAULTS``, ``SEED``: what is given is wrong.
+    SettingError : ``TICKS``, ``TASK``, ``PLANNER``, ``WINDOW``, ``FAULTS``, ``SEED``, ``FLEET_ROBOT``: what is given is
+        wrong.
     LimitError : ``MEMORY``: the tables or the trace would take more memory than is allowed.
     InternalFault : the referee refused the trace; a bug of ours.
     """
@@ -94,6 +95,7 @@ def lifelong_fleet(
         raise UsageError(
             "PLANNER", f"{shown(planner)} plans no windows", allowed=", ".join(PLANNERS), setting="planner"
         )
+    _check_radii(fleet)
     if window is not None and not is_whole(window, 1, MAX_WINDOW):
         allowed = f"a whole number, 1 to {MAX_WINDOW:,}, or None"
         raise SettingError.of("WINDOW", "window", shown(window), allowed=allowed)
@@ -182,6 +184,18 @@ def _tasks(given: Any, fleet: Fleet) -> list[FleetTask]:
                     "TASK", f"{stop}", where=f"tasks[{k}].stops", allowed="free cells of the map"
                 )
     return list(given)
+
+
+def _check_radii(fleet: Fleet) -> None:
+    """See that the cells of the robots keep them apart."""
+    radii = fleet.radii
+    k = int(radii.argmax())
+    if radii[k] > MOST_RADIUS * (1.0 + FORGIVEN):
+        cell = fleet.grid.resolution
+        raise SettingError(
+            "FLEET_ROBOT", f"a radius of {radii[k] * cell:g} m, {radii[k]:.3g} cells", where=f"robots[{k}].robot",
+            setting="robot.radius", allowed=f"at most {MOST_RADIUS:.3g} cells, {MOST_RADIUS * cell:.4g} m, in lifelong fleets",
+        )  # fmt: skip
 
 
 def _faults(given: Any, robots: int) -> list[tuple[int, int]]:

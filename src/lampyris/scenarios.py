@@ -9,11 +9,12 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lampyris import api
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import LampyrisError, SettingError, callable_or_none, file_name, of_kind
+from lampyris.io.fleet_scenario.scenario import FleetScenario
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.recipes.make import recipe_named
 from lampyris.io.scenario import read as reading
@@ -29,6 +30,11 @@ from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
+
+if TYPE_CHECKING:
+    from lampyris.model.fleet.fleet_plan import FleetPlan
+    from lampyris.model.fleet.fleet_trace import FleetTrace
+    from lampyris.model.fleet.lifelong import LifelongTrace
 
 
 class PlanWithSpeeds(NamedTuple):
@@ -62,8 +68,10 @@ class _Names:
 
 def load_scenario(
     path: str | os.PathLike[str], *, allow_outside: bool = False, max_cells: int = MAX_CELLS
-) -> Scenario:
+) -> Scenario | FleetScenario:
     """Read a scenario file (YAML; JSON if its name ends in ``.json``) and everything it names.
+
+    One with the key ``fleet`` is a :class:`lampyris.FleetScenario`.
 
     Parameters
     ----------
@@ -75,7 +83,12 @@ def load_scenario(
     ------
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
     """
-    return reading.read_scenario(path, _Names(), allow_outside=allow_outside, max_cells=max_cells)
+    parsed, files = reading.open_scenario(path, allow_outside=allow_outside, max_cells=max_cells)
+    if "fleet" in parsed.data:
+        from lampyris.fleet_scenarios import read_fleet_scenario
+
+        return read_fleet_scenario(parsed, files)
+    return reading.scenario_in(parsed, _Names(), files)
 
 
 def scenario_of(
@@ -96,29 +109,39 @@ def scenario_of(
 
 
 def run(
-    scenario: Scenario,
+    scenario: Scenario | FleetScenario,
     *,
     record: bool = True,
     progress: Callable[[int], None] | None = None,
     budget: Budget | None = None,
-) -> PlanWithSpeeds | Trace | Drive:
+) -> PlanWithSpeeds | Trace | Drive | FleetPlan | FleetTrace | LifelongTrace:
     """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
+
+    One of a fleet gives a :class:`FleetPlan`; with ``execution`` a :class:`FleetTrace`, if there is a plan to drive; with
+    ``lifelong`` a :class:`LifelongTrace`.
 
     Parameters
     ----------
     scenario : loaded, or made by hand.
     record : keep AD-GSO's per-iteration record in the plan.
-    progress : called with each tick of a simulation, or with each second of a drive.
-    budget : when each call of the planner gives up. It is no part of a scenario.
+    progress : called with each tick of a simulation, or with each second of a drive; of fleets with the iterations of the
+        planner, the robots that arrived or the ticks.
+    budget : when each call of the planner gives up. It is no part of a scenario, but of one of a fleet: there it takes the
+        place of the scenario's own.
 
     Raises
     ------
     LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.speed_profile` and :func:`lampyris.simulate`.
     """
-    of_kind("scenario", scenario, Scenario)
+    if not isinstance(scenario, FleetScenario):
+        of_kind("scenario", scenario, Scenario)
     of_kind("record", record, bool)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
+    if isinstance(scenario, FleetScenario):
+        from lampyris.fleet_scenarios import run_fleet
+
+        return run_fleet(scenario, progress=progress, budget=budget)
     try:
         law: Any = speed_law(scenario.law, scenario.law_settings)
         # An object, not a name with settings: a setting may be called as an argument is (patience).
@@ -189,7 +212,7 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
     return (f"{', '.join(idle)} without effect: {why}",) if idle else ()
 
 
-def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str, ...]:
+def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[str]) -> tuple[str, ...]:
     """Write a scenario with everything decided: every setting stands in it, also those that had their
     defaults. Running the file gives the same bytes, as long as the map is the same.
 
@@ -209,6 +232,10 @@ def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str
     LimitError : longer than such a file may be.
     FileError : it cannot be written.
     """
+    if isinstance(scenario, FleetScenario):
+        from lampyris.fleet_scenarios import save_fleet_scenario
+
+        return save_fleet_scenario(scenario, Path(file_name("path", path)))
     of_kind("scenario", scenario, Scenario)
     target, done = Path(file_name("path", path)), completed(scenario)
     names = {key: done.settings[key] for key in files_of(done.planner) if isinstance(done.settings[key], str)}

@@ -261,6 +261,7 @@ RIGHT = {
     "of": ("duration", "length", "energy"),
     "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
     "export": ("new.scen", "new.json", "new.txt"),
+    "cell": ("1", "2"),
 }
 """Good values of options whose kind does not tell them."""
 DRIVEN = (
@@ -274,7 +275,9 @@ def _that_go_together(rng: np.random.Generator, options: list[list[str]]) -> lis
     """The options of ``fleet`` without those that would be refused beside the others."""
     kind = str(rng.choice(["", "execute", "lifelong"], p=[0.5, 0.35, 0.15]))
     kept = {"": (), "execute": DRIVEN, "lifelong": ("window", "tasks", "fault")}[kind]
-    out = {*DRIVEN, "window", "tasks", "execute", "lifelong"} - {*kept}
+    out = {*DRIVEN, "window", "tasks", "execute", "lifelong"} - {*kept} | (
+        {"robot"} if kind == "lifelong" else set()
+    )
     made = [one for one in options if one[0].partition("=")[0].removeprefix("--") not in out]
     return made + {"": [], "execute": [["--execute"]], "lifelong": [["--lifelong", "7"]]}[kind]
 

@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from lampyris._core.scalars import in_range
 from lampyris.errors import FileError, LampyrisError, SceneError, plural
 from lampyris.io.files import read_regular
 from lampyris.io.league_files import is_league, league_map, read_league
@@ -23,7 +24,10 @@ from lampyris.io.text.csv_table import GREATEST, table_of
 from lampyris.io.text.strict_json import MAX_BYTES, JsonDocument, read_json
 from lampyris.io.text.strict_yaml import YamlDocument, read_yaml, shown
 from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.model.fleet.lifelong import FleetTask
 from lampyris.model.grid import Grid
+from lampyris.model.robot import GREATEST as GREATEST_RADIUS
+from lampyris.model.robot import Robot
 from lampyris.typing import Cell
 
 YAML_BYTES = 2**20
@@ -31,7 +35,11 @@ YAML_VALUES = 40_000
 """Some 5,000 robots, read in 2 s; more are quicker in JSON or CSV."""
 _CELLS = ("start_x", "start_y", "goal_x", "goal_y")
 _METRES = ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
-_ALLOWED = "agents: a list of {start: [x, y], goal: [x, y]} (cells) or {start_m: ..., goal_m: ...} (metres)"
+_RADIUS = "radius"
+_ALLOWED = (
+    "agents: a list of {start: [x, y], goal: [x, y]} (cells) or {start_m: ..., goal_m: ...} (metres), each with a radius "
+    "(metres) if you like"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +50,12 @@ class FleetFile:
     ----------
     fleet : the robots on the map.
     notes : sentences a person should read.
+    tasks : those of a problem of the League of Robot Runners, for lifelong fleets; None: the file knows no tasks.
     """
 
     fleet: Fleet
     notes: tuple[str, ...] = ()
+    tasks: tuple[FleetTask, ...] | None = None
 
 
 def read_scen_fleet(
@@ -75,17 +85,20 @@ def read_scen_fleet(
     for query in queries:
         query = replace(query, map=own)
         check_query(query, document, name)
-        agents.append((partial(str, f"{name}: line {query.line}"), query.start, query.goal))
+        agents.append((partial(str, f"{name}: line {query.line}"), query.start, query.goal, None))
     notes = tuple(f"the lines name {other}; {own or 'another map'} was given" for other in others)
     return FleetFile(_fleet(document.grid, agents), notes)
 
 
-def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = None) -> FleetFile:
+def read_agents(
+    path: str | os.PathLike[str], grid: Grid, robots: int | None = None, *, lifelong: bool = False
+) -> FleetFile:
     """The first robots of a list of agents.
 
     YAML and JSON have a list ``agents`` of mappings with ``start`` and ``goal``, cells [x, y] from the top left, or
-    ``start_m`` and ``goal_m``, metres of the map frame. A table (CSV) has the columns ``start_x``, ``start_y``,
-    ``goal_x``, ``goal_y`` in cells, or the same with ``_m`` in metres, a row a robot.
+    ``start_m`` and ``goal_m``, metres of the map frame, and perhaps ``radius``, metres. A table (CSV) has the columns
+    ``start_x``, ``start_y``, ``goal_x``, ``goal_y`` in cells, or the same with ``_m`` in metres, a row a robot, and
+    perhaps ``radius``.
 
     Parameters
     ----------
@@ -94,6 +107,8 @@ def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = N
         (:mod:`lampyris.io.league_files`) of this map.
     grid : the map.
     robots : how many; None: all.
+    lifelong : whether the fleet has tasks without end: of a League problem the tasks are then used, and no note says that
+        they are not.
 
     Raises
     ------
@@ -110,7 +125,7 @@ def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = N
     elif suffix == ".json" or data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{":
         document = read_json(data, name)
         if is_league(document.data):
-            return _league(name, document, grid, robots)
+            return _league(name, document, grid, robots, lifelong)
         agents = _listed(document, grid)
     else:
         agents = _tabled(data, name, grid)
@@ -118,7 +133,7 @@ def read_agents(path: str | os.PathLike[str], grid: Grid, robots: int | None = N
     return FleetFile(_fleet(grid, agents[:robots]))
 
 
-def _league(name: str, document: JsonDocument, grid: Grid, robots: int | None) -> FleetFile:
+def _league(name: str, document: JsonDocument, grid: Grid, robots: int | None, lifelong: bool) -> FleetFile:
     problem = read_league(name, document, grid)
     fleet = problem.fleet(grid, robots)
     notes = []
@@ -126,13 +141,15 @@ def _league(name: str, document: JsonDocument, grid: Grid, robots: int | None) -
     if named != own:
         notes.append(f"{name} names the map {named}; {own or 'another map'} was given")
     left = len(problem.tasks) - len(fleet.robots)
-    if left or any(len(task) > 1 for task in problem.tasks):
-        notes.append("each robot goes to the first location of one task; the others are not used")
-    return FleetFile(fleet, tuple(notes))
+    if not lifelong and (left or any(len(task) > 1 for task in problem.tasks)):
+        notes.append(
+            "each robot goes to the first location of one task; the others are not used, but by a lifelong fleet"
+        )
+    return FleetFile(fleet, tuple(notes), tuple(FleetTask(task) for task in problem.tasks))
 
 
-_Placed = tuple[Callable[[], str], Cell, Cell]
-"""Where an agent stands in its file (worked out when there is something to say of it), its start and its goal."""
+_Placed = tuple[Callable[[], str], Cell, Cell, float | None]
+"""Where an agent stands in its file (worked out when there is something to say of it), its start, its goal, its radius."""
 
 
 def _demand(there: int, robots: int | None, name: str, code: str, what: str) -> None:
@@ -148,7 +165,13 @@ def _demand(there: int, robots: int | None, name: str, code: str, what: str) -> 
 def _fleet(grid: Grid, agents: Sequence[_Placed]) -> Fleet:
     """The fleet; its errors name the place in the file."""
     try:
-        return Fleet(grid, [Agent(start, goal) for _, start, goal in agents])
+        return Fleet(
+            grid,
+            [
+                Agent(start, goal, None if radius is None else Robot(radius=radius))
+                for _, start, goal, radius in agents
+            ],
+        )
     except LampyrisError as fault:
         index, _, end = fault.where.removeprefix("robots[").partition("]")
         if not index.isdigit():
@@ -156,6 +179,19 @@ def _fleet(grid: Grid, agents: Sequence[_Placed]) -> Fleet:
         kind = SceneError if isinstance(fault, SceneError) else FileError
         what = f"robot {index}: {end.removeprefix('.')} {fault.what}"
         raise kind(fault.code, what, where=agents[int(index)][0](), allowed=fault.allowed) from None
+
+
+def _radius(value: object, where: str) -> float:
+    """A radius in metres.
+
+    Raises
+    ------
+    FileError : AGENTS: it is none.
+    """
+    if not in_range(value, 0.0, GREATEST_RADIUS):
+        allowed = f"0 to {GREATEST_RADIUS:g} metres"
+        raise FileError("AGENTS", f"radius is {shown(value)}", where=where, allowed=allowed)
+    return float(value)
 
 
 def _listed(document: JsonDocument | YamlDocument, grid: Grid) -> list[_Placed]:
@@ -172,7 +208,7 @@ def _listed(document: JsonDocument | YamlDocument, grid: Grid) -> list[_Placed]:
         if not isinstance(one, dict):
             raise FileError("AGENTS", shown(one), where=document.at("agents", k), allowed=_ALLOWED)
         for key in one:
-            if key not in ("start", "goal", "start_m", "goal_m"):
+            if key not in ("start", "goal", "start_m", "goal_m", _RADIUS):
                 raise FileError(
                     "AGENTS",
                     f"unknown key {shown(key)}",
@@ -180,7 +216,8 @@ def _listed(document: JsonDocument | YamlDocument, grid: Grid) -> list[_Placed]:
                     allowed=_ALLOWED,
                 )
         ends = [_end(document, k, one, what, grid) for what in ("start", "goal")]
-        found.append((partial(document.at, "agents", k), ends[0], ends[1]))
+        radius = _radius(one[_RADIUS], document.at("agents", k, _RADIUS)) if _RADIUS in one else None
+        found.append((partial(document.at, "agents", k), ends[0], ends[1], radius))
     return found
 
 
@@ -206,9 +243,10 @@ def _end(document: JsonDocument | YamlDocument, k: int, one: dict[str, Any], wha
 
 
 def _tabled(data: bytes, name: str, grid: Grid) -> list[_Placed]:
-    table = table_of(data, name, "AGENTS", (*_CELLS, *_METRES))
+    table = table_of(data, name, "AGENTS", (*_CELLS, *_METRES, _RADIUS))
     metric = set(_METRES) <= set(table.columns)
     columns = table.find(*(_METRES if metric else _CELLS))
+    sized = table.find(_RADIUS)[0] if _RADIUS in table.columns else None
     found: list[_Placed] = []
     for line, row in table.rows:
         numbers = [table.number(line, row, k) for k in columns]
@@ -220,5 +258,6 @@ def _tabled(data: bytes, name: str, grid: Grid) -> list[_Placed]:
             grid.to_cell(numbers[k], numbers[k + 1]) if metric else (int(numbers[k]), int(numbers[k + 1]))
             for k in (0, 2)
         ]
-        found.append((partial(str, where), ends[0], ends[1]))
+        radius = None if sized is None else _radius(table.number(line, row, sized), where)
+        found.append((partial(str, where), ends[0], ends[1], radius))
     return found

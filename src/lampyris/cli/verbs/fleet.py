@@ -5,6 +5,7 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,7 @@ from lampyris.cli.options import (
     NoTiming,
     Picture,
     Resolution,
+    Save,
     Seed,
     Values,
     moves_name,
@@ -30,13 +32,25 @@ from lampyris.cli.options import (
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
-from lampyris.cli.verbs.fleet_drive.options import FleetDriveOptions, check_options
+from lampyris.cli.verbs.fleet_drive.options import (
+    FleetDriveOptions,
+    check_options,
+    execution_of,
+    faults_of,
+    lifelong_of,
+    robot_of,
+    tasks_of,
+)
+from lampyris.errors import plural
 
 if TYPE_CHECKING:
     from lampyris.io.fleet_files import FleetFile
+    from lampyris.io.fleet_scenario.scenario import FleetScenario
     from lampyris.io.maps.formats.document import MapDocument
+    from lampyris.io.scenario.scenario import MapSource
     from lampyris.model.fleet.fleet import Fleet
     from lampyris.model.fleet.fleet_plan import FleetPlan
+    from lampyris.model.grid import Grid
 
 
 def fleet(
@@ -100,6 +114,23 @@ def fleet(
         ),
     ] = None,
     seed: Seed = 0,
+    cell: Annotated[
+        float | None,
+        typer.Option(
+            "--cell",
+            metavar="M",
+            help="Plan in larger cells of M metres, for maps whose own are smaller than the robots "
+            "(default: the map's own).",
+        ),
+    ] = None,
+    robot_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot",
+            metavar="FILE",
+            help="YAML or JSON: radius (of the disc around a footprint), drive and the other limits; options override it.",
+        ),
+    ] = None,
     resolution: Resolution = None,
     values: Values = "occupancy",
     colour: Colour = "legend",
@@ -115,6 +146,7 @@ def fleet(
             help="Write the robots as .scen or as a League problem (.json and three beside it), or the plan as .txt.",
         ),
     ] = None,
+    save: Save = None,
     json_: Json = False,
     no_timing: NoTiming = False,
     force: Force = False,
@@ -125,21 +157,21 @@ def fleet(
     neighbouring cell or waits. With --execute they drive the plan in continuous time, with --lifelong they get new tasks
     without end. Exit code 4: not solved, or not all arrived.
     """
-    from lampyris import fleets
     from lampyris.cli.option_groups import MapOptions
     from lampyris.cli.request import budget_of, load_document, parse_settings
-    from lampyris.errors import UsageError
     from lampyris.io.fleet_export import export_paths
-    from lampyris.planning.base import Budget
+    from lampyris.io.fleet_scenario.build import with_robot, without_goals
+    from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, PLANNER, FleetScenario
     from lampyris.planning.fleet import registry
 
+    out = FleetOutputs(json_, no_timing, picture, film, export, save)
     exported = () if export is None else export_paths(export)
-    outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film)
-    check_options(driving)
-    asked_planner, planner = planner, fleets.PLANNER if planner is None else planner
-    given = parse_settings(planner, settings or [], registry)
-    budget = budget_of("--seconds", seconds) or Budget()
-    budget = Budget(_checked(iterations), budget.seconds)
+    outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film, scenario=save)
+    check_options(driving, robot_file)
+    lifelong = driving.lifelong is not None
+    chosen = (LIFELONG_PLANNER if lifelong else PLANNER) if planner is None else planner
+    given = parse_settings(chosen, settings or [], registry)
+    limits = budget_of("--seconds", seconds)
     document = load_document(
         MapOptions(
             map_,
@@ -150,53 +182,99 @@ def fleet(
             max_cells=max_cells,
         )
     )
-    asked = _fleet(document, scen, agents, robots, seed)
-    if seconds is not None:
-        _load_kernels(planner, moves, quiet=json_)
-    print_notes((*document.notes, *asked.notes))
-    if driving.lifelong is not None or driving.policy == "orca":
-        from lampyris.cli.verbs.fleet_drive import driving as drives
+    asked, ground = _fleet(document, scen, agents, robots, seed, cell, lifelong)
+    tasks = tasks_of(driving, document.grid, asked.fleet.grid)
+    tasks = asked.tasks if tasks is None else tasks
+    fleet_ = with_robot(asked.fleet, robot_of(driving, robot_file, asked.fleet.grid.resolution, moves))
+    if lifelong and tasks is not None and (asked.tasks is not None or (agents is None and scen is None)):
+        fleet_ = without_goals(fleet_)  # goals that were drawn, or put in for tasks, would be tasks, too
+    scenario = FleetScenario(
+        fleet_, chosen, given, moves, seed, _checked(iterations), None if limits is None else limits.seconds,
+        execution_of(driving), lifelong_of(driving, tasks), tuple(faults_of(driving)), map=_source(map_, values, colour),
+        ground=ground, notes=(*document.notes, *asked.notes),
+    )  # fmt: skip
+    raise typer.Exit(run_scenario(scenario, out))
 
-        if settings or picture is not None or export is not None:
-            what = "--set" if settings else "--picture" if picture is not None else "--export"
-            raise UsageError("OPTIONS", f"{what} where nothing is planned to the end", allowed="without it")
-        more = {"json": json_, "no_timing": no_timing}
+
+@dataclass(frozen=True, slots=True)
+class FleetOutputs:
+    """What a run of a fleet writes and prints."""
+
+    json: bool = False
+    no_timing: bool = False
+    picture: Path | None = None
+    film: Path | None = None
+    export: Path | None = None
+    save: Path | None = None
+
+
+def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
+    """Plan or drive the fleet of a scenario, write and print what came of it. Returns the exit code."""
+    from lampyris import fleets, scenarios
+    from lampyris.cli.verbs.fleet_drive import driving as drives
+    from lampyris.errors import UsageError
+    from lampyris.planning.base import Budget
+
+    print_notes(scenario.notes)
+    reactive = scenario.execution is not None and scenario.execution.settings.get("policy") == "orca"
+    if scenario.lifelong is not None or reactive:
+        unused = {"--set": bool(scenario.settings), "--picture": out.picture, "--export": out.export}
+        for option in (option for option, given in unused.items() if given):
+            why = (
+                "--lifelong plans window by window"
+                if scenario.lifelong is not None
+                else "--policy orca makes no plan"
+            )
+            what = "planner settings" if option == "--set" else "a whole plan"
+            raise UsageError("OPTIONS", f"{option} needs {what}; {why}", allowed=f"without {option}")
+        if out.save is not None:
+            print_notes(scenarios.save_scenario(scenario, out.save))
         trace: Any
-        if driving.lifelong is not None:
-            fleet_ = asked.fleet
-            if driving.tasks is not None and agents is None and scen is None:
-                fleet_ = drives.without_goals(fleet_)  # the drawn ones would be tasks that nobody gave
-            trace = drives.lifelong(fleet_, asked_planner, driving, seed, budget, film, **more)
+        if scenario.lifelong is not None:
+            trace = drives.lifelong(scenario, out.film, json=out.json, no_timing=out.no_timing)
         else:
-            trace = drives.execute(asked.fleet, None, planner, driving, seed, film, **more)
-        raise typer.Exit(0 if trace else NO_ANSWER)
-    with counting(f"planning {len(asked.fleet.robots)} robots", "", quiet=json_) as tick:
+            trace = drives.execute(scenario, None, out.film, json=out.json, no_timing=out.no_timing)
+        return _saved(out, 0 if trace else NO_ANSWER)
+    fleet_ = scenario.fleet
+    if scenario.execution is not None:
+        from lampyris.fleet_drives import robots_of
+
+        robots_of(fleet_, None, scenario.moves)  # before anything is planned
+    if out.save is not None:
+        print_notes(scenarios.save_scenario(scenario, out.save))
+    if scenario.seconds is not None:
+        _load_kernels(scenario.planner, scenario.moves, quiet=out.json)
+    with counting(f"planning {plural(len(fleet_.robots), 'robot')}", "", quiet=out.json) as tick:
         show = None if tick is None else (lambda done, _cost: tick(done))
         made = fleets.plan_fleet(
-            asked.fleet, planner, moves=moves, seed=seed, budget=budget, progress=show, planner_settings=given
-        )
-    if driving.execute and made:
-        from lampyris.cli.verbs.fleet_drive import driving as drives
-
-        _draw(made, asked.fleet, picture, None, quiet=json_)
-        if export is not None:
-            fleets.export_fleet(made, asked.fleet, export)
-        trace = drives.execute(
-            asked.fleet, made, planner, driving, seed, film, json=json_, no_timing=no_timing
-        )
-        raise typer.Exit(0 if trace else NO_ANSWER)
-    _draw(made, asked.fleet, picture, film, quiet=json_)
-    if export is not None:
-        fleets.export_fleet(made, asked.fleet, export)
-    if json_:
+            fleet_, scenario.planner, moves=scenario.moves, seed=scenario.seed,
+            budget=Budget(scenario.iterations, scenario.seconds), progress=show, planner_settings=scenario.settings,
+        )  # fmt: skip
+    exported: tuple[Path, ...] = ()
+    if scenario.execution is not None and made:
+        _draw(made, fleet_, out.picture, None, quiet=out.json)
+        if out.export is not None:
+            fleets.export_fleet(made, fleet_, out.export)
+        trace = drives.execute(scenario, made, out.film, json=out.json, no_timing=out.no_timing)
+        return _saved(out, 0 if trace else NO_ANSWER)
+    _draw(made, fleet_, out.picture, out.film, quiet=out.json)
+    if out.export is not None:
+        exported = fleets.export_fleet(made, fleet_, out.export)
+    if out.json:
         from lampyris.report.data.fleet_record import fleet_record
 
-        record = fleet_record(made, asked.fleet)
-        print_json({**record, "timing": {}} if no_timing else record)
+        record = fleet_record(made, fleet_)
+        print_json({**record, "timing": {}} if out.no_timing else record)
     else:
-        _print(made, asked.fleet)
-        print_written(picture, film, *exported)
-    raise typer.Exit(0 if made else NO_ANSWER)
+        _print(made, fleet_)
+        print_written(out.picture, out.film, *exported, out.save)
+    return 0 if made else NO_ANSWER
+
+
+def _saved(out: FleetOutputs, code: int) -> int:
+    if not out.json:
+        print_written(out.save)
+    return code
 
 
 def _load_kernels(planner: str, moves: str, *, quiet: bool) -> None:
@@ -221,26 +299,44 @@ def _checked(iterations: int | None) -> int | None:
     return iterations
 
 
+def _source(map_: str, values: str, colour: str) -> MapSource:
+    """Where the map comes from."""
+    from lampyris.io.maps import library
+    from lampyris.io.scenario.scenario import Bundled, MapFile
+
+    return Bundled(map_) if map_ in library.names() else MapFile(map_, values, colour)
+
+
 def _fleet(
-    document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int
-) -> FleetFile:
-    """The fleet of the file that is given, or a random one."""
+    document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int, cell: float | None,
+    lifelong: bool,
+) -> tuple[FleetFile, Grid | None]:  # fmt: skip
+    """The fleet of the file that is given, or a random one; and the map before its cells were made larger."""
     from lampyris import fleets
     from lampyris.errors import SettingError, UsageError
     from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
+    from lampyris.io.maps.coarse import coarse_fleet, coarse_grid, coarse_note, coarse_tasks
 
     if scen is not None and agents is not None:
         raise UsageError("OPTIONS", "--scen and --agents both given", allowed="one of them")
     if robots is not None and robots < 1:
         raise SettingError.of("ROBOTS", "robots", f"{robots}", allowed="a whole number >= 1")
+    grid = document.grid
+    coarse = grid if cell is None else coarse_grid(grid, cell)
     if scen is not None:
-        return read_scen_fleet(scen, document, robots)
-    if agents is not None:
-        return read_agents(agents, document.grid, robots)
-    if robots is None:
+        read = read_scen_fleet(scen, document, robots)
+    elif agents is not None:
+        read = read_agents(agents, grid, robots, lifelong=lifelong)
+    elif robots is not None:
+        read = FleetFile(fleets.random_fleet(coarse, robots, seed=seed))
+    else:
         todo = "give --robots N for random robots, --scen FILE or --agents FILE"
         raise UsageError("OPTIONS", "no robots", todo=todo)
-    return FleetFile(fleets.random_fleet(document.grid, robots, seed=seed))
+    if coarse is grid:
+        return read, None
+    fleet_ = read.fleet if scen is None and agents is None else coarse_fleet(read.fleet, coarse)
+    tasks = None if read.tasks is None else coarse_tasks(read.tasks, grid, coarse)
+    return FleetFile(fleet_, (coarse_note(grid, coarse), *read.notes), tasks), grid
 
 
 def _draw(made: FleetPlan, asked: Fleet, picture: Path | None, film: Path | None, *, quiet: bool) -> None:
@@ -264,7 +360,7 @@ def _print(made: FleetPlan, asked: Fleet) -> None:
     grid = asked.grid
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{len(asked.robots)}, {made.moves} moves, seed {made.seed}"),
+        ("robots", f"{len(asked.robots)}{_sized(asked)}, {made.moves} moves, seed {made.seed}"),
         ("planner", made.planner),
     ]
     if made.sum_of_costs is not None:
@@ -283,3 +379,11 @@ def _print(made: FleetPlan, asked: Fleet) -> None:
         plan = f"planning {1000 * made.timing['plan_s']:.1f} ms, referee {1000 * made.timing['referee_s']:.1f} ms"
         rows.append(("time", f"{1000 * seconds:.1f} ms, of which {plan}{once}"))
     text.facts("", rows)
+
+
+def _sized(asked: Fleet) -> str:
+    """The radii of robots that have any."""
+    radii = sorted({0.0 if one.robot is None else one.robot.radius for one in asked.robots})
+    if radii[-1] == 0.0:
+        return ""
+    return f" of radius {radii[0]:g} m" if len(radii) == 1 else f" of radius {radii[0]:g} to {radii[-1]:g} m"

@@ -15,6 +15,7 @@ from lampyris.cli.options import AllowOutside, Explain, Film, Force, Json, MaxCe
 from lampyris.cli.outputs import Outputs
 from lampyris.cli.verbs import plan, simulate
 from lampyris.cli.verbs.drive import command as drive
+from lampyris.cli.verbs.fleet import FleetOutputs, run_scenario
 from lampyris.errors import UsageError
 
 
@@ -45,18 +46,31 @@ def run(
     save: Save = None,
     force: Force = False,
 ) -> None:
-    """Plan, simulate or drive the scenario in a file."""
+    """Plan, simulate or drive the scenario in a file, of one robot or of a fleet."""
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart)
     raise typer.Exit(run_file(scenario, allow_outside, max_cells, out))
 
 
 def run_file(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) -> int:
     """Plan, simulate or drive what the file says. Returns the exit code."""
+    from lampyris.io.fleet_scenario.scenario import FleetScenario
     from lampyris.scenarios import load_scenario
 
     out.check()
     limit = MAX_CELLS if max_cells is None else max_cells
     scenario = load_scenario(path, allow_outside=allow_outside, max_cells=limit)
+    if isinstance(scenario, FleetScenario):
+        for option, given in (
+            ("--explain", out.explain),
+            ("--layer", out.layer),
+            ("--chart", out.chart),
+            ("--csv", out.csv),
+        ):
+            if given:
+                raise UsageError("OPTIONS", f"{option} with a scenario of a fleet", where=str(path))
+        return run_scenario(
+            scenario, FleetOutputs(out.json, not out.timing, out.picture, out.film, None, out.save)
+        )
     kind = "drives" if scenario.drive is not None else "simulates" if scenario.simulated else "plans"
     only = {
         "--explain": (out.explain, "plans"), "--picture": (out.picture, "plans"),

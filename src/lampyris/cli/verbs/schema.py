@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
+from typing import Annotated
+
+import typer
 
 
-def schema() -> None:
+def schema(
+    fleet: Annotated[
+        bool, typer.Option("--fleet", help="Of scenario files of fleets, those with the key `fleet`.")
+    ] = False,
+) -> None:
     """Print the JSON Schema of scenario files."""
-    from lampyris.io.scenario.schema import json_schema
+    if fleet:
+        from lampyris.io.fleet_scenario.schema import json_schema
+    else:
+        from lampyris.io.scenario.schema import json_schema
 
     sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")

@@ -26,21 +26,20 @@ if TYPE_CHECKING:
     from lampyris.io.scenario.validation_errors import Document
 
 
-def read_scenario(
-    path: str | os.PathLike[str], names: Names, *, allow_outside: bool = False, max_cells: int = MAX_CELLS
-) -> Scenario:
-    """Read a scenario file: JSON if its name ends in ``.json``, YAML otherwise.
+def open_scenario(
+    path: str | os.PathLike[str], *, allow_outside: bool = False, max_cells: int = MAX_CELLS
+) -> tuple[Document, Files]:
+    """A scenario file as plain data, JSON if its name ends in ``.json``, YAML otherwise; and the files that it may name.
 
     Parameters
     ----------
     path : the file. What it names is relative to its folder.
-    names : the known planners and laws.
     allow_outside : whether it may name files outside its folder.
     max_cells : maps of more cells are refused.
 
     Raises
     ------
-    LampyrisError : the first mistake in the file; the others are its notes, a line each.
+    LampyrisError : it cannot be read.
     """
     from lampyris.io.maps.formats.document import check_limit
     from lampyris.io.scenario.map_source import Files
@@ -49,7 +48,22 @@ def read_scenario(
     check_limit(max_cells)
     of_kind("allow_outside", allow_outside, bool)
     parsed = read_document(file_name("path", path), VERSION)
-    return _built(parsed, names, lambda: Files(parsed, allow_outside, max_cells))
+    return parsed, Files(parsed, allow_outside, max_cells)
+
+
+def scenario_in(parsed: Document, names: Names, files: Files) -> Scenario:
+    """The scenario that a file says.
+
+    Parameters
+    ----------
+    parsed, files : of :func:`open_scenario`.
+    names : the known planners and laws.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file; the others are its notes, a line each.
+    """
+    return _built(parsed, names, lambda: files)
 
 
 def scenario_of(

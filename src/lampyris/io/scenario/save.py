@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lampyris.errors import FileError, LimitError, SettingError, UsageError
 from lampyris.io.files import write_file
@@ -21,7 +21,7 @@ from lampyris.io.maps.formats.document import grid_codes
 from lampyris.io.maps.formats.plain_text import MEANING
 from lampyris.io.maps.formats.ros_yaml import plain_path
 from lampyris.io.maps.map_hash import map_hash
-from lampyris.io.scenario.scenario import Bundled, Made, MapFile, Scenario
+from lampyris.io.scenario.scenario import Bundled, Made, MapFile, MapSource, Scenario
 from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
@@ -29,6 +29,9 @@ from lampyris.model.path import Pose
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell
+
+if TYPE_CHECKING:
+    from lampyris.io.scenario.schema_types import Table
 
 ENDINGS = (".yaml", ".yml", ".json")
 _WIDE = 90
@@ -68,15 +71,21 @@ def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[st
     FileError : it cannot be written.
     """
     target = check_ending(path)
-    data = plain(scenario, target.parent)
+    from lampyris.io.scenario.schema import ScenarioFile
+
+    return write_plain(target, plain(scenario, target.parent), ScenarioFile)
+
+
+def write_plain(target: Path, data: dict[str, Any], table: type[Table]) -> tuple[str, ...]:
+    """Write a scenario that is plain data, if it is one of that table; see :func:`write_scenario`."""
     as_json = target.suffix.lower() == ".json"
     reader = strict_json if as_json else strict_yaml
     _small_enough(target, _count(data), "values", reader.MAX_VALUES)
-    _valid(target, data)
+    _valid(target, data, table)
     text = (json_of(data) if as_json else yaml_of(data)).encode()
     _small_enough(target, len(text), "bytes", reader.MAX_BYTES)
     write_file(target, text)
-    return _needs(scenario, data)
+    return _needs(data)
 
 
 def _small_enough(target: Path, size: int, what: str, most: int) -> None:
@@ -92,22 +101,21 @@ def _small_enough(target: Path, size: int, what: str, most: int) -> None:
         )
 
 
-def _valid(target: Path, data: dict[str, Any]) -> None:
+def _valid(target: Path, data: dict[str, Any], table: type[Table]) -> None:
     """Refuse names and settings made in Python that a file may not hold."""
     from pydantic import ValidationError
 
-    from lampyris.io.scenario.schema import ScenarioFile
     from lampyris.io.scenario.validation_errors import faults_of
 
     try:
-        ScenarioFile.model_validate(data)
+        table.model_validate(data)
     except ValidationError as problem:
-        fault = faults_of(strict_json.JsonDocument(data, str(target), json.dumps(data)), problem)[0]
+        fault = faults_of(strict_json.JsonDocument(data, str(target), json.dumps(data)), problem, table)[0]
         fault.where = f"{target}: {fault.where.rpartition(': ')[2]}"
         raise fault from None
 
 
-def _needs(scenario: Scenario, data: Mapping[str, Any]) -> tuple[str, ...]:
+def _needs(data: Mapping[str, Any]) -> tuple[str, ...]:
     files = {"the map": data["map"].get("file"), "the file of zones": data.get("zones")}
     outside = [what for what, name in files.items() if name is not None and _outside(name)]
     if not outside:
@@ -137,20 +145,22 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
     if scenario.name:
         data["name"] = scenario.name
     data |= {
-        "map": _map(scenario, folder),
-        "map_hash": map_hash(scenario.drawn),
+        **plain_map(scenario.drawn, scenario.map, folder),
         "start": _end(scene.start, scene.start_pose),
         "goal": _end(scene.goal, scene.goal_pose),
         **({"via": [list(cell) for cell in scene.via], "via_order": scene.via_order} if scene.via else {}),
-        "robot": _robot(scene.robot),
+        "robot": plain_robot(scene.robot),
         "moves": scene.moves.name,
-        "planner": {"name": scenario.planner, "settings": _settings(scenario.planner, scenario.settings)},
-        "law": {"name": scenario.law, "settings": _settings(scenario.law, scenario.law_settings)},
+        "planner": {
+            "name": scenario.planner,
+            "settings": plain_settings(scenario.planner, scenario.settings),
+        },
+        "law": {"name": scenario.law, "settings": plain_settings(scenario.law, scenario.law_settings)},
         "seed": scenario.seed,
         "obstacles": [_obstacle(one) for one in scene.traffic],
     }
     if scenario.inflation.inflation_radius > 0:
-        data["inflation"] = _settings("inflation", asdict(scenario.inflation))
+        data["inflation"] = plain_settings("inflation", asdict(scenario.inflation))
     if (zones := _zones(scenario, folder)) is not None:
         data["zones"] = zones
     if scenario.edits:
@@ -165,7 +175,7 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         if scenario.goal_track is not None:
             data["simulate"]["goal_track"] = [list(cell) for cell in scenario.goal_track]
     if scenario.drive is not None:
-        data["drive"] = _settings("drive", scenario.drive)
+        data["drive"] = plain_settings("drive", scenario.drive)
     return data
 
 
@@ -173,7 +183,7 @@ def _end(cell: Cell, pose: Pose | None) -> Any:
     return list(cell) if pose is None else {"pose": list(pose)}
 
 
-def _robot(robot: Robot) -> dict[str, Any]:
+def plain_robot(robot: Robot) -> dict[str, Any]:
     """The robot's settings; a footprint stands in place of the radius that comes of it."""
     settings = {f.name: getattr(robot, f.name) for f in fields(Robot)}
     if robot.footprint is None:
@@ -201,8 +211,12 @@ def named_file(path: str, folder: Path) -> str:
     return name
 
 
-def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
-    grid, source = scenario.drawn, scenario.map
+def plain_map(grid: Grid, source: MapSource | None, folder: Path) -> dict[str, Any]:
+    """The keys ``map`` and ``map_hash`` of a scenario in a folder."""
+    return {"map": _map(grid, source, folder), "map_hash": map_hash(grid)}
+
+
+def _map(grid: Grid, source: MapSource | None, folder: Path) -> dict[str, Any]:
     if isinstance(source, Bundled):
         return {"bundled": source.name, "resolution": grid.resolution}
     if isinstance(source, MapFile):
@@ -217,7 +231,7 @@ def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
             "recipe": source.recipe,
             "size": list(source.size),
             "seed": source.seed,
-            "settings": _settings(source.recipe, source.settings),
+            "settings": plain_settings(source.recipe, source.settings),
             "resolution": grid.resolution,
         }
     return {
@@ -266,7 +280,8 @@ def _edit(one: Edit) -> dict[str, Any]:
     return {"tick": one.tick, "blocked": list(map(list, one.blocked)), "freed": list(map(list, one.freed))}
 
 
-def _settings(owner: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+def plain_settings(owner: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as plain data; ``owner`` is whose they are, for messages."""
     return {key: _plain_value(owner, key, value) for key, value in settings.items()}
 
 
@@ -274,7 +289,7 @@ def _plain_value(owner: str, key: str, value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain_value(owner, key, item) for item in value]
     if isinstance(value, Mapping):
-        return _settings(f"{owner}.{key}", value)
+        return plain_settings(f"{owner}.{key}", value)
     finite = not isinstance(value, float) or math.isfinite(value)
     if value is None or (isinstance(value, str | int | float) and finite):
         return value
@@ -299,7 +314,10 @@ def json_of(data: Mapping[str, Any]) -> str:
     lines = []
     for key, value in data.items():
         text = json.dumps(value, allow_nan=False)
-        if key in ("obstacles", "edits") and value:
+        if key == "fleet":
+            rows = ",\n    ".join(json.dumps(one, allow_nan=False) for one in value["agents"])
+            text = f'{{"agents": [\n    {rows}\n  ]}}'
+        elif key in ("obstacles", "edits") and value:
             text = "[\n    " + ",\n    ".join(json.dumps(one, allow_nan=False) for one in value) + "\n  ]"
         lines.append(f"  {json.dumps(key)}: {text}")
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -154,7 +154,7 @@ class Fleet(Noun):
             return
         if one.robot.drive == "ackermann":
             raise SettingError(
-                "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot",
+                "FLEET_ROBOT", "an Ackermann drive", where=f"robots[{k}].robot", setting="robot.drive",
                 allowed="differential or omnidirectional: paths of fleets turn in place",
             )  # fmt: skip
 

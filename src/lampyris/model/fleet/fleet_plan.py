@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lampyris._core.predicates import cells, numbers
 from lampyris._core.scalars import is_whole
 from lampyris._core.values import Value
-from lampyris.errors import SettingError, shown
+from lampyris.errors import SettingError, plural, shown
 from lampyris.model.grid import MapFrame, frozen
 from lampyris.model.plan import Status
 from lampyris.typing import Cells
@@ -103,7 +103,7 @@ class FleetPlan(Value):
             object.__setattr__(self, "shortest", frozen(lengths.astype(np.int32)))
 
     def _brief(self) -> str:
-        head = f"<FleetPlan {self.status} by {self.planner}: {len(self.paths)} robots"
+        head = f"<FleetPlan {self.status} by {self.planner}: {plural(len(self.paths), 'robot')}"
         if not self:
             return f"{head}>"
         gap = "" if self.gap is None else f", gap {self.gap:.2%}"

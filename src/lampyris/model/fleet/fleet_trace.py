@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.predicates import cells, fits, numbers
+from lampyris._core.scalars import in_range
 from lampyris._core.values import Value
-from lampyris.errors import SettingError, shown
+from lampyris.errors import SettingError, plural, shown
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.obstacles import Track
@@ -23,6 +24,8 @@ from lampyris.typing import Cells, Floats
 WAITS = ("order", "turning", "delay", "obstacle", "replanning")
 """Why robots stand before they arrive: another robot has to leave a cell first; they turn in place; a delay; a moving obstacle;
 a robot has failed and the others wait for a new plan, or without end."""
+_LATEST = 1e12
+"""Seconds: later than any drive."""
 _SENTENCES = {
     Status.FOUND: "All robots arrived.",
     Status.NO_PATH: "Not all robots can arrive: robots that stopped are in their way.",
@@ -150,7 +153,7 @@ class FleetTrace(Value):
             object.__setattr__(self, name, tuple(items))
 
     def _brief(self) -> str:
-        there = f"{self.arrived} of {len(self.robots)} robots arrived"
+        there = f"{self.arrived} of {plural(len(self.robots), 'robot')} arrived"
         head = f"<FleetTrace {self.status} by {self.settings.policy}: {there}"
         return f"{head} in {self.duration_s:.1f} s, {self.contacts} contacts>"
 
@@ -195,7 +198,16 @@ class FleetTrace(Value):
         return dict(zip(WAITS, self.waits.sum(axis=0).tolist(), strict=True))
 
     def at(self, time: float) -> Floats:
-        """Where every robot is, metres of the map frame, float64 (n, 2)."""
+        """Where every robot is, metres of the map frame, float64 (n, 2); after the end of the drive where it stands then.
+
+        Raises
+        ------
+        SettingError : ``TIME``: no finite number of seconds from 0 on.
+        """
+        if not in_range(time, 0.0, _LATEST):
+            raise SettingError.of(
+                "TIME", "time", shown(time), allowed=f"seconds, a number from 0 to {_LATEST:g}"
+            )
         made = self.grid.to_metres(self.starts.astype(np.float64))
         begun = np.flatnonzero(self.t <= time)
         if len(begun):

@@ -13,7 +13,7 @@ from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of, cells, numbers
 from lampyris._core.scalars import is_whole
 from lampyris._core.values import Value
-from lampyris.errors import SettingError, shown
+from lampyris.errors import SettingError, plural, shown
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.plan import Status
 from lampyris.typing import Cell, CellLike, Cells
@@ -142,7 +142,7 @@ class LifelongTrace(Value):
 
     def _brief(self) -> str:
         return (
-            f"<LifelongTrace {self.status} by {self.planner}: {self.robots} robots, {self.ticks} ticks, "
+            f"<LifelongTrace {self.status} by {self.planner}: {plural(self.robots, 'robot')}, {plural(self.ticks, 'tick')}, "
             f"{self.completed} tasks done, throughput {self.throughput:.3f} a tick>"
         )
 
@@ -176,10 +176,16 @@ class LifelongTrace(Value):
 
     @property
     def service_times(self) -> NDArray[np.int32]:
-        """Ticks from release to completion of the tasks that were done, int32."""
+        """Ticks from release to completion of the tasks that were done, int32; empty where none was."""
         finished = self.done >= 0
         release = np.array([one.release for one in self.tasks], dtype=np.int32)
         return frozen((self.done - release)[finished])
+
+    @property
+    def mean_service_time(self) -> float | None:
+        """Mean of :attr:`service_times`; None where no task was done."""
+        times = self.service_times
+        return float(times.mean()) if len(times) else None
 
     @property
     def utilisation(self) -> float:

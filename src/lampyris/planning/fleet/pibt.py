@@ -10,6 +10,7 @@ import numpy as np
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, flag, under_name, whole
+from lampyris.errors import plural
 from lampyris.kernels.fleet import discs
 from lampyris.kernels.fleet import pibt as kernels
 from lampyris.model.fleet.fleet import FORGIVEN, Fleet
@@ -93,7 +94,7 @@ class Pibt:
             status = Status.LIMIT if limited else Status.ITERATION_LIMIT
             visited, improvements = int(np.count_nonzero(run.visited >= 0)), ()
             detail = (
-                f"Stopped after {run.tick} ticks: {home} of {len(fleet.robots)} robots stand on their goals, "
+                f"Stopped after {run.tick} ticks: {home} of {plural(len(fleet.robots), 'robot')} stand on their goals, "
                 f"{visited} have been there."
             )
         return FleetPlan(

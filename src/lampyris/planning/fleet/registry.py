@@ -18,6 +18,16 @@ def names() -> tuple[str, ...]:
     return registry.fleet_names()
 
 
+def demand_name(name: str) -> None:
+    """See that there is a planner of that name.
+
+    Raises
+    ------
+    UsageError : ``PLANNER``: there is none.
+    """
+    planner_class(name)
+
+
 def planner_class(name: str) -> type[Any]:
     """The planner of that name.
 

@@ -29,8 +29,9 @@ from lampyris.report.charts.svg import FAINT, INK, PAPER, clean, figure_of, inli
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
-__all__ = ["COLOURS", "ErrorBar", "Steps", "bars", "density", "dots", "profiles", "scatter"]
+__all__ = ["COLOURS", "ErrorBar", "Steps", "bars", "curves", "density", "dots", "profiles", "scatter"]
 
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
@@ -130,9 +131,18 @@ def _limits(axes: Axes, finite: Sequence[float], share: bool) -> None:
 
 
 def density(
-    name: str, counts: Sequence[float], series: Sequence[tuple[str, Sequence[ErrorBar]]], label: str
+    name: str,
+    counts: Sequence[float],
+    series: Sequence[tuple[str, Sequence[ErrorBar]]],
+    label: str,
+    *,
+    xlabel: str = "moving obstacles",
+    share: bool = True,
 ) -> str:
-    """Shares over the number of obstacles, with intervals; the curves stand a little apart to be seen."""
+    """Values over the number of obstacles or robots, with intervals; the curves stand a little apart to be seen.
+
+    ``share``: the axis is 0 to 100 %.
+    """
     figure = figure_of(WIDE, 3.0)
     axes = figure.add_axes((0.11, 0.17, 0.54, 0.78))
     step = 0.012 * ((max(counts) - min(counts)) or 1.0)
@@ -151,9 +161,54 @@ def density(
         for at, line in zip(x, lines, strict=True):
             axes.plot([at, at], [line.low, line.high], color=colour, linewidth=1.0)
     axes.set_xticks(list(counts), [f"{c:g}" for c in counts])
-    axes.set_ylim(-3, 103)
-    dress(axes, "moving obstacles", label, "y")
+    if share:
+        axes.set_ylim(-3, 103)
+    else:
+        _heights(axes, [v for _, lines in series for line in lines for v in line if math.isfinite(v)])
+    dress(axes, xlabel, label, "y")
     legend(axes, [words for words, _ in series])
+    return inline(figure, name)
+
+
+def _heights(axes: Axes, finite: Sequence[float]) -> None:
+    """A range for values that are no shares; on a log scale where they differ by more than 50 times."""
+    low, high = min(finite, default=0.0), max(finite, default=1.0)
+    if low > 0 and high / low > 50:
+        axes.set_yscale("log")
+        axes.set_ylim(low / 1.3, high * 1.3)
+        _powers(axes.yaxis)
+        return
+    pad = 0.06 * (high - low) or 0.5 * abs(high) or 1.0
+    axes.set_ylim(low - pad, high + pad)
+    short_ticks(axes.yaxis)
+
+
+def _powers(axis: Axis) -> None:
+    """Ticks of a log axis as plain numbers, thousands and millions as such."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    def words(v: float, _: int) -> str:
+        unit, sign = (1e6, " M") if v >= 1e6 else (1e3, " k") if v >= 1e4 else (1.0, "")
+        return f"{v / unit:g}{sign}"
+
+    axis.set_major_locator(LogLocator(10.0, (1.0,)))
+    axis.set_major_formatter(FuncFormatter(words))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def curves(
+    name: str, series: Sequence[tuple[str, Sequence[float], Sequence[float]]], xlabel: str, ylabel: str
+) -> str:
+    """Values against a count on a log scale, a curve of steps for each name."""
+    figure = figure_of(WIDE, 3.0)
+    axes = figure.add_axes((0.11, 0.17, 0.50, 0.78))
+    for k, (_, x, y) in enumerate(series):
+        colour, dash, _ = look(k)
+        axes.step(x, y, where="post", color=colour, linestyle=dash, linewidth=1.7)
+    axes.set_xscale("log")
+    _powers(axes.xaxis)
+    dress(axes, xlabel, ylabel, "both")
+    legend(axes, [words for words, _, _ in series])
     return inline(figure, name)
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.errors import plural
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.fleet.lifelong import LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.report.film import sprites
+from lampyris.report.film.fleet_key import HEIGHT, OBSTACLE, cross, key_row
 from lampyris.report.film.simulation_film import FPS, MAX_FRAMES, Shown, check, frame_ms, moments, write_film
 from lampyris.report.pictures.raster import draw_map
 from lampyris.report.style import FLEET, OutFile, Rgb
@@ -24,8 +26,6 @@ _WIDE = 420
 _LEAST = 5
 """Pixels of a robot at least, however small the cells."""
 _RIMMED = 8
-OBSTACLE = (40, 40, 46)
-"""Colour of moving obstacles."""
 
 
 def fleet_drive_film(
@@ -33,8 +33,8 @@ def fleet_drive_film(
 ) -> None:
     """Draw the drive of a fleet as a film, WebP (lossless) or GIF by the file's suffix; the same trace gives the same bytes.
 
-    Robots are discs of their size, their goals small squares of the same colour, moving obstacles dark discs; below stand the
-    time and how many robots have arrived.
+    Robots are discs of their size, their goals small squares of the same colour, moving obstacles dark discs, and robots that
+    have stopped for good bear a cross; below stand the time, how many robots have arrived, and a key.
 
     Raises
     ------
@@ -55,12 +55,12 @@ def fleet_drive_film(
 
     def caption(t: float) -> str:
         home = int(np.count_nonzero(arrived <= t + 1e-9))
-        return f"{t:.1f} s of {end:.1f} s    {home} of {len(trace.robots)} robots arrived"
+        return f"{t:.1f} s of {end:.1f} s    {home} of {plural(len(trace.robots), 'robot')} arrived"
 
     sizes = 2.0 * np.array([one.radius for one in trace.robots]) / trace.grid.resolution
     wide = max((2.0 * one.radius / trace.grid.resolution for one in trace.obstacles), default=0.0)
     stage = DiscRenderer(
-        trace.grid, trace.goals.astype(np.float64), float(sizes.max()), wide, places, caption
+        trace.grid, trace.goals.astype(np.float64), float(sizes.max()), wide, places, caption, trace.faults
     )
     write_film(stage, shown, out, progress)
 
@@ -86,7 +86,7 @@ def lifelong_film(
         every = f" (1 in {shown.stride} shown)" if shown.stride > 1 else ""
         return f"tick {int(t)} of {trace.ticks}{every}    {done} tasks done, {rate:.2f} a tick"
 
-    stage = DiscRenderer(trace.grid, np.zeros((0, 2)), 0.8, 0.0, places, caption)
+    stage = DiscRenderer(trace.grid, np.zeros((0, 2)), 0.8, 0.0, places, caption, trace.faults)
     write_film(stage, shown, out, progress)
 
 
@@ -100,18 +100,20 @@ class DiscRenderer:
     size, obstacle_size : diameters, cells.
     places : the cells of robots and obstacles at a moment, float64 (n, 2) and (m, 2).
     caption : the words at a moment.
+    faults : robots that stop for good, and when: they bear a cross from then on.
     """
 
     def __init__(
         self, grid: Grid, goals: Floats, size: float, obstacle_size: float,
         places: Callable[[float], tuple[Floats, Floats]], caption: Callable[[float], str],
+        faults: Sequence[tuple[int, float]] = (),
     ) -> None:  # fmt: skip
         raster = draw_map(grid, LONG)
         self._scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         # Even sizes: some players of films refuse others.
         self._width = max(_WIDE, columns + 2 * MARGIN) + 1 & ~1
-        self._height = rows + MARGIN + CAPTION + 1 & ~1
+        self._height = rows + MARGIN + CAPTION + HEIGHT + 1 & ~1
         self._left = (self._width - columns) // 2
         self._paper = np.full((self._height, self._width, 3), 255, dtype=np.uint8)
         self._paper[MARGIN : MARGIN + rows, self._left : self._left + columns] = raster.rgb
@@ -122,6 +124,9 @@ class DiscRenderer:
         )
         dark = 1.0 - self._disc.rgb[..., 0].astype(np.float64) / 255
         self._rim = dark if len(dark) >= _RIMMED else np.zeros_like(dark)
+        self._faults, self._cross = tuple(faults), cross(len(self._disc.alpha) | 1)
+        there = {"robot": True, "goal": len(goals), "failed": len(faults), "obstacle": obstacle_size > 0}
+        self._paper[-HEIGHT:] = key_row(self._width, MARGIN, [kind for kind, any_ in there.items() if any_])
         square = max(2, round(0.5 * self._scale))
         self._stamp(
             self._paper, goals, _colours(len(goals)), np.ones((square, square)), np.zeros((square, square))
@@ -134,7 +139,10 @@ class DiscRenderer:
         self._stamp(canvas, robots, _colours(len(robots)), self._disc.alpha, self._rim)
         dark = np.tile(np.array(OBSTACLE, dtype=np.float64), (len(obstacles), 1))
         self._stamp(canvas, obstacles, dark, self._other.alpha, np.zeros_like(self._other.alpha))
-        canvas[-CAPTION:] = self._caption(self._words(moment))
+        failed = robots[[robot for robot, when in self._faults if when <= moment]]
+        ink = np.tile(np.array(sprites.INK, dtype=np.float64), (len(failed), 1))
+        self._stamp(canvas, failed, ink, self._cross, np.zeros_like(self._cross))
+        canvas[-CAPTION - HEIGHT : -HEIGHT] = self._caption(self._words(moment))
         return canvas
 
     def rewind(self) -> None:

@@ -7,9 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.errors import plural
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.report.film import sprites
+from lampyris.report.film.fleet_key import HEIGHT, key_row
 from lampyris.report.film.simulation_film import FPS, Shown, check, moments, write_film
 from lampyris.report.pictures.raster import draw_map
 from lampyris.report.style import FLEET, OutFile, Rgb
@@ -37,8 +39,8 @@ def fleet_film(
 ) -> None:
     """Draw a plan of a fleet as a film, WebP (lossless) or GIF by the file's suffix; the same plan gives the same bytes.
 
-    Walls are dark; a robot is a disc, its goal a small square of the same colour (colours repeat); below stand the tick
-    and how many robots are on their goals.
+    Walls are dark; a robot is a disc, its goal a small square of the same colour (colours repeat); below stand the tick,
+    how many robots are on their goals, and a key.
 
     Parameters
     ----------
@@ -78,10 +80,11 @@ class FleetRenderer:
         rows, columns = raster.rgb.shape[:2]
         # Even sizes: some players of films refuse others.
         self._width = max(_WIDE, columns + 2 * MARGIN) + 1 & ~1
-        self._height = rows + MARGIN + CAPTION + 1 & ~1
+        self._height = rows + MARGIN + CAPTION + HEIGHT + 1 & ~1
         self._left = (self._width - columns) // 2
         self._paper = np.full((self._height, self._width, 3), 255, dtype=np.uint8)
         self._paper[MARGIN : MARGIN + rows, self._left : self._left + columns] = raster.rgb
+        self._paper[-HEIGHT:] = key_row(self._width, MARGIN, ("robot", "goal"))
         self._ticks, self._stride = _ticks(plan), shown.stride
         last = self._ticks + 1
         self._tracks = np.stack(
@@ -109,7 +112,7 @@ class FleetRenderer:
             places += part * (self._tracks[tick + 1] - self._tracks[tick])
         canvas = self._paper.copy()
         self._stamp(canvas, places, self._disc.alpha, self._rim)
-        canvas[-CAPTION:] = self._caption(tick)
+        canvas[-CAPTION - HEIGHT : -HEIGHT] = self._caption(tick)
         return canvas
 
     def rewind(self) -> None:
@@ -145,9 +148,7 @@ class FleetRenderer:
 
             home = int((self._tracks[tick] == self._goals).all(axis=1).sum())
             every = f" (1 in {self._stride} shown)" if self._stride > 1 else ""
-            words = (
-                f"tick {tick} of {self._ticks}{every}    {home} of {len(self._goals)} robots on their goals"
-            )
+            words = f"tick {tick} of {self._ticks}{every}    {home} of {plural(len(self._goals), 'robot')} on their goals"
             image = Image.new("RGB", (self._width, CAPTION), (255, 255, 255))
             font = ImageFont.load_default(size=14)
             ImageDraw.Draw(image).text((MARGIN, CAPTION / 2), words, font=font, fill=sprites.INK, anchor="lm")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from lampyris.errors import plural
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.report import style
@@ -58,7 +59,7 @@ def draw_fleet(plan: FleetPlan, fleet: Fleet, out: style.OutFile) -> None:
     if plan.paths:
         items.append(Line2D([], [], color=style.FAINT, linewidth=1.5, label="path"))
     items += canvas.patches(grid, None)
-    title = f"{len(fleet.robots)} robots on {grid.name or 'a map'}, {plan.planner}"
+    title = f"{plural(len(fleet.robots), 'robot')} on {grid.name or 'a map'}, {plan.planner}"
     words = plan.sentence
     if plan:
         words = f"makespan {plan.makespan}, sum of costs {plan.sum_of_costs}, lower bound {plan.lower_bound}"

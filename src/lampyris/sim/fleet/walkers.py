@@ -10,8 +10,10 @@ from scipy import ndimage  # bits: labels, whole numbers
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.elementary import interp
 from lampyris._core.limits import MEMORY
+from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import Track
+from lampyris.planning.field.layers import free_cells
 from lampyris.typing import Floats
 
 _STILL = 1e-9
@@ -26,15 +28,26 @@ def walkers(
 ) -> tuple[Track, ...]:
     """Tracks of obstacles that go on from cell to cell, turning at random, for a time; metres, seconds.
 
-    At each cell an obstacle goes on as before with chance 0.8 if it can, or else to any free neighbour.
+    At each cell an obstacle goes on as before with chance 0.8 if it can, or else to any free neighbour. It keeps its radius
+    from walls: to a disc wider than a cell only cells far enough from them are free.
+
+    Raises
+    ------
+    SettingError : ``FLEET_DRIVE``: discs that fit nowhere.
     """
-    labels, regions = ndimage.label(~grid.blocked)
-    if regions == 0 or count == 0:
+    if count == 0:
         return ()
+    blocked = ~free_cells(grid, radius)
+    labels, regions = ndimage.label(~blocked)
+    if regions == 0:
+        raise SettingError.of(
+            "FLEET_DRIVE", "obstacle_radius", f"{radius:g} m: there is no place where such a disc touches no wall",
+            allowed="less",
+        )  # fmt: skip
     sizes = np.bincount(labels.ravel())[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
     free = np.stack((x, y), axis=1)
-    blocked = np.pad(grid.blocked, 1, constant_values=True)
+    blocked = np.pad(blocked, 1, constant_values=True)
     walks = speed > _STILL
     step = grid.resolution / speed if walks else duration
     needed = count * duration / step * _EACH / 2**20

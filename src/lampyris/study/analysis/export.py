@@ -24,16 +24,17 @@ _NAMES: dict[str, frozenset[str]] = {
     "bool_": frozenset(("reproducible", "found", "arrived", "reference_ok")),
     "int64": frozenset(
         ("index", "seed", "collisions", "hits", "near_misses", "turns", "iterations", "expansions", "replans",
-         "path_switches", "ticks", "reversals")
+         "path_switches", "ticks", "reversals", "robots", "sum_of_costs", "shortest", "lower_bound", "makespan", "first_cost")
     ),
     "float64": frozenset(
         ("published", "near_m", "length_cells", "length_m", "length_any_angle", "cost", "optimal", "gap",
-         "cost_m", "lower_bound_m", "bound",
+         "cost_m", "lower_bound_m", "bound", "ratio",
          "cost_to_go", "time_s", "speed_mean", "speed_least", "turn_deg", "smoothness", "clearance_mean_m",
          "clearance_least_m", "waits", "path_switches_per_100", *TIMING)
     ),
     "string": frozenset(
-        ("key", "map", "query", "traffic", "planner", "law", "ending", "error", "outcome", "notes")
+        ("key", "map", "query", "traffic", "planner", "law", "ending", "error", "outcome", "improvements",
+         "notes")
     ),
 }  # fmt: skip
 """What pyarrow calls the type of a column, narrowest first, and the names that have it."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.compare import Performance, Ranking, Signed
+from lampyris.study.analysis.measures import cost_of
 
 ROUND = 10
 """Digits of numbers in the machine's form: the rest is rounding of sums."""
@@ -139,9 +140,16 @@ class Summary:
         return any("cost_m" in e.own and e.own["cost_m"].units for e in self.entries)
 
     @property
+    def cost(self) -> str:
+        """The measure that is compared as the cost."""
+        return cost_of(self.kind, self.of_poses)
+
+    @property
     def unit_many(self) -> str:
         """The word for several units."""
-        return "queries" if self.unit == "query" else "seeds"
+        if self.unit != "query":
+            return "seeds"
+        return "fleets" if self.kind == "fleet" else "queries"
 
     def as_json(self) -> dict[str, Any]:
         """As plain data: numbers to ten digits, null where nothing can be said."""

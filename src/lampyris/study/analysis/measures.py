@@ -40,7 +40,19 @@ SAFETY = (
     ),
     Measure("near_m", "nearest obstacle (m)", "more", "least free distance to an obstacle in the whole run"),
 )
+ON_FLEET = (
+    Measure(
+        "sum_of_costs", "sum of costs", "less",
+        "ticks until each robot stays at its goal for good, waiting included, summed over the robots",
+    ),
+    Measure(
+        "ratio", "cost / shortest", "less", "the sum of costs over the sum of the robots' own shortest paths on the bare map, "
+        "which no plan undercuts; the same for all planners, whatever more one of them has proved",
+    ),
+    Measure("makespan", "makespan (ticks)", "less", "the tick of the last arrival"),
+)  # fmt: skip
 ON_PATH = (
+    *ON_FLEET,
     Measure("cost", "cost (cells)", "less", "length of the path by the step costs of the study, in cells; "
             "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
     Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest path", 100.0),
@@ -122,6 +134,8 @@ AT_GOAL = frozenset(
         "smoothness",
         "ticks",
         "time_s",
+        *(m.name for m in ON_FLEET),
+        "first_cost",
     )
 )
 """Reported of runs that came to the goal: half a path is shorter than a whole one, and no merit."""
@@ -134,9 +148,19 @@ RANKED = ("cost", "time_s", "expansions")
 PROFILED = ("cost", "expansions")
 
 
-def compared(names: tuple[str, ...], of_poses: bool) -> tuple[str, ...]:
-    """What is compared: in a study with plans of poses, which have no cost in cells, lengths in metres in place of costs."""
-    return tuple("length_m" if name == "cost" and of_poses else name for name in names)
+def cost_of(kind: str, of_poses: bool) -> str:
+    """What is compared as the cost: of poses, which have no cost in cells, lengths in metres; of fleets sums of costs."""
+    return "sum_of_costs" if kind == "fleet" else "length_m" if of_poses else "cost"
+
+
+def compared(names: tuple[str, ...], cost: str) -> tuple[str, ...]:
+    """What is compared, with a study's own measure in place of the cost in cells."""
+    return tuple(cost if name == "cost" else name for name in names)
+
+
+def solved_name(kind: str) -> str:
+    """The measure that says that a run of a kind of study was solved."""
+    return "found" if kind in ("plan", "fleet") else "arrived"
 
 
 ALL = {m.name: m for m in (*SAFETY, *ON_PATH, *TIME, *WORK, *TIMING)} | {

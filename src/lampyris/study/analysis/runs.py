@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.study.analysis.measures import AT_GOAL, SHARES
+from lampyris.study.analysis.measures import AT_GOAL, SHARES, cost_of
 from lampyris.study.design.study import Study
 
 Cube: TypeAlias = NDArray[np.float64]
@@ -29,6 +29,7 @@ class Runs:
     ending : of each run; empty where it has none yet.
     outcome : the word of the run's own ending, or the code of its error.
     notes : what was done otherwise than asked; empty where nothing was, and in stores of before they had it.
+    improvements : of plans of fleets, how the cost fell with the iterations; empty elsewhere.
     values : every metric that some run has a number of. ``found`` and ``arrived`` are 0 for runs that failed;
         what tells of a whole path is there for runs that came to the goal only.
     """
@@ -39,6 +40,7 @@ class Runs:
     outcome: Words
     notes: Words
     values: Mapping[str, Cube]
+    improvements: Words
 
     def has(self, name: str) -> bool:
         """Whether some run has a number of that name."""
@@ -48,6 +50,11 @@ class Runs:
     def of_poses(self) -> bool:
         """Whether some run is a plan of poses."""
         return self.has("cost_m")
+
+    @property
+    def cost(self) -> str:
+        """The measure that is compared as the cost."""
+        return cost_of(self.study.kind, self.of_poses)
 
     @property
     def solved(self) -> NDArray[np.bool_]:
@@ -84,12 +91,13 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
         len(study.worlds), len(study.traffic_cases), len(study.seeds), len(study.planners) * len(study.laws),
     )  # fmt: skip
     size = len(study)
-    ending, outcome, notes = (np.full(size, "", dtype=object) for _ in range(3))
+    ending, outcome, notes, improvements = (np.full(size, "", dtype=object) for _ in range(4))
     values: dict[str, Cube] = {}
     for index, end, code, numbers in records:
         ending[index] = end
         outcome[index] = str(numbers.get("outcome") or code or end)
         notes[index] = str(numbers.get("notes") or "")
+        improvements[index] = str(numbers.get("improvements") or "")
         for name, value in numbers.items():
             if isinstance(value, int | float) and np.isfinite(value):
                 if name not in values:
@@ -100,8 +108,8 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
             known = (ending != "") & np.isnan(values[name])
             values[name][known] = 0.0
     cubes = {name: values[name].reshape(shape) for name in sorted(values)}
-    ends, outs, said = (some.reshape(shape) for some in (ending, outcome, notes))
-    runs = Runs(study, entrants_of(study), ends, outs, said, cubes)
+    ends, outs, said, fell = (some.reshape(shape) for some in (ending, outcome, notes, improvements))
+    runs = Runs(study, entrants_of(study), ends, outs, said, cubes, fell)
     cubes.update({name: runs.of_solved(name) for name in cubes if name in AT_GOAL})
     return runs
 

@@ -197,7 +197,7 @@ def _counted(words: NDArray[np.object_]) -> dict[str, int]:
 def _pairs(runs: Runs, base: int, traffic_cases: tuple[str, ...]) -> tuple[PairedDifference, ...]:
     """Every entrant against the reference."""
     out: list[PairedDifference] = []
-    for name in compared(PAIRED, runs.of_poses):
+    for name in compared(PAIRED, runs.cost):
         if not runs.has(name):
             continue
         family = []
@@ -250,7 +250,7 @@ def scores(values: Cube, more_is_better: bool) -> Floats:
 def _orders(runs: Runs, traffic_cases: tuple[str, ...]) -> tuple[Order, ...]:
     """Average ranks by each measure, in each traffic case, over the units of which every entrant has all results."""
     out = []
-    for name in compared(RANKED, runs.of_poses):
+    for name in compared(RANKED, runs.cost):
         for c, traffic in enumerate(traffic_cases if runs.has(name) and len(runs.entrants) > 1 else ()):
             values = scores(runs.of_solved(name)[:, c], ALL[name].better == "more")
             done = runs.ending[:, c] != ""
@@ -264,7 +264,7 @@ def _orders(runs: Runs, traffic_cases: tuple[str, ...]) -> tuple[Order, ...]:
 def _within(runs: Runs, traffic_cases: tuple[str, ...]) -> tuple[Within, ...]:
     """Performance profiles by each measure, in each traffic case, over the worlds that every entrant met."""
     out = []
-    for name in compared(PROFILED, runs.of_poses):
+    for name in compared(PROFILED, runs.cost):
         for c, traffic in enumerate(traffic_cases if runs.has(name) and len(runs.entrants) > 1 else ()):
             met = (runs.ending[:, c] != "").all(axis=-1)
             out.append(Within(name, traffic, compare.profiles(runs.of_solved(name)[:, c][met])))

@@ -21,7 +21,7 @@ from lampyris.study.analysis.measures import (
     Measure,
     compared,
 )
-from lampyris.study.design.traffic_labels import traffic_words
+from lampyris.study.design.traffic_labels import place_words, traffic_words
 
 ANY_ANGLE = (
     "Cost and gap of a planner with an any-angle length are of its walk from cell to cell; "
@@ -44,7 +44,7 @@ def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
     """Outcomes of the runs in one traffic case, their paths, time and work, and the same over common worlds."""
     some = [e for e in summary.entries if e.traffic == traffic]
     others = "" if traffic == "none" else f", {traffic_words(traffic)}"
-    place = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
+    place = place_words(traffic)
     out = [_ending_tab(summary, f"endings-{k + 1}", f"Outcomes of the runs {place}", some)]
     sets = (
         ("paths", "Paths", ON_PATH),
@@ -56,7 +56,7 @@ def traffic_tabs(summary: Summary, k: int, traffic: str) -> tuple[Tab, ...]:
         out += [] if tab is None else [tab]
     if summary.common[k] and _differs(some):
         names = ("cost", "gap", "length_any_angle", "cost_to_go", "time_s", "iterations", "expansions")
-        names = ("length_m", *names[1:]) if summary.of_poses else names
+        names = (summary.cost, *names[1:])
         few = tuple(ALL[n] for n in names)
         title = f"The same over the worlds that all solved{others}"
         tab = _measure_tab(summary, f"common-{k + 1}", title, some, few, True, summary.left_out[k])
@@ -84,16 +84,20 @@ def _any_angle(some: Sequence[EntrantFindings]) -> bool:
 def _differs(some: Sequence[EntrantFindings]) -> bool:
     """Whether any planner's own runs differ from the common ones."""
     return any(
-        e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s", "cost_m") if n in e.common
+        e.own[n].runs != e.common[n].runs
+        for e in some
+        for n in ("cost", "time_s", "cost_m", "sum_of_costs")
+        if n in e.common
     )
 
 
 def sample(summary: Summary) -> str:
     """What stands beneath every table of means."""
-    unit = f"{summary.seeds} seeds of one query"
+    one = "fleet" if summary.kind == "fleet" else "query"
+    unit = f"{summary.seeds} seeds of one {one}"
     if summary.unit == "query":
         each = "one seed each" if summary.seeds == 1 else f"the {summary.seeds} seeds of each averaged"
-        unit = f"{summary.queries} queries, {each}"
+        unit = f"{summary.queries} {summary.unit_many}, {each}"
     how = f"BCa bootstrap, {compare.RESAMPLES} resamples, seed {summary.seed}"
     if summary.queries > compare.MAX_DRAWN:
         how += f"; of more than {compare.MAX_DRAWN} values by the normal curve"
@@ -206,7 +210,7 @@ def p_text(p: float) -> str:
 def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     """Differences against the reference, a table for each measure."""
     out = []
-    for name in compared(PAIRED, summary.of_poses):
+    for name in compared(PAIRED, summary.cost):
         some = [p for p in summary.pairs if p.measure == name]
         # What never differs anywhere needs no table of noughts.
         if not any(p.test.less or p.test.more for p in some) or (
@@ -273,7 +277,7 @@ def _two(value: float) -> str:
     return DASH if math.isnan(value) else f"{value:.2f}"
 
 
-_BY_MAP = ("found", "arrived", "cost", "gap", "time_s", "expansions")
+_BY_MAP = ("found", "arrived", "cost", "ratio", "gap", "time_s", "expansions")
 
 
 def map_tabs(summary: Summary) -> tuple[Tab, ...]:
@@ -281,11 +285,12 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
     out, plans = [], summary.kind == "plan"
     for k, traffic in enumerate(summary.traffic_cases):
         some = [e for e in summary.by_map if e.traffic == traffic]
-        by_map = compared(_BY_MAP, summary.of_poses)
+        by_map = compared(_BY_MAP, summary.cost)
         names = [n for n in by_map if some and n in some[0].own and not (n == "arrived" and plans)]
         if not names:
             continue
-        header = ("map", "who", "queries", "runs", *(ALL[n].title for n in names))
+        asked = "fleets" if summary.kind == "fleet" else "queries"
+        header = ("map", "who", asked, "runs", *(ALL[n].title for n in names))
         columns: list[Sequence[Value]] = [[e.place for e in some], [e.entrant for e in some]]
         columns += [[e.queries for e in some], [e.runs for e in some]]
         for n in names:

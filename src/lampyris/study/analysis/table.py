@@ -6,11 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from lampyris.report.data.fleet_measures import FLEET_METRICS
 from lampyris.report.data.measures import METRICS
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
 
 LABELS = ("map", "query", "traffic", "seed", "planner", "law", "published")
+FLEET_LABELS = ("map", "query", "robots", "seed", "planner")
+"""The same of studies of fleets."""
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What depends on the machine: the last columns, and left out wherever bytes are compared."""
 
@@ -24,7 +27,8 @@ class ResultTable:
     The columns, in this order: ``index`` and ``key`` of the job; its labels (:data:`LABELS`); ``ending``;
     ``error``, empty where nothing went wrong; ``reproducible``, false where the study has a budget in
     seconds, so that the same run may end otherwise on another machine; the metrics in the order of
-    :data:`lampyris.report.data.measures.METRICS` and after them any others by name; the timing, likewise. Every
+    :data:`lampyris.report.data.measures.METRICS` (of fleets
+    :data:`lampyris.report.data.fleet_measures.FLEET_METRICS`) and after them any others by name; the timing, likewise. Every
     study has all of them; a value that is not defined is None.
 
     Parameters
@@ -92,9 +96,11 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
             held.add(row)
     del place
     order = sorted(range(len(index)), key=index.__getitem__)
-    metrics = _ordered(METRICS, held.metrics)
+    of_fleets = study.kind == "fleet"
+    labels = FLEET_LABELS if of_fleets else LABELS
+    metrics = _ordered(FLEET_METRICS if of_fleets else METRICS, held.metrics)
     timing = _ordered(TIMING, held.timing)
-    columns: dict[str, Column] = {name: [] for name in ("index", "key", *LABELS)}
+    columns: dict[str, Column] = {name: [] for name in ("index", "key", *labels)}
     wanted = [index[k] for k in order]
     _label(columns, study, wanted)
     columns["ending"] = [held.ending[k] for k in order]
@@ -161,5 +167,5 @@ def _label(columns: dict[str, Column], study: Study, wanted: list[int]) -> None:
         k += 1
         columns["index"].append(job.index)
         columns["key"].append(job.key)
-        for name in LABELS:
+        for name in FLEET_LABELS if study.kind == "fleet" else LABELS:
             columns[name].append(job.labels[name])

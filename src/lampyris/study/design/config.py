@@ -22,6 +22,7 @@ from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.traffic import RandomWalk
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
+from lampyris.planning.fleet import registry as fleet_planners
 from lampyris.planning.selection import demand_cells
 from lampyris.study.design import schema as form
 from lampyris.study.design.study import Config, StudyTraffic, canonical
@@ -102,8 +103,9 @@ class _Entry:
             yield {**self.settings, **some}, f"{head}{fixed}{_said(some)}"
 
 
-def planners_of(given: Any, tried: Tried) -> Made[Config]:
-    """The planners of a study file, each once; what is wrong is kept by ``tried``."""
+def planners_of(given: Any, tried: Tried, *, fleets: bool = False) -> Made[Config]:
+    """The planners of a study file, each once, of fleets or of one robot; what is wrong is kept by ``tried``."""
+    known = fleet_planners if fleets else registry
     entries = []
     listed = given if isinstance(given, list) else [given]
     for k, one in enumerate(listed):
@@ -111,11 +113,12 @@ def planners_of(given: Any, tried: Tried) -> Made[Config]:
         if one == "all" or isinstance(one, form.AllTable):
             left_out = [] if one == "all" else one.all.except_
             for j, name in enumerate(left_out):
-                tried((*key_path, "all", "except", j), registry.demand_name, name)
-            entries += [_Entry(key_path, name) for name in registry.names() if name not in left_out]
+                tried((*key_path, "all", "except", j), known.demand_name, name)
+            entries += [_Entry(key_path, name) for name in known.names() if name not in left_out]
         else:
             entries.append(_entry(one, key_path))
-    return _unfolded(entries, partial(planner_config, poses=True), "planners", tried)
+    make = fleet_planner_config if fleets else partial(planner_config, poses=True)
+    return _unfolded(entries, make, "planners", tried)
 
 
 def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Config]:
@@ -215,6 +218,20 @@ def planner_config(name: str, settings: Mapping[str, Any], label: str, *, poses:
                 allowed="null: a run of a study is identified by its settings, not by the content of files",
                 setting=key,
             )
+    known = registry.settings_of(type(made))
+    full = {key: _like(default, getattr(made, key)) for key, default in known.items()}
+    return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
+
+
+def fleet_planner_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
+    """A planner of fleets with every setting that it has.
+
+    Raises
+    ------
+    UsageError : ``PLANNER``: no such planner.
+    SettingError : a setting that it does not have, or out of its range.
+    """
+    made = fleet_planners.make(name, settings)
     known = registry.settings_of(type(made))
     full = {key: _like(default, getattr(made, key)) for key, default in known.items()}
     return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))

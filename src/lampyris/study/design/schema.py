@@ -44,6 +44,8 @@ MAX_QUERIES = 100_000
 """Queries drawn on one map."""
 MAX_SEEDS = 1_000_000
 MAX_ABOUT = 4000
+MAX_ROBOTS = 100_000
+"""Robots of a fleet."""
 EXPANSIONS = 5_000_000
 """Budget of one call of a planner where none is given."""
 
@@ -307,12 +309,31 @@ Seeds: TypeAlias = Annotated[
 ]
 
 
+_ROBOTS_RULE = Rule("ROBOTS", f"a whole number, 1 to {MAX_ROBOTS:,}, or a list of them")
+_Count: TypeAlias = Annotated[Annotated[int, Field(ge=1, le=MAX_ROBOTS)], _ROBOTS_RULE]
+_Robots: TypeAlias = (
+    Annotated[
+        Annotated[_Count, Tag("robots-number")]
+        | Annotated[
+            list[_Count], Field(min_length=1, max_length=MAX_ENTRIES), _ROBOTS_RULE, Tag("robots-list")
+        ],
+        _by_type(int="robots-number", list="robots-list"),
+        _ROBOTS_RULE,
+    ]
+    | None
+)
+
+
 class BudgetTable(Table):
     """When a run is stopped."""
 
     expansions: Annotated[
         Annotated[int, Field(ge=1, le=10**12)] | None, Rule("BUDGET", "a whole number >= 1, or null")
-    ] = Field(None, description=f"Cells expanded by one call of a planner; without a budget: {EXPANSIONS:,}.")
+    ] = Field(
+        None,
+        description=f"Cells expanded by one call of a planner; without a budget: {EXPANSIONS:,}. "
+        "Of fleets: iterations of the planner; without a budget: no limit.",
+    )
     seconds: Annotated[
         Annotated[float, Field(ge=1e-3, le=1e6)] | None, Rule("BUDGET", "0.001 to 1e6 seconds, or null")
     ] = Field(None, description="CPU seconds of one run. Results then depend on the machine, and are marked.")
@@ -342,8 +363,15 @@ class StudyFile(Table):
         AfterValidator(_lines),
         Rule("TEXT", f"at most {MAX_ABOUT:,} characters"),
     ] = Field("", description="What it asks, for people.")
-    kind: Annotated[Literal["plan", "simulate", "drive"] | None, Rule("KIND", "plan, simulate or drive")] = (
-        Field(None, description="What a run is; null: simulate if there is traffic, else plan.")
+    kind: Annotated[
+        Literal["plan", "simulate", "drive", "fleet"] | None, Rule("KIND", "plan, simulate, drive or fleet")
+    ] = Field(
+        None,
+        description="What a run is; null: fleet if there are `robots`, simulate if there is traffic, else plan.",
+    )
+    robots: _Robots = Field(
+        None,
+        description="In a study of fleets, how many robots: a number or several, each met by all planners.",
     )
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
         defaults.PRESET,

@@ -5,9 +5,15 @@ Maps stand in it by the hash of their cells; the cells themselves are packed by 
 
 from __future__ import annotations
 
+import base64
+import binascii
 import math
+import zlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NoReturn, get_args
+
+import numpy as np
 
 from lampyris import __version__
 from lampyris.errors import FileError, SettingError
@@ -16,7 +22,18 @@ from lampyris.io.text.strict_yaml import shown
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose
 from lampyris.model.traffic import obstacle_footprint
-from lampyris.study.design.study import RESULTS, Config, Kind, Study, StudyMap, StudyTraffic, World, canonical
+from lampyris.study.design.study import (
+    RESULTS,
+    Config,
+    FleetQuery,
+    Kind,
+    Study,
+    StudyMap,
+    StudyTraffic,
+    World,
+    canonical,
+    fleet_query,
+)
 from lampyris.typing import Cell
 
 FORMAT = 2
@@ -47,6 +64,7 @@ def study_plain(study: Study) -> dict[str, Any]:
             {
                 "map": number[w.ground.hash], "start": list(w.start), "goal": list(w.goal),
                 "published": w.published, **w.poses,
+                **({} if w.fleet is None else {"fleet": packed_fleet(w.fleet)}),
             }
             for w in study.worlds
         ],
@@ -60,6 +78,7 @@ def study_plain(study: Study) -> dict[str, Any]:
             "maps": [g.name for g in grounds],
             "planners": [w.label for w in study.planners],
             "laws": [w.label for w in study.laws],
+            **({"fleets": [w.query for w in study.worlds]} if study.kind == "fleet" else {}),
         },
     }  # fmt: skip
 
@@ -139,7 +158,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
     study = Study(
         name=_typed(called["name"], str),
         about=_typed(called["about"], str),
-        worlds=tuple(_world(one, maps) for one in plain["worlds"]),
+        worlds=_worlds(plain, maps),
         planners=planners,
         laws=laws,
         traffic_cases=tuple(
@@ -159,7 +178,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
 def _each_once(study: Study) -> None:
     """Refuse a study that has something twice: jobs would have the same key."""
     whats: dict[str, list[Any]] = {
-        "world": [(w.ground.hash, w.start, w.goal, w.start_pose, w.goal_pose) for w in study.worlds],
+        "world": [(w.ground.hash, *w.identity) for w in study.worlds],
         "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
         "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
         "traffic_case": [canonical(c.plain) for c in study.traffic_cases],
@@ -182,6 +201,45 @@ def _config_of(record: Mapping[str, Any], label: str) -> Config:
     return Config(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
 
 
+def _worlds(plain: Mapping[str, Any], maps: list[StudyMap]) -> tuple[World, ...]:
+    worlds = tuple(_world(one, maps) for one in plain["worlds"])
+    fleets = plain["kind"] == "fleet"
+    if any((world.fleet is not None) != fleets for world in worlds):
+        raise ValueError("a fleet in a study of one robot, or a query of one robot in a study of fleets")
+    if not fleets:
+        return worlds
+    named = zip(worlds, plain[CALLED]["fleets"], strict=True)
+    return tuple(
+        replace(w, fleet=replace(w.fleet, name=_typed(name, str))) for w, name in named if w.fleet is not None
+    )
+
+
+def packed_fleet(fleet: FleetQuery) -> str:
+    """The ends of a fleet's robots as JSON holds them."""
+    return base64.b64encode(zlib.compress(fleet.ends.tobytes(), 6)).decode("ascii")
+
+
+def unpacked_fleet(packed: Any, ground: Grid) -> FleetQuery:
+    """The robots of what :func:`packed_fleet` made, on their map, without a name.
+
+    Raises
+    ------
+    ValueError, TypeError : no such data, or a cell that is not on the map.
+    """
+    most = 16 * ground.width * ground.height  # no two robots have one start
+    unfold = zlib.decompressobj()
+    try:
+        raw = unfold.decompress(base64.b64decode(_typed(packed, str), validate=True), most + 1)
+    except (binascii.Error, zlib.error) as problem:
+        raise ValueError(f"the robots of a fleet: {problem}") from None
+    if len(raw) > most or not raw or len(raw) % 16 or not unfold.eof or unfold.unused_data:
+        raise ValueError(f"{len(raw):,} bytes of robots")
+    ends = np.frombuffer(raw, "<i4").reshape(-1, 4)
+    if (ends < 0).any() or (ends >= (ground.width, ground.height) * 2).any():
+        raise ValueError("a robot that is not on the map")
+    return fleet_query("", ends)
+
+
 def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
     number = _typed(record["map"], int)
     if not 0 <= number < len(maps):
@@ -190,10 +248,12 @@ def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
     start, goal = _cell(record["start"], ground), _cell(record["goal"], ground)
     if "origin" in record and list(ground.grid.origin) != record["origin"]:
         raise ValueError(f"the origin {ground.grid.origin} of map {number}")
-    poses = (
+    start_pose, goal_pose = (
         _pose(record.get(f"{what}_pose"), cell, ground) for what, cell in (("start", start), ("goal", goal))
     )
-    return World(ground, start, goal, _typed(record["published"], float, int, _NONE), *poses)
+    fleet = unpacked_fleet(record["fleet"], ground.grid) if "fleet" in record else None
+    published = _typed(record["published"], float, int, _NONE)
+    return World(ground, start, goal, published, start_pose, goal_pose, fleet)
 
 
 def _ground(record: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:

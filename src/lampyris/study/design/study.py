@@ -15,6 +15,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lampyris import __version__
 from lampyris._core.defaults import TRACKS
 from lampyris.model.grid import Grid
@@ -25,8 +28,10 @@ from lampyris.typing import Cell
 RESULTS = 1
 """Raised whenever the same job would give another result than before: part of every key."""
 
-Kind: TypeAlias = Literal["plan", "simulate", "drive"]
-"""What a run is: a plan with its speeds, a simulation in ticks, or a drive in continuous time."""
+Kind: TypeAlias = Literal["plan", "simulate", "drive", "fleet"]
+"""What a run is: a plan with its speeds, a simulation in ticks, a drive in continuous time, or a plan for many robots."""
+ROBOTS = "robots"
+"""Kind of the traffic of a study of fleets, in which each traffic case is a number of robots."""
 
 Tracks: TypeAlias = Literal["replayed", "live"]
 """``replayed``: where obstacles are is drawn once, without the robot, and is the same for all planners no matter
@@ -63,7 +68,7 @@ class StudyTraffic:
 
     Parameters
     ----------
-    kind : ``none``, ``random-walk``, ``patrol``, ``crossing`` or ``mixed``.
+    kind : ``none``, ``random-walk``, ``patrol``, ``crossing`` or ``mixed``; in a study of fleets ``robots``.
     count : how many.
     rate : chance a tick that a random walker appears; None: all from the start.
     radius : metres; of polygons that of the disc around them.
@@ -115,6 +120,29 @@ class StudyMap:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class FleetQuery:
+    """The robots of a fleet, in their order: a fleet of n robots is the first n.
+
+    Parameters
+    ----------
+    name : what tables call it.
+    ends : start and goal of each, int32 (robots, 4): x, y, x, y.
+    hash : of the ends.
+    """
+
+    name: str
+    ends: NDArray[np.int32]
+    hash: str
+
+
+def fleet_query(name: str, ends: Any) -> FleetQuery:
+    """The robots with these ends, (robots, 4)."""
+    made = np.ascontiguousarray(ends, dtype="<i4")
+    made.flags.writeable = False
+    return FleetQuery(name, made, hashlib.sha256(made.tobytes()).hexdigest())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class World:
     """A query on a map.
 
@@ -125,6 +153,7 @@ class World:
     published : the optimal length that a benchmark states, if one does.
     start_pose, goal_pose : x, y (metres of the map frame) and yaw (radians) for planners of poses, in these cells;
         None: any heading at the centre of the cell.
+    fleet : the robots, in a study of fleets; ``start`` and ``goal`` are those of the first.
     """
 
     ground: StudyMap
@@ -133,10 +162,19 @@ class World:
     published: float | None = None
     start_pose: Pose | None = None
     goal_pose: Pose | None = None
+    fleet: FleetQuery | None = None
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells it from others on its map."""
+        robots = None if self.fleet is None else self.fleet.hash
+        return self.start, self.goal, self.start_pose, self.goal_pose, robots
 
     @property
     def query(self) -> str:
         """What a table calls the query."""
+        if self.fleet is not None:
+            return self.fleet.name
         return f"{_end_words(self.start, self.start_pose)} to {_end_words(self.goal, self.goal_pose)}"
 
     @property
@@ -160,6 +198,9 @@ def _end_words(cell: Cell, pose: Pose | None) -> str:
 @dataclass(frozen=True, slots=True, eq=False)
 class Study:
     """A whole study: ``worlds x traffic_cases x seeds x planners x laws`` jobs, in that order.
+
+    In a study of fleets a world is a fleet, a traffic case the number of its robots that are there, and there is one law,
+    which says nothing.
 
     Parameters
     ----------
@@ -207,6 +248,11 @@ class Study:
         """Its maps by hash."""
         return {world.ground.hash: world.ground for world in self.worlds}
 
+    @property
+    def fleets(self) -> Mapping[str, FleetQuery]:
+        """Its fleets by hash; none but in a study of fleets."""
+        return {world.fleet.hash: world.fleet for world in self.worlds if world.fleet is not None}
+
     def jobs(self) -> Iterator[Job]:
         """Every job, in the order that its index says."""
         index = 0
@@ -216,7 +262,8 @@ class Study:
                     seed = world_seed(self.root, world, traffic, number)
                     for planner in self.planners:
                         for law in self.laws:
-                            yield _job(self, index, world, traffic, number, seed, planner, law)
+                            made = _job if world.fleet is None else _fleet_job
+                            yield made(self, index, world, traffic, number, seed, planner, law)
                             index += 1
 
 
@@ -244,7 +291,8 @@ def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> i
     Live and replayed traffic is drawn alike: they begin in the same places.
     """
     drawn = {**traffic.plain, "tracks": "live"}
-    poses = [world.poses] if world.poses else []
+    poses: list[Any] = [world.poses] if world.poses else []
+    poses += [] if world.fleet is None else [world.fleet.hash]
     identity = canonical([root, world.ground.hash, world.start, world.goal, *poses, drawn, number])
     return int.from_bytes(hashlib.sha256(identity).digest()[:8], "big") >> 1
 
@@ -301,6 +349,43 @@ def _job(
         "planner": planner.called,
         "law": law.called,
         "published": world.published,
+    }
+    key = hashlib.sha256(canonical(plain)).hexdigest()
+    return Job(index, key, MappingProxyType(plain), MappingProxyType(labels))
+
+
+def _fleet_job(
+    study: Study,
+    index: int,
+    world: World,
+    traffic: StudyTraffic,
+    number: int,
+    seed: int,
+    planner: Config,
+    law: Config,
+) -> Job:
+    """One job of a study of fleets."""
+    assert world.fleet is not None
+    plain = {
+        "version": [__version__, RESULTS],
+        "kind": study.kind,
+        "map": world.ground.hash,
+        "resolution": world.ground.grid.resolution,
+        "fleet": world.fleet.hash,
+        "robots": traffic.count,
+        "moves": study.moves,
+        "robot": dict(study.robot),
+        "seed": seed,
+        "planner": {"name": planner.name, "settings": dict(planner.settings), "origin": planner.origin},
+        "budget": {"expansions": study.expansions, "seconds": study.seconds},
+    }
+    labels = {
+        "map": world.ground.name,
+        "query": world.query,
+        "robots": traffic.count,
+        "seed": number,
+        "planner": planner.called,
+        "law": law.called,
     }
     key = hashlib.sha256(canonical(plain)).hexdigest()
     return Job(index, key, MappingProxyType(plain), MappingProxyType(labels))

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.errors import FileError, LimitError, UsageError, did_you_mean, file_name, of_kind
+from lampyris.errors import FileError, UsageError, did_you_mean, file_name, of_kind
 from lampyris.io.scenario.read import read_document
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
@@ -19,14 +18,13 @@ from lampyris.model.robot import Robot
 from lampyris.model.settings.inflation import Inflation
 from lampyris.study.design import bundled
 from lampyris.study.design.study import Config, Kind, Study, StudyTraffic, World
+from lampyris.study.design.study_size import check_size, name_of
 
 if TYPE_CHECKING:
     from lampyris.io.maps.formats.document import MapDocument
     from lampyris.io.scenario.validation_errors import Document
     from lampyris.study.design.config import Made, Tried
     from lampyris.study.design.schema import StudyFile
-
-MAX_JOBS = 10_000_000
 
 
 def load_study(
@@ -123,7 +121,14 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     from lampyris.study.design.config import Tried, laws_of, planners_of, traffic_cases_of
     from lampyris.study.design.worlds import Worlds
 
+    if file.kind == "fleet" or (file.kind is None and file.robots is not None):
+        from lampyris.study.design.fleet_design import fleet_study
+
+        return fleet_study(parsed, file, files, has_folder)
     tried = Tried(parsed)
+    if file.robots is not None:
+        fault = FileError("KEY", f"`robots` with kind {file.kind}", allowed="with kind fleet")
+        tried.refuse(("robots",), fault)
     moves, law = PRESETS[file.preset]
     moves = file.moves or moves
     planners = planners_of(file.planners, tried)
@@ -136,7 +141,7 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     if tried.faults:
         tried.faults.give()
     sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "traffic cases": len(traffic_cases)}
-    _check_size(parsed, {"queries": _least_queries(file), **sizes})
+    check_size(parsed, {"queries": _least_queries(file), **sizes})
     robot = tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
     kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
     _check_kind(file, kind, traffic_cases, tried)
@@ -147,9 +152,9 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     _check_traffic(worlds, traffic_cases, tried)
     if tried.faults:
         tried.faults.give()
-    _check_size(parsed, {"queries": len(worlds), **sizes})
+    check_size(parsed, {"queries": len(worlds), **sizes})
     return Study(
-        name=file.name or Path(parsed.where.removesuffix(" (ready)")).stem[:64],
+        name=name_of(parsed, file),
         kind=kind,
         worlds=tuple(w for w, _ in worlds),
         planners=tuple(w for w, _ in planners),
@@ -192,27 +197,6 @@ def _least_queries(file: StudyFile) -> int:
         limit = getattr(one, "limit", None)
         least += many if limit is None else min(many, limit)
     return least
-
-
-def _check_size(parsed: Document, sizes: dict[str, int]) -> None:
-    """Refuse a study of more jobs than can be run.
-
-    Raises
-    ------
-    LimitError : LIMIT, with what is multiplied.
-    """
-    jobs = 1
-    for many in sizes.values():
-        jobs *= many
-    if jobs > MAX_JOBS:
-        parts = " x ".join(f"{many:,} {what}" for what, many in sizes.items())
-        raise LimitError(
-            "LIMIT",
-            f"{jobs:,} runs or more: {parts}",
-            where=parsed.at(),
-            allowed=f"at most {MAX_JOBS:,}",
-            todo="take fewer seeds, values of grids or queries (`limit`)",
-        )
 
 
 def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], tried: Tried) -> None:

@@ -9,6 +9,7 @@ _KINDS = {
     "patrol": ("patrol", "patrols"),
     "crossing": ("crossing obstacle", "crossing obstacles"),
     "mixed": ("mixed obstacle", "mixed obstacles"),
+    "robots": ("robot", "robots"),
 }
 _LABEL = re.compile(r"(\d+) ([a-z-]+)(.*)", re.DOTALL)
 
@@ -22,6 +23,13 @@ def traffic_words(label: str) -> str:
         return label
     count, kind, more = found.groups()
     return f"{count} {kind_words(kind, int(count))}{more}"
+
+
+def place_words(label: str) -> str:
+    """``without moving obstacles``, ``among 10 random walkers``, ``with 100 robots``."""
+    if label == "none":
+        return "without moving obstacles"
+    return f"{'with' if label.endswith(' robots') else 'among'} {traffic_words(label)}"
 
 
 def kind_words(kind: str, count: int = 2) -> str:

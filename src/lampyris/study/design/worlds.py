@@ -84,8 +84,7 @@ class Worlds:
             else:
                 self.tried(key_path, self._map, one, key_path)
         same = "the same query a second time"
-        key = attrgetter("ground.hash", "start", "goal", "start_pose", "goal_pose")
-        self.tried.each_once(self.made, key, "DUPLICATE", same)
+        self.tried.each_once(self.made, attrgetter("ground.hash", "identity"), "DUPLICATE", same)
         return self.made
 
     # ---- one map --------------------
@@ -102,7 +101,7 @@ class Worlds:
         elif queries == "stored":
             pairs = [(QueryEnd(start), QueryEnd(goal), key_path) for start, goal in _stored(found)]
         else:
-            pairs = list(_listed(queries, ground.grid, (*key_path, "queries")))
+            pairs = list(listed_queries(queries, ground.grid, (*key_path, "queries")))
         for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
             scene = self.tried(at, self._check, ground, free, start, goal)
             if scene is not None:
@@ -220,7 +219,7 @@ class Worlds:
         path = self.files.path(spec.scen, (*key_path, "scen"))
         chosen = None if spec.map is None else self.files.path(spec.map, (*key_path, "map"))
         seen: set[tuple[str, Cell, Cell]] = set()
-        for one in _scens(path):
+        for one in scen_files(path):
             found = movingai.load(one, self._map_for(one, chosen, key_path), max_cells=self.files.max_cells)
             # Published lengths are of octile moves on plain ground, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
@@ -281,9 +280,10 @@ def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
     return [(found.start, found.goal)]
 
 
-def _listed(
+def listed_queries(
     queries: list[form.QueryTable], grid: Grid, key_path: KeyPath
 ) -> Iterator[tuple[QueryEnd, QueryEnd, KeyPath]]:
+    """Both ends of each query of a list, and its place in the file."""
     for k, query in enumerate(queries):
         start, goal = (_end_of(end, grid) for end in (query.start, query.goal))
         yield start, goal, (*key_path, k)
@@ -300,7 +300,7 @@ def _end_of(end: list[int] | Point | Pose | CellPose, grid: Grid) -> QueryEnd:
     return QueryEnd(grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1]))
 
 
-def _scens(path: str) -> list[str]:
+def scen_files(path: str) -> list[str]:
     """The files: one, or all of a folder, by name."""
     if not os.path.isdir(path):
         return [path]

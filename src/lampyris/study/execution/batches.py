@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.study.design.study import Job, Study, StudyMap, canonical
+from lampyris.study.design.serialize import packed_fleet
+from lampyris.study.design.study import FleetQuery, Job, Study, StudyMap, canonical
 from lampyris.study.design.study_map import pack
 
 SECONDS = 0.5
@@ -53,10 +54,13 @@ class Letters:
     ----------
     grounds : maps by hash.
     memory : whether workers measure memory.
+    fleets : the fleets of a study of fleets by hash.
     """
 
-    def __init__(self, grounds: Mapping[str, StudyMap], memory: bool) -> None:
-        self._grounds = grounds
+    def __init__(
+        self, grounds: Mapping[str, StudyMap], memory: bool, fleets: Mapping[str, FleetQuery] | None = None
+    ) -> None:
+        self._grounds, self._fleets = grounds, fleets or {}
         self._memory = memory
         self._packed: OrderedDict[str, dict[str, Any]] = OrderedDict()
 
@@ -68,6 +72,9 @@ class Letters:
             "jobs": [job.plain for job in batch.jobs],
             "memory": self._memory,
         }
+        if self._fleets:
+            named = sorted({job.plain["fleet"] for job in batch.jobs})
+            request["fleets"] = {hash_: packed_fleet(self._fleets[hash_]) for hash_ in named}
         return canonical(request)
 
     def _ground(self, hash_: str) -> dict[str, Any]:
@@ -197,10 +204,7 @@ def distinct(study: Study) -> tuple[int, Iterator[Job]]:
     remembered of millions of keys.
     """
     firsts = (
-        _firsts(
-            (w.ground.hash, w.ground.grid.resolution, w.start, w.goal, w.start_pose, w.goal_pose)
-            for w in study.worlds
-        ),
+        _firsts((w.ground.hash, w.ground.grid.resolution, *w.identity) for w in study.worlds),
         _firsts(canonical(traffic.plain) for traffic in study.traffic_cases),
         _firsts(study.seeds),
         *_whose(study),
@@ -253,5 +257,7 @@ def _firsts(values: Iterable[Hashable]) -> list[bool]:
 def _world(job: Job) -> tuple[Any, ...]:
     """What a worker keeps between jobs."""
     plain = job.plain
+    if "fleet" in plain:
+        return (plain["map"], plain["resolution"], plain["fleet"], plain["robots"])
     poses = (*plain.get("start_pose", ()), *plain.get("goal_pose", ()))
     return (plain["map"], plain["resolution"], *plain["start"], *plain["goal"], *poses)

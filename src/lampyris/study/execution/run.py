@@ -21,7 +21,7 @@ from typing import Any, Final, Protocol
 from lampyris._core import cancellation
 from lampyris.errors import LampyrisError
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Job, Study, StudyMap
+from lampyris.study.design.study import FleetQuery, Job, Study, StudyMap
 from lampyris.study.execution.batches import Batch, Batches, Letters, entrants
 from lampyris.study.execution.cluster import Cluster
 from lampyris.study.execution.eta import EtaEstimator
@@ -54,7 +54,9 @@ EARLY: Final = 8
 class _Judging(Protocol):
     """See :class:`lampyris.study.execution.verify.ResultVerifier`."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
+    def row(
+        self, job: Job, result: Mapping[str, Any], ground: StudyMap, fleet: FleetQuery | None = None
+    ) -> Row:
         """The row of a result, judged."""
 
 
@@ -119,7 +121,8 @@ class _Sitting:
         self._sink, self._tell, self._judge = sink, progress, judge
         self._grounds = study.grounds
         self._batches = Batches(study, done, 2 if where.dask else where.workers, where.shuffle)
-        self._letters = Letters(self._grounds, study.memory)
+        self._fleets = study.fleets
+        self._letters = Letters(self._grounds, study.memory, self._fleets)
         self._began = time.perf_counter()
         self._pace = EtaEstimator(self._began, entrants(study), min(where.workers, EARLY))
         self._pending: list[Row] = []
@@ -225,7 +228,8 @@ class _Sitting:
     def _judged(self, job: Job, result: Mapping[str, Any]) -> Row | str:
         """The row of one result; in words what is wrong with it if there is none."""
         try:
-            row = self._judge.row(job, result, self._grounds[job.plain["map"]])
+            ground, fleet = self._grounds[job.plain["map"]], self._fleets.get(job.plain.get("fleet", ""))
+            row = self._judge.row(job, result, ground, *(() if fleet is None else (fleet,)))
         except Exception as fault:  # One result must not end a study of days; it is counted as failed.
             return f"cannot be judged: {type(fault).__name__}: {fault}"
         return row if row.key == job.key else "the row of another job"

@@ -33,9 +33,10 @@ from lampyris.planning import registry
 from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_metrics, trace_metrics
 from lampyris.sim.traffic.continuous_traffic import DIAGONAL
 from lampyris.study.design.row import Ending, Row
-from lampyris.study.design.study import Job, StudyMap
+from lampyris.study.design.study import FleetQuery, Job, StudyMap
 from lampyris.study.execution.drive_evidence import drive_of
 from lampyris.study.execution.evidence import plan_of, trace_of
+from lampyris.study.execution.fleets.verify_fleets import verified_fleet
 from lampyris.study.execution.rejected import RejectedResult, demand, refuse
 from lampyris.study.execution.site import Place, StudyWorld, world_of
 from lampyris.study.execution.verify_poses import goal_tolerance, room_of, verified_plan
@@ -48,7 +49,9 @@ TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 class ResultVerifier:
     """The judge of a study's results."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
+    def row(
+        self, job: Job, result: Mapping[str, Any], ground: StudyMap, fleet: FleetQuery | None = None
+    ) -> Row:
         """The row of a job.
 
         Parameters
@@ -56,6 +59,7 @@ class ResultVerifier:
         job : what was asked.
         result : one of the results of :func:`lampyris.study.execution.worker.work`; anything at all is borne.
         ground : the job's map.
+        fleet : its robots, in a study of fleets.
 
         Returns
         -------
@@ -66,7 +70,7 @@ class ResultVerifier:
             timing = _timing(result)
             if ending != "done":
                 return Row(job.key, ending, {}, timing, error)
-            return Row(job.key, "done", self._measured(job, result["evidence"], ground), timing)
+            return Row(job.key, "done", self._measured(job, result["evidence"], ground, fleet), timing)
         except RejectedResult as lie:
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {lie}"))
         except LampyrisError as wrong:
@@ -77,8 +81,10 @@ class ResultVerifier:
             what = f"cannot be judged: {type(wrong).__name__}: {wrong}"
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {what}"))
 
-    def _measured(self, job: Job, evidence: Any, ground: StudyMap) -> Metrics:
+    def _measured(self, job: Job, evidence: Any, ground: StudyMap, fleet: FleetQuery | None) -> Metrics:
         plain = job.plain
+        if fleet is not None:
+            return verified_fleet(plain, evidence, ground, fleet)
         world = world_of(plain, ground.grid)
         measure = {"plan": _plan, "simulate": _simulated, "drive": _driven}[plain["kind"]]
         return measure(plain, evidence, world, job.labels.get("published"))

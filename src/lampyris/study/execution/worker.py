@@ -28,6 +28,7 @@ from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.kernels import loading
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.drive import Drive
+from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -40,11 +41,14 @@ from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner
 from lampyris.sim.grid import fast_simulation, loop
+from lampyris.study.design.serialize import unpacked_fleet
 from lampyris.study.design.study import canonical
 from lampyris.study.design.study_map import unpack
 from lampyris.study.execution import site
 from lampyris.study.execution.drive_evidence import drive_evidence
 from lampyris.study.execution.evidence import plan_evidence, trace_evidence
+from lampyris.study.execution.fleets.fleet_evidence import fleet_evidence
+from lampyris.study.execution.fleets.fleet_runs import fleet_of, load_planner, plan_of_fleet
 from lampyris.study.execution.pose_evidence import pose_plan_evidence
 from lampyris.study.execution.site import RecentCache, StudyWorld, not_a_job, world_of
 
@@ -58,7 +62,7 @@ _runs: RecentCache[fast_simulation.FastRuns] = RecentCache(site.CELLS_KEPT)
 class RunResult(NamedTuple):
     """What a job came to: a plan, with the speeds on it if it found a path; a trace; or a drive."""
 
-    noun: Plan | Trace | Drive
+    noun: Plan | Trace | Drive | FleetPlan
     profile: Profile | None = None
 
 
@@ -86,7 +90,7 @@ def work(batch: bytes) -> bytes:
     Parameters
     ----------
     batch : JSON: ``grounds``, packed maps by hash; ``jobs``, each job's plain data; ``memory``, whether to
-        measure its peak in a second run of each job.
+        measure its peak in a second run of each job; of a study of fleets ``fleets``, packed fleets by hash.
 
     Returns
     -------
@@ -97,9 +101,9 @@ def work(batch: bytes) -> bytes:
     ------
     InputError : ``BATCH``: it cannot be read as a batch.
     """
-    grounds, jobs, memory = _read(batch)
+    grounds, jobs, memory, fleets = _read(batch)
     with compiled_only():
-        return canonical({"results": [_result(plain, grounds, memory) for plain in jobs]})
+        return canonical({"results": [_result(plain, grounds, memory, fleets) for plain in jobs]})
 
 
 def run_job(plain: Mapping[str, Any], grid: Grid) -> RunResult:
@@ -121,19 +125,23 @@ def run_job(plain: Mapping[str, Any], grid: Grid) -> RunResult:
 # ---- a batch --------------------
 
 
-def _read(batch: bytes) -> tuple[Mapping[str, Any], list[Any], bool]:
+def _read(batch: bytes) -> tuple[Mapping[str, Any], list[Any], bool, Mapping[str, Any]]:
     try:
         request = json.loads(batch)
         grounds, jobs, memory = request["grounds"], request["jobs"], request["memory"]
-        if isinstance(grounds, Mapping) and isinstance(jobs, list) and isinstance(memory, bool):
-            return grounds, jobs, memory
+        fleets = request.get("fleets", {})
+        tables = isinstance(grounds, Mapping) and isinstance(fleets, Mapping)
+        if tables and isinstance(jobs, list) and isinstance(memory, bool):
+            return grounds, jobs, memory, fleets
         wrong = "grounds, jobs or memory of another type"
     except (ValueError, TypeError, KeyError, RecursionError) as why:
         wrong = f"{type(why).__name__}: {why}"
     raise InputError("BATCH", wrong, where="batch", allowed="JSON with grounds, jobs and memory")
 
 
-def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, Any]:
+def _result(
+    plain: Any, grounds: Mapping[str, Any], memory: bool, fleets: Mapping[str, Any]
+) -> dict[str, Any]:
     """What came of a job."""
     out: dict[str, Any] = {"key": "", "ending": "failed", "error": "", "evidence": None, "timing": {}}
     wall, clock = time.perf_counter(), _Clock(None, loading.cpu())
@@ -146,12 +154,12 @@ def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, A
             grid = _grid(name, float(plain["resolution"]), grounds, plain.get("origin"))
         except (KeyError, TypeError, ValueError) as wrong:
             raise not_a_job(wrong) from None
-        ran = _run(plain, grid, clock)
+        ran = _run(plain, grid, clock, fleets)
         out["timing"] = _timing(ran, clock, wall)
         out["evidence"] = _evidence(ran, plain, grid)
         out["ending"] = "done"
         if memory:
-            out["timing"]["memory_b"] = _peak(plain, grid)
+            out["timing"]["memory_b"] = _peak(plain, grid, fleets)
     except TimeUp:
         out["ending"], out["error"] = "timeout", f"SECONDS: more than {clock.budget:g} s of CPU"
     except InternalFault as fault:
@@ -211,6 +219,8 @@ def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, float]:
 
 def _evidence(ran: RunResult, plain: Mapping[str, Any], grid: Grid) -> dict[str, Any]:
     noun = ran.noun
+    if isinstance(noun, FleetPlan):
+        return fleet_evidence(noun)
     if isinstance(noun, Plan):
         form = pose_plan_evidence if world_of(plain, grid).place.poses else plan_evidence
         return form(noun, ran.profile)
@@ -219,7 +229,7 @@ def _evidence(ran: RunResult, plain: Mapping[str, Any], grid: Grid) -> dict[str,
     return trace_evidence(noun, replayed=world_of(plain, grid).replayed)
 
 
-def _peak(plain: Mapping[str, Any], grid: Grid) -> int:
+def _peak(plain: Mapping[str, Any], grid: Grid, fleets: Mapping[str, Any]) -> int:
     """Peak of the memory that a run of its own takes, bytes: nothing that is kept is used."""
     import gc
     import tracemalloc
@@ -228,7 +238,7 @@ def _peak(plain: Mapping[str, Any], grid: Grid) -> int:
     gc.collect()
     tracemalloc.start()
     try:
-        _run(plain, grid, _Clock(None, loading.cpu()))
+        _run(plain, grid, _Clock(None, loading.cpu()), fleets)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -243,7 +253,11 @@ def _forget() -> None:
 # ---- a job --------------------
 
 
-def _run(plain: Mapping[str, Any], grid: Grid, clock: _Clock) -> RunResult:
+def _run(
+    plain: Mapping[str, Any], grid: Grid, clock: _Clock, fleets: Mapping[str, Any] | None = None
+) -> RunResult:
+    if plain.get("kind") == "fleet":
+        return _fleet(plain, grid, clock, fleets or {})
     world = world_of(plain, grid)
     try:
         planner_plain, law_plain = plain["planner"], plain["law"]
@@ -298,6 +312,23 @@ def _plan(task: _Task) -> RunResult:
         route, seen = pose_route(plan.pose_path, scene, task.law)
         return RunResult(plan, laws.profile(route, seen, law=task.law))
     return RunResult(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
+
+
+def _fleet(plain: Mapping[str, Any], grid: Grid, clock: _Clock, fleets: Mapping[str, Any]) -> RunResult:
+    """A plan for many robots. Their seconds are the planner's own limit: it may answer with what it has."""
+    try:
+        packed = fleets[plain["fleet"]]
+        asked = fleet_of(plain, grid, unpacked_fleet(packed, grid))
+        if clock.budget is not None:
+            load_planner(plain)
+    except (KeyError, TypeError, ValueError) as wrong:
+        if isinstance(wrong, LampyrisError):
+            raise
+        raise not_a_job(wrong) from None
+    began = loading.cpu()
+    found = plan_of_fleet(plain, asked)
+    clock.plan_s = loading.cpu() - began
+    return RunResult(found)
 
 
 def _simulate(task: _Task) -> RunResult:

@@ -11,7 +11,7 @@ from lampyris.report.charts import chart_parts, pair_charts, study_charts
 from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Estimate, Summary
-from lampyris.study.analysis.measures import ALL, compared
+from lampyris.study.analysis.measures import ALL, compared, solved_name
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary import per_unit
 from lampyris.study.design.traffic_labels import kind_words, traffic_words
@@ -32,7 +32,7 @@ def _line(e: Estimate, scale: float) -> ErrorBar:
 
 def success(summary: Summary) -> list[PageFigure]:
     """Who came to the goal, by traffic case, and over the number of obstacles where that is what differs."""
-    name = "found" if summary.kind == "plan" else "arrived"
+    name = solved_name(summary.kind)
     if not summary.entries or name not in summary.entries[0].own:
         return []
     rows = {
@@ -46,7 +46,7 @@ def success(summary: Summary) -> list[PageFigure]:
 
 def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
     """Success over the number of obstacles of one kind."""
-    name = "found" if summary.kind == "plan" else "arrived"
+    name = solved_name(summary.kind)
     traffic_cases = [c for c in runs.study.traffic_cases if c.count]
     kinds = {(c.kind, c.rate, c.radius, c.footprint, c.tracks) for c in traffic_cases}
     if len(traffic_cases) < 2 or len(kinds) != 1 or len(summary.entrants) > MAX_LINES or not runs.has(name):
@@ -70,7 +70,7 @@ def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
 def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[PageFigure]:
     """Means with intervals over the worlds that all solved; over each one's own where there are none."""
     out = []
-    for name in compared(tuple(names), summary.of_poses):
+    for name in compared(tuple(names), summary.cost):
         panels = []
         for k, traffic in enumerate(summary.traffic_cases):
             some = [e for e in summary.entries if e.traffic == traffic]
@@ -128,7 +128,7 @@ def ranks(summary: Summary) -> list[PageFigure]:
 def differences(summary: Summary) -> list[PageFigure]:
     """Paired differences from the reference."""
     out = []
-    for name in compared(("cost", "time_s", "expansions"), summary.of_poses):
+    for name in compared(("cost", "time_s", "expansions"), summary.cost):
         for k, traffic in enumerate(summary.traffic_cases):
             some = [p for p in summary.pairs if p.measure == name and p.traffic == traffic and p.each]
             if not any(any(p.each) for p in some):

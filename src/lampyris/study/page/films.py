@@ -45,7 +45,7 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
     Most is: one came to the goal and the other did not; else the greatest difference in time, ticks or cost.
     The first of equals. Film are the reference, that other, and the next in order; None in a study of plans.
     """
-    if summary.kind == "plan" or not runs.known:
+    if summary.kind in ("plan", "fleet") or not runs.known:
         return None
     base, traffic = runs.entrants.index(summary.reference), len(runs.study.traffic_cases) - 1
     name = next((n for n in ("time_s", "ticks", "cost") if runs.has(n)), None)

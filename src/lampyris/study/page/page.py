@@ -16,6 +16,7 @@ from lampyris.io.maps.thumbnail import thumbnail
 from lampyris.report.html.render import PageFigure, render
 from lampyris.report.html.table import Tab, Value
 from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.fleet_tables import improvement_tabs, number_tabs
 from lampyris.study.analysis.measures import ALL, TIMING
 from lampyris.study.analysis.runs import Runs, runs_of
 from lampyris.study.analysis.summary import summarise
@@ -23,9 +24,10 @@ from lampyris.study.analysis.summary_tables import map_tabs, order_tabs, pair_ta
 from lampyris.study.analysis.table import ResultTable
 from lampyris.study.design.serialize import study_plain
 from lampyris.study.design.study import RESULTS, Config, Study, StudyMap, canonical
-from lampyris.study.design.traffic_labels import traffic_words
+from lampyris.study.design.traffic_labels import place_words, traffic_words
 from lampyris.study.page import figures
 from lampyris.study.page.films import films as films_of
+from lampyris.study.page.fleet_figures import improvement_figures, number_figures
 from lampyris.study.page.summary_text import found, many
 
 MAPS = 24
@@ -64,6 +66,7 @@ def write_page(
 def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = False) -> str:
     """The page as text."""
     study = runs.study
+    fleets = study.kind == "fleet"
     legible = len(summary.entrants) <= figures.MAX_ROWS
     grounds = list(study.grounds.values())
     pairs, orders = pair_tabs(summary), order_tabs(summary)
@@ -77,20 +80,18 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
         asked=_asked(study),
         entrants=(
             _entrants("planners", "Planners and their settings", study.planners),
-            _entrants("laws", "Speed laws and their settings", study.laws),
+            *([] if fleets else [_entrants("laws", "Speed laws and their settings", study.laws)]),
         ),
         pictures=[_picture(study, ground) for ground in grounds[:MAPS]],
         more_maps=many(len(grounds) - MAPS, "other map") if len(grounds) > MAPS else "",
-        results=[
-            (_among(traffic), traffic_tabs(summary, k, traffic))
-            for k, traffic in enumerate(summary.traffic_cases)
-        ],
+        results=_results(summary, runs),
         quality=_quality(summary, runs) if legible else ((), ()),
         too_many=None if legible else len(summary.entrants),
         differences=(pairs, paired) if pairs or paired else None,
         reference=summary.reference,
         ranks=(orders, figures.ranks(summary) if legible else []) if orders else None,
-        form=figures.dissertation_form(summary, runs, timing),
+        form=None if fleets else figures.dissertation_form(summary, runs, timing),
+        fleets=fleets,
         films=films_of(summary, runs) if films else None,
         maps=map_tabs(summary),
         outcomes=_outcomes(summary),
@@ -111,9 +112,24 @@ def key_of(study: Study) -> str:
 def _asked(study: Study) -> list[tuple[str, Any]]:
     kinds = {
         "plan": "plans with their speeds", "simulate": "simulations in ticks",
-        "drive": "drives in continuous time",
+        "drive": "drives in continuous time", "fleet": "plans for many robots",
     }  # fmt: skip
     names = list(dict.fromkeys(w.ground.name for w in study.worlds))
+    if study.kind == "fleet":
+        return [
+            ("runs", f"{len(study):,} {kinds[study.kind]}"),
+            ("fleets", f"{len(study.worlds):,} on {many(len(names), 'map')}"),
+            ("robots", ", ".join(f"{c.count:,}" for c in study.traffic_cases)),
+            ("seeds", f"{', '.join(map(str, study.seeds[:12]))}{', ...' if len(study.seeds) > 12 else ''}"),
+            ("root seed", study.root),
+            ("moves", study.moves),
+            ("budget", _budget(study)),
+            (
+                "radius",
+                f"{study.robot['radius']:g} m" if study.robot["radius"] else "each robot fits in its cell",
+            ),
+            ("version", f"lampyris {__version__}, results {RESULTS}"),
+        ]
     live = any(c.count and c.tracks == "live" for c in study.traffic_cases)
     tracks = (
         "live: the same draws for everyone, but obstacles yield to the robot, so tracks may part"
@@ -141,7 +157,8 @@ def _asked(study: Study) -> list[tuple[str, Any]]:
 def _budget(study: Study) -> str:
     parts = []
     if study.expansions is not None:
-        parts.append(f"{study.expansions:,} expansions a call")
+        what = "iterations a run" if study.kind == "fleet" else "expansions a call"
+        parts.append(f"{study.expansions:,} {what}")
     if study.seconds is not None:
         parts.append(f"{study.seconds:g} s a run: results depend on the machine")
     return ", ".join(parts) or "none"
@@ -167,18 +184,30 @@ def _picture(study: Study, ground: StudyMap) -> tuple[bytes, str, str]:
     """A map as a small picture, what it shows, and its caption."""
     grid = ground.grid
     n = sum(w.ground.hash == ground.hash for w in study.worlds)
-    words = f"{ground.name}, {grid.width} x {grid.height}, {many(n, 'query', 'queries')}"
+    what = many(n, "fleet") if study.kind == "fleet" else many(n, "query", "queries")
+    words = f"{ground.name}, {grid.width} x {grid.height}, {what}"
     return thumbnail(grid, None, None), f"the map {ground.name}", words
 
 
 def _among(traffic: str) -> str:
-    return (
-        "Results without moving obstacles" if traffic == "none" else f"Results among {traffic_words(traffic)}"
-    )
+    return f"Results {place_words(traffic)}"
+
+
+def _results(summary: Summary, runs: Runs) -> list[tuple[str, Sequence[Tab]]]:
+    """Headings with their tables."""
+    if summary.kind == "fleet":
+        return [("Results by number of robots", (*number_tabs(summary), *improvement_tabs(summary, runs)))]
+    return [
+        (_among(traffic), traffic_tabs(summary, k, traffic))
+        for k, traffic in enumerate(summary.traffic_cases)
+    ]
 
 
 def _quality(summary: Summary, runs: Runs) -> tuple[list[PageFigure], list[PageFigure]] | None:
     """Figures one below the other, and figures in pairs."""
+    if summary.kind == "fleet":
+        found = [*number_figures(summary), *improvement_figures(summary, runs)]
+        return ([], [*found, *figures.profiles(summary)]) if found else None
     single = [*figures.success(summary), *figures.by_density(summary, runs), *figures.honest(summary)]
     pairs = [*figures.profiles(summary), *figures.trade(summary, runs)]
     return (single, pairs) if single or pairs else None
@@ -192,5 +221,6 @@ def _outcomes(summary: Summary) -> Tab | None:
     rows: list[tuple[Value, ...]] = [
         (e.entrant, traffic_words(e.traffic), *(e.outcomes.get(w, 0) for w in words)) for e in summary.entries
     ]
+    what = "robots" if summary.kind == "fleet" else "traffic"
     note = "Words in capitals are codes of errors: refused by the planner, out of time, or a fault."
-    return Tab("outcomes", "How the runs ended", ("", "traffic", *words), tuple(rows), note)
+    return Tab("outcomes", "How the runs ended", ("", what, *words), tuple(rows), note)

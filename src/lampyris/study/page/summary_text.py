@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from lampyris.study.analysis.compare import LEVEL
 from lampyris.study.analysis.findings import EntrantFindings, Summary
-from lampyris.study.analysis.measures import ALL, compared
+from lampyris.study.analysis.measures import ALL, compared, solved_name
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary_tables import estimate_text
-from lampyris.study.design.traffic_labels import traffic_words
+from lampyris.study.design.traffic_labels import place_words
 
 
 def found(summary: Summary, runs: Runs) -> list[str]:
@@ -19,7 +19,8 @@ def found(summary: Summary, runs: Runs) -> list[str]:
     for k, traffic in enumerate(summary.traffic_cases):
         some = [e for e in summary.entries if e.traffic == traffic and e.runs]
         if some:
-            place = "Without moving obstacles" if traffic == "none" else f"Among {traffic_words(traffic)}"
+            place = place_words(traffic)
+            place = place[0].upper() + place[1:]
             parts = [p for p in (_arrived(summary, some), _cost(summary, k, some)) if p]
             if parts:
                 out.append(f"{place}, {'; '.join(parts)}.")
@@ -31,7 +32,7 @@ def found(summary: Summary, runs: Runs) -> list[str]:
 
 def _safety(summary: Summary, runs: Runs) -> list[str]:
     """Who collided or was run into, and in how many runs."""
-    if summary.kind == "plan" or not runs.has("collisions"):
+    if summary.kind in ("plan", "fleet") or not runs.has("collisions"):
         return []
     out = []
     for name, words in (("collisions", "The robot collided"), ("hits", "An obstacle ran into the robot")):
@@ -52,8 +53,12 @@ def _size(summary: Summary, runs: Runs) -> str:
     phrases = f"{summary.known:,} runs" + (
         f" of {summary.asked:,}, {missing:,} not run yet" if missing else ""
     )
-    phrases += f": {many(len(summary.entrants), 'method')} on {many(summary.queries, 'query', 'queries')}"
-    phrases += f" of {many(summary.maps, 'map')}, {many(len(summary.traffic_cases), 'kind')} of traffic, "
+    fleets = summary.kind == "fleet"
+    asked = many(summary.queries, "fleet") if fleets else many(summary.queries, "query", "queries")
+    cases = len(summary.traffic_cases)
+    kinds = many(cases, "number") + " of robots" if fleets else many(cases, "kind") + " of traffic"
+    phrases += f": {many(len(summary.entrants), 'method')} on {asked}"
+    phrases += f" of {many(summary.maps, 'map')}, {kinds}, "
     return (
         phrases + f"{many(summary.seeds, 'seed')}. {_join(other)} of them."
         if other
@@ -71,10 +76,10 @@ def _join(parts: Sequence[str]) -> str:
 
 
 def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
-    name = "found" if summary.kind == "plan" else "arrived"
+    name = solved_name(summary.kind)
     if name not in some[0].own:
         return ""
-    verb = "found a path" if name == "found" else "arrived"
+    verb = "arrived" if name == "arrived" else "found a plan" if summary.kind == "fleet" else "found a path"
     shares = {e.own[name].value for e in some}
     if len(shares) == 1:
         share = some[0].own[name]
@@ -92,7 +97,7 @@ def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
 
 
 def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
-    name = "time_s" if summary.kind == "drive" else "length_m" if summary.of_poses else "cost"
+    name = "time_s" if summary.kind == "drive" else "ratio" if summary.kind == "fleet" else summary.cost
     able = [e for e in some if e.entrant not in summary.left_out[k]]
     values = [(e.common[name].value, e) for e in able if name in e.common and e.common[name].units]
     if len(values) < 2:
@@ -109,7 +114,7 @@ def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
 def _sure(summary: Summary) -> list[str]:
     """How many of the differences from the reference are left after the correction, measure by measure."""
     out = []
-    for name in compared(("arrived", "cost", "time_s", "expansions"), summary.of_poses):
+    for name in compared(("arrived", "cost", "time_s", "expansions"), summary.cost):
         tests = [p for p in summary.pairs if p.measure == name and p.test.n]
         if not tests or (summary.kind == "plan" and name == "arrived"):
             continue

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lampyris.errors import LampyrisError
+from lampyris.io.fleet_scenario.scenario import FleetScenario
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.scenarios import completed, load_scenario, run, save_scenario
 from lampyris_selfcheck.checks.files.fuzz_study import MAX_CELLS
@@ -37,6 +38,8 @@ def one(path: Path, data: bytes) -> str:
         scenario = load_scenario(path, max_cells=MAX_CELLS)
     except LampyrisError:
         return "refused"
+    if isinstance(scenario, FleetScenario):
+        return "a fleet"
     again = path.with_name(f"again{path.suffix}")
     save_scenario(scenario, again)
     read = load_scenario(again, max_cells=MAX_CELLS)

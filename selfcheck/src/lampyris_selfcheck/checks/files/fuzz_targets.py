@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from lampyris import movingai
+from lampyris.io.fleet_scenario.scenario import FleetScenario
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
@@ -106,7 +107,7 @@ def _obstacles(path: Path, k: int) -> list[Any]:
     return made
 
 
-def _scenario(path: Path, _: int) -> Scenario:
+def _scenario(path: Path, _: int) -> Scenario | FleetScenario:
     return load_scenario(path, max_cells=of_study.MAX_CELLS)
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from lampyris import api
 from lampyris.errors import LampyrisError
+from lampyris.io.fleet_scenario.scenario import FleetScenario
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
@@ -189,6 +190,9 @@ def _beside(path: Path, rng: np.random.Generator) -> Go:
 
 def _scenario(path: Path, rng: np.random.Generator) -> Go:
     scenario = load_scenario(path)
+    if isinstance(scenario, FleetScenario):
+        fleet = scenario
+        return lambda: words(str(run_scenario(fleet)))
     return lambda: _told(run_scenario(scenario, record=False), scenario.scene)
 
 

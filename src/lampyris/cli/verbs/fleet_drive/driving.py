@@ -11,21 +11,13 @@ from lampyris.cli import text
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes
-from lampyris.cli.verbs.fleet_drive.options import (
-    FleetDriveOptions,
-    delays_of,
-    drive_settings,
-    faults_of,
-    robot_of,
-)
-from lampyris.errors import SettingError
-from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.errors import SettingError, plural
+from lampyris.model.fleet.fleet_trace import FleetTrace
+from lampyris.model.fleet.lifelong import LifelongTrace
 
 if TYPE_CHECKING:
+    from lampyris.io.fleet_scenario.scenario import FleetScenario
     from lampyris.model.fleet.fleet_plan import FleetPlan
-    from lampyris.model.fleet.fleet_trace import FleetTrace
-    from lampyris.model.fleet.lifelong import LifelongTrace
-    from lampyris.planning.base import Budget
 
 _POLICIES = {
     "order": "order: the plan's order of visits at every cell",
@@ -34,20 +26,14 @@ _POLICIES = {
 
 
 def execute(
-    fleet: Fleet, plan: FleetPlan | None, planner: str, options: FleetDriveOptions, seed: int, film: Path | None,
-    *, json: bool, no_timing: bool,
-) -> FleetTrace:  # fmt: skip
+    scenario: FleetScenario, plan: FleetPlan | None, film: Path | None, *, json: bool, no_timing: bool
+) -> FleetTrace:
     """Drive a plan, or without one, and say what came of it."""
-    from lampyris import fleet_drives
-    from lampyris.fleets import MOVES
+    from lampyris.fleet_scenarios import run_fleet
 
-    robots, moves = len(fleet.robots), MOVES if plan is None else plan.moves
-    with counting(f"driving {robots} robots", "", quiet=json) as tick:
-        show = None if tick is None else (lambda done, _most: tick(done))
-        trace = fleet_drives.simulate_fleet(
-            fleet, plan, planner=planner, robot=robot_of(options, fleet.grid.resolution, moves), delays=delays_of(options),
-            faults=faults_of(options), seed=seed, progress=show, drive_settings=drive_settings(options),
-        )  # fmt: skip
+    with counting(f"driving {plural(len(scenario.fleet.robots), 'robot')}", "", quiet=json) as tick:
+        trace = run_fleet(scenario, plan=plan, progress=tick)
+    assert isinstance(trace, FleetTrace)
     if film is not None:
         from lampyris.report.film.fleet_drive_film import fleet_drive_film
 
@@ -65,33 +51,18 @@ def execute(
     return trace
 
 
-def without_goals(fleet: Fleet) -> Fleet:
-    """The robots, each at its start until it has a task."""
-    return Fleet(fleet.grid, [Agent(one.start, one.start, one.robot) for one in fleet.robots])
-
-
-def lifelong(
-    fleet: Fleet, planner: str | None, options: FleetDriveOptions, seed: int, budget: Budget, film: Path | None,
-    *, json: bool, no_timing: bool,
-) -> LifelongTrace:  # fmt: skip
+def lifelong(scenario: FleetScenario, film: Path | None, *, json: bool, no_timing: bool) -> LifelongTrace:
     """Drive a lifelong fleet and say what came of it."""
-    from lampyris import lifelong as front
-    from lampyris.sim.fleet.lifelong import PLANNERS
+    from lampyris.fleet_scenarios import run_fleet
 
-    tasks = None if options.tasks is None else front.load_tasks(options.tasks, fleet.grid)
-    faults = []
-    for robot, tick in faults_of(options):
+    for robot, tick in scenario.faults:
         if tick % 1:
             raise SettingError.of(
                 "FAULTS", "faults", f"{robot}@{tick:g}", allowed="a whole tick with --lifelong"
             )
-        faults.append((robot, int(tick)))
-    with counting(f"driving {len(fleet.robots)} robots", "ticks", quiet=json) as tick_:
-        show = None if tick_ is None else (lambda done, _most: tick_(done))
-        trace = front.lifelong_fleet(
-            fleet, options.lifelong, tasks=tasks, planner=PLANNERS[0] if planner is None else planner,
-            window=options.window, faults=faults, seed=seed, budget=budget, progress=show,
-        )  # fmt: skip
+    with counting(f"driving {plural(len(scenario.fleet.robots), 'robot')}", "ticks", quiet=json) as tick_:
+        trace = run_fleet(scenario, progress=tick_)
+    assert isinstance(trace, LifelongTrace)
     if film is not None:
         from lampyris.report.film.fleet_drive_film import lifelong_film
 
@@ -111,14 +82,15 @@ def lifelong(
 
 def _print_drive(trace: FleetTrace) -> None:
     text.line(trace.sentence, style=f"bold {'green' if trace else 'red'}")
-    grid, one = trace.grid, trace.robots[0]
+    grid, one, discs = trace.grid, trace.robots[0], plural(len(trace.robots), "disc")
+    who = plural(trace.arrived, "robot")
     touched = f"{trace.contacts} pairs of robots, {trace.wall_contacts} with walls, as the referee measured"
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{len(trace.robots)} discs, the first of radius {one.radius:g} m, {one.v_max:g} m/s; seed {trace.seed}"),
+        ("robots", f"{discs}, the first of radius {one.radius:g} m, {one.v_max:g} m/s; seed {trace.seed}"),
         ("policy", _POLICIES[trace.settings.policy]),
         ("contacts", touched),
-        ("arrived", f"{trace.arrived} robots, the last after {np.nanmax(trace.arrivals):.1f} s" if trace.arrived else "nobody"),
+        ("arrived", f"{who}, the last after {np.nanmax(trace.arrivals):.1f} s" if trace.arrived else "nobody"),
     ]  # fmt: skip
     late = trace.lateness[~np.isnan(trace.lateness)]
     if len(late):
@@ -153,8 +125,8 @@ def _print_lifelong(trace: LifelongTrace) -> None:
     grid, service = trace.grid, trace.service_times
     rows: list[Any] = [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-        ("robots", f"{trace.robots}, {trace.ticks:,} ticks, seed {trace.seed}"),
-        ("planner", f"{trace.planner}, {trace.windows:,} windows of {trace.window} ticks"),
+        ("robots", f"{trace.robots}, {plural(trace.ticks, 'tick')}, seed {trace.seed}"),
+        ("planner", f"{trace.planner}, {plural(trace.windows, 'window')} of {plural(trace.window, 'tick')}"),
         (
             "tasks",
             f"{trace.completed:,} of {len(trace.tasks):,} done, throughput {trace.throughput:.3f} tasks a tick",

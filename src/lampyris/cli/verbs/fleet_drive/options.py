@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import field, fields, make_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -13,7 +12,7 @@ from lampyris._core.settings import defaults_of, meanings_of, settings_of
 from lampyris.cli.option_groups import option_of
 from lampyris.errors import UsageError
 from lampyris.model.fleet.delays import Delays
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Robot, disc
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.model.settings.simulation import MAX_TICKS
 
@@ -113,6 +112,10 @@ _OWN: list[tuple[str, Any, Any]] = [
 ]  # fmt: skip
 
 if TYPE_CHECKING:
+    from lampyris.io.fleet_scenario.scenario import FleetExecution, Lifelong
+    from lampyris.model.fleet.lifelong import FleetTask
+    from lampyris.model.grid import Grid
+
     FleetDriveOptions: TypeAlias = Any
 else:
     FleetDriveOptions = make_dataclass(
@@ -130,8 +133,12 @@ _TASKS = ("window", "tasks")
 _BOTH = ("fault",)
 
 
-def check_options(given: FleetDriveOptions) -> None:
+def check_options(given: FleetDriveOptions, robot_file: Path | None = None) -> None:
     """Refuse options that do not go together.
+
+    Parameters
+    ----------
+    robot_file : of ``--robot``.
 
     Raises
     ------
@@ -156,9 +163,13 @@ def check_options(given: FleetDriveOptions) -> None:
             raise UsageError(
                 "OPTIONS", f"--{name.replace('_', '-')} without --obstacles", allowed="with --obstacles"
             )
+    for option, there in (("--radius", given.radius is not None), ("--robot", robot_file is not None)):
+        if there and given.lifelong is not None:
+            what = f"{option} with --lifelong: its robots fit in their cells"
+            raise UsageError("OPTIONS", what, allowed=f"without {option}")
     for one in fields(given):
         name = one.name
-        if name in ("execute", "lifelong") or getattr(given, name) in (None, []):
+        if name in ("execute", "lifelong", "radius") or getattr(given, name) in (None, []):
             continue
         wanted = "--lifelong" if name in _TASKS else "--execute"
         there = given.lifelong is not None if name in _TASKS else given.execute
@@ -175,14 +186,56 @@ def drive_settings(given: FleetDriveOptions) -> dict[str, Any]:
     return {name: getattr(given, name) for name in _DRIVE if getattr(given, name) is not None}
 
 
-def robot_of(given: FleetDriveOptions, resolution: float, moves: str) -> Robot | None:
-    """The robot that was described, for a plan with these moves; None: none was."""
-    from lampyris.fleet_drives import RADIUS
+def robot_of(
+    given: FleetDriveOptions, robot_file: Path | None, resolution: float, moves: str
+) -> Robot | None:
+    """The robot that was described, for a plan with these moves; None: none was.
 
-    own: Mapping[str, Any] = {
-        name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None
-    }
-    return Robot(**{"radius": RADIUS[moves] * resolution, **own}) if own else None
+    Raises
+    ------
+    FileError : what is wrong with the file of ``--robot``.
+    """
+    own: dict[str, Any] = {}
+    if robot_file is not None:
+        from lampyris.io.scenario.robot_file import read_robot
+
+        own |= read_robot(robot_file)
+    own |= {name: getattr(given, name) for name in _ROBOT if getattr(given, name) is not None}
+    if given.radius is not None:
+        own.pop("footprint", None)
+    if not own:
+        return None
+    if given.execute and "footprint" not in own:
+        from lampyris.fleet_drives import RADIUS
+
+        own = {"radius": RADIUS[moves] * resolution, **own}
+    made = Robot(**own)
+    return disc(made, made.radius)
+
+
+def execution_of(given: FleetDriveOptions) -> FleetExecution | None:
+    """How the robots drive in continuous time; None: they do not."""
+    from lampyris.io.fleet_scenario.scenario import FleetExecution
+
+    return FleetExecution(drive_settings(given), delays_of(given)) if given.execute else None
+
+
+def lifelong_of(given: FleetDriveOptions, tasks: tuple[FleetTask, ...] | None) -> Lifelong | None:
+    """That the robots get new tasks; None: they do not."""
+    from lampyris.io.fleet_scenario.scenario import Lifelong
+
+    return None if given.lifelong is None else Lifelong(given.lifelong, given.window, tasks)
+
+
+def tasks_of(given: FleetDriveOptions, grid: Grid, coarse: Grid) -> tuple[FleetTask, ...] | None:
+    """The tasks of ``--tasks`` on the fleet's map, which may have larger cells; None: there is no such file."""
+    if given.tasks is None:
+        return None
+    from lampyris.io.maps.coarse import coarse_tasks
+    from lampyris.lifelong import load_tasks
+
+    listed = load_tasks(given.tasks, grid)
+    return listed if coarse is grid else coarse_tasks(listed, grid, coarse)
 
 
 def delays_of(given: FleetDriveOptions) -> Delays:

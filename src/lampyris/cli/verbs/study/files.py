@@ -96,10 +96,10 @@ def write_files(study: Study, table: ResultTable, out: StudyOutputs) -> Summary:
             write_parquet(out.parquet, table, timing=out.timing)
         if out.latex is not None:
             from lampyris.study.analysis.export import write_latex
-            from lampyris.study.analysis.summary_tables import tabs
+            from lampyris.study.analysis.fleet_tables import tables_of
 
             with outputs.place(out.latex) as place:
-                write_latex(place, tabs(summary))
+                write_latex(place, tables_of(summary))
     if out.report is not None:
         from lampyris.study.page.page import write_page
 

@@ -19,9 +19,10 @@ from lampyris.cli.tables import print_tab
 from lampyris.cli.text import plural
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.measures import solved_name
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
-from lampyris.study.design.traffic_labels import traffic_words
+from lampyris.study.design.traffic_labels import place_words, traffic_words
 from lampyris.study.execution.execution import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
@@ -31,6 +32,7 @@ SHORT = {
     "plan": ("found", "cost", "gap", "length_any_angle", "time_s", "expansions"),
     "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
     "drive": ("arrived", "collisions", "near_m", "length_m", "time_s"),
+    "fleet": ("found", "ratio", "makespan", "expansions"),
 }
 """What the terminal shows of a study of each kind; the page has all of it."""
 
@@ -41,6 +43,16 @@ POSES = ("found", "length_m", "bound", "reversals", "time_s", "expansions")
 
 def sizes(study: Study) -> str:
     """``30 queries on 6 maps x 3 traffic cases x 10 seeds x 3 planners x 1 law = 2,700 runs (simulate)``."""
+    if study.kind == "fleet":
+        of_fleets = (
+            f"{plural(len(study.worlds), 'fleet')} on {plural(len(study.grounds), 'map')}",
+            "1 number of robots"
+            if len(study.traffic_cases) == 1
+            else f"{len(study.traffic_cases):,} numbers of robots",
+            plural(len(study.seeds), "seed"),
+            plural(len(study.planners), "planner"),
+        )
+        return f"{' x '.join(of_fleets)} = {plural(len(study), 'run')} (fleet)"
     parts = (
         f"{plural(len(study.worlds), 'query')} on {plural(len(study.grounds), 'map')}",
         plural(len(study.traffic_cases), "traffic case"),
@@ -53,7 +65,9 @@ def sizes(study: Study) -> str:
 
 def facts(study: Study) -> list[tuple[str, str]]:
     """What a study is."""
-    budget = [f"{study.expansions:,} expansions a call"] if study.expansions is not None else []
+    fleets = study.kind == "fleet"
+    work = "iterations a run" if fleets else "expansions a call"
+    budget = [f"{study.expansions:,} {work}"] if study.expansions is not None else []
     budget += [f"{study.seconds:g} s a run (results depend on the machine)"] if study.seconds else []
     rows = [
         ("study", study.name),
@@ -61,8 +75,13 @@ def facts(study: Study) -> list[tuple[str, str]]:
         ("runs", sizes(study)),
         ("maps", ", ".join(ground.name for ground in study.grounds.values())),
         ("planners", ", ".join(who.called for who in study.planners)),
-        ("laws", ", ".join(who.called for who in study.laws)),
-        ("traffic", "; ".join(traffic_words(traffic.label) for traffic in study.traffic_cases)),
+        ("laws", "" if fleets else ", ".join(who.called for who in study.laws)),
+        (
+            "robots" if fleets else "traffic",
+            ", ".join(f"{one.count:,}" for one in study.traffic_cases)
+            if fleets
+            else "; ".join(traffic_words(traffic.label) for traffic in study.traffic_cases),
+        ),
         ("budget", ", ".join(budget) or "none"),
     ]
     return [(key, value) for key, value in rows if value]
@@ -124,7 +143,7 @@ class Tally:
     @property
     def good(self) -> str:
         """The metric that says a run was good."""
-        return "found" if self.study.kind == "plan" else "arrived"
+        return solved_name(self.study.kind)
 
     def add(self, rows: Iterable[Row]) -> None:
         """Count these."""
@@ -137,6 +156,8 @@ class Tally:
             one.good += bool(row.metrics.get(self.good))
             one.failed += row.ending in ("failed", "timeout")
             gap = row.metrics.get("gap")
+            ratio = row.metrics.get("ratio")
+            gap = ratio - 1.0 if isinstance(ratio, int | float) else gap
             if isinstance(gap, int | float) and math.isfinite(gap):
                 one.gaps += 1
                 one.gap += gap
@@ -178,7 +199,7 @@ def print_summary(results: Summary) -> None:
 
     lines = False
     for traffic in results.traffic_cases:
-        title = "without moving obstacles" if traffic == "none" else f"among {traffic_words(traffic)}"
+        title = place_words(traffic)
         some = [entry for entry in results.entries if entry.traffic == traffic and entry.runs]
         if not some:
             text.line(f"{title}: nothing yet")

@@ -1,0 +1,283 @@
+"""From a scenario file of a fleet to the scenario: every mistake is reported with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
+from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
+from lampyris.io.fleet_scenario import schema as form
+from lampyris.io.fleet_scenario.scenario import (
+    LIFELONG_PLANNER,
+    MOVES,
+    PLANNER,
+    FleetExecution,
+    FleetScenario,
+    Lifelong,
+)
+from lampyris.io.maps.coarse import coarse_cell, coarse_fleet, coarse_grid, coarse_note, coarse_tasks
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.scenario.map_source import Files, Mistakes, setting_path
+from lampyris.io.scenario.robot_table import robot_of
+from lampyris.io.scenario.scenario import MapSource
+from lampyris.io.scenario.schema import Point
+from lampyris.io.scenario.validation_errors import Document, faults_of, raise_all, spot
+from lampyris.io.task_files import read_tasks
+from lampyris.io.text.strict_yaml import KeyPath
+from lampyris.model.fleet.delays import Delays
+from lampyris.model.fleet.fleet import Agent, Fleet
+from lampyris.model.fleet.lifelong import FleetTask
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.settings.fleet_drive import FleetDriveSettings
+from lampyris.typing import Cell
+
+T = TypeVar("T")
+Draw = Callable[[Grid, int, int], Fleet]
+"""Draws a fleet: map, robots, seed."""
+MakePlanner = Callable[[str, Mapping[str, Any]], object]
+"""Whether there is such a planner with such settings."""
+
+
+def is_fleet(parsed: Document) -> bool:
+    """Whether a scenario is one of a fleet, rightly or wrongly written."""
+    return "fleet" in parsed.data
+
+
+def fleet_scenario_of(parsed: Document, planner: MakePlanner, draw: Draw, files: Files) -> FleetScenario:
+    """The scenario that a file says.
+
+    Parameters
+    ----------
+    parsed : the file.
+    planner : knows planners of fleets by name; asked, not imported.
+    draw : draws random fleets.
+    files : where files are that it names.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file; the others are its notes.
+    """
+    from pydantic import ValidationError
+
+    try:
+        file = form.FleetScenarioFile.model_validate(parsed.data)
+    except ValidationError as problem:
+        raise_all(faults_of(parsed, problem, form.FleetScenarioFile), problem.error_count())
+    return _Build(parsed, file, planner, draw, files).scenario()
+
+
+def robot_for(common: Robot | None, own: Robot | None) -> Robot | None:
+    """An agent's robot: with its own radius and the limits that are common to all."""
+    if own is None or common is None:
+        return common if own is None else own
+    return replace(common, footprint=None, radius=own.radius)
+
+
+def with_robot(fleet: Fleet, robot: Robot | None) -> Fleet:
+    """The fleet with a robot for all; agents that have a radius of their own keep it."""
+    if robot is None:
+        return fleet
+    return Fleet(fleet.grid, [replace(one, robot=robot_for(robot, one.robot)) for one in fleet.robots])
+
+
+def without_goals(fleet: Fleet) -> Fleet:
+    """The robots, each at its start until it has a task."""
+    return Fleet(fleet.grid, [Agent(one.start, one.start, one.robot) for one in fleet.robots])
+
+
+class _Build:
+    """Makes nouns of a checked file, and collects what is wrong with them."""
+
+    def __init__(
+        self, parsed: Document, file: form.FleetScenarioFile, planner: MakePlanner, draw: Draw, files: Files
+    ) -> None:
+        self.parsed, self.file, self.files = parsed, file, files
+        self._planner_known, self._draw = planner, draw
+        self.faults = Mistakes(parsed)
+        self.notes: list[str] = []
+
+    def scenario(self) -> FleetScenario:
+        """The scenario, or every mistake."""
+        file = self.file
+        planner, settings = self._planner()
+        robot = None if file.robot is None else self.tried(("robot",), robot_of, file.robot.model_dump())
+        found = self.tried(("map",), self._map)
+        execution = None if file.execute is None else self.tried(("execute",), self._execution, file.execute)
+        coarse = None
+        if found is not None:
+            coarse = found[0].grid
+            if file.cell is not None:
+                coarse = self.tried(("cell",), coarse_grid, coarse, file.cell)
+        self._together()
+        if found is None or coarse is None or self.faults:
+            self.faults.give()
+        read = self.tried(("fleet",), self._fleet, found[0], coarse)
+        lifelong = None
+        if file.lifelong is not None and read is not None:
+            lifelong = self.tried(
+                ("lifelong",), self._lifelong, file.lifelong, read.tasks, found[0].grid, coarse
+            )
+        if read is None or self.faults:
+            self.faults.give()
+        fleet = self.tried(("robot",), with_robot, read.fleet, robot)
+        nobody_gave = read.tasks is not None or isinstance(file.fleet, form.RandomFleet)
+        if fleet is not None and lifelong is not None and lifelong.tasks is not None and nobody_gave:
+            fleet = without_goals(fleet)  # goals that were drawn, or put in for tasks, would be tasks, too
+        if fleet is None:
+            self.faults.give()
+        for k, one in enumerate(file.faults):
+            if one.robot >= len(fleet.robots):
+                fault = SettingError("FAULTS", f"robot {one.robot}", allowed=f"0 to {len(fleet.robots) - 1}")
+                self.faults.keep(("faults", k, "robot"), fault)
+        if self.faults:
+            self.faults.give()
+        return FleetScenario(
+            fleet, planner, settings, file.moves, file.seed, file.budget.iterations, file.budget.seconds, execution,
+            lifelong, tuple((one.robot, one.time) for one in file.faults), file.name or "", found[1],
+            None if coarse is found[0].grid else found[0].grid, tuple(self.notes), self.parsed.where,
+        )  # fmt: skip
+
+    def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
+        """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
+        try:
+            return make(*given)
+        except LampyrisError as fault:
+            self.faults.keep(key_path, fault)
+        return None
+
+    def _planner(self) -> tuple[str, Mapping[str, Any]]:
+        given: Any = self.file.planner
+        if given is None:
+            return PLANNER if self.file.lifelong is None else LIFELONG_PLANNER, {}
+        name, settings = (given, {}) if isinstance(given, str) else (given.name, given.settings)
+        try:
+            self._planner_known(name, settings)
+        except LampyrisError as fault:
+            path = setting_path(fault, settings)
+            at: KeyPath = ("planner", "settings", *path) if path else ("planner",)
+            self.faults.keep(at if path or isinstance(given, str) else ("planner", "name"), fault)
+        return name, settings
+
+    def _together(self) -> None:
+        """Keys that do not go together."""
+        file = self.file
+        lifelong: Any = file.lifelong
+        if lifelong is not None:
+            others = {
+                "execute": file.execute is not None,
+                "moves": file.moves != MOVES,
+            }
+            for key in (key for key, there in others.items() if there):
+                self.faults.keep((key,), FileError("KEY", f"`{key}` with `lifelong`", allowed="one of them"))
+            if not isinstance(file.planner, str | None) and file.planner.settings:
+                fault = FileError("KEY", "settings of the planner with `lifelong`", allowed="a name alone")
+                self.faults.keep(("planner", "settings"), fault)
+            if lifelong.tasks is not None and lifelong.tasks_file is not None:
+                fault = FileError("KEY", "`tasks` and `tasks_file`", allowed="one of them")
+                self.faults.keep(("lifelong", "tasks_file"), fault)
+        elif file.execute is None and file.faults:
+            fault = FileError(
+                "KEY", "`faults` of robots that do not drive", allowed="with `execute` or `lifelong`"
+            )
+            self.faults.keep(("faults",), fault)
+
+    def _map(self) -> tuple[MapDocument, MapSource | None]:
+        found, source = self.files.map_of(self.file.map, ("map",))
+        self.notes += found.notes
+        if self.file.map_hash is not None and (given := map_hash(found.grid)) != self.file.map_hash:
+            raise SettingError(
+                "MAP_HASH", f"the map's hash is {given}", allowed=f"{self.file.map_hash}, the scenario's map_hash",
+                todo="the map has changed; give the old one back, or take map_hash out",
+            )  # fmt: skip
+        return found, source
+
+    def _execution(self, table: Any) -> FleetExecution:
+        given: dict[str, Any] = table.model_dump()
+        delays = Delays(**given.pop("delays"))
+        FleetDriveSettings.of(given)
+        return FleetExecution(given, delays)
+
+    # ---- robots --------------------
+
+    def _fleet(self, document: MapDocument, coarse: Grid) -> FleetFile:
+        spec = self.file.fleet
+        if isinstance(spec, form.RandomFleet):
+            read = FleetFile(
+                self._draw(coarse, spec.random, self.file.seed if spec.seed is None else spec.seed)
+            )
+        elif isinstance(spec, form.AgentsFleet):
+            read = FleetFile(self._agents(spec.agents, document.grid, coarse))
+        else:
+            key = "scen" if isinstance(spec, form.ScenFleet) else "file"
+            path = self.files.path(getattr(spec, key), ("fleet", key))
+            if isinstance(spec, form.ScenFleet):
+                read = read_scen_fleet(path, document, spec.robots)
+            else:
+                read = read_agents(path, document.grid, spec.robots, lifelong=self.file.lifelong is not None)
+            if coarse is not document.grid:
+                read = replace(read, fleet=coarse_fleet(read.fleet, coarse))
+        if coarse is not document.grid:
+            self.notes.append(coarse_note(document.grid, coarse))
+        self.notes += read.notes
+        return read
+
+    def _agents(self, listed: list[form.AgentTable], drawn: Grid, grid: Grid) -> Fleet:
+        """The fleet of a list; a mistake names the agent's place in the file."""
+        made = []
+        for one in listed:
+            radius = None if one.radius is None else Robot(radius=one.radius)
+            start, goal, *tasks = (_cell(end, drawn, grid) for end in (one.start, one.goal, *one.tasks))
+            made.append(Agent(start, goal, radius, tasks))
+        try:
+            return Fleet(grid, made)
+        except LampyrisError as fault:
+            index, _, end = fault.where.removeprefix("robots[").partition("]")
+            if not index.isdigit():
+                raise
+            kind = SceneError if isinstance(fault, SceneError) else FileError
+            word = end.removeprefix(".").partition("[")[0]
+            place: KeyPath = ("fleet", "agents", int(index))
+            own = "radius" if word == "robot" else word
+            if own in ("start", "goal", "tasks", "radius"):
+                place = (*place, own)
+            what = f"{end.removeprefix('.')} {fault.what}" if word != "robot" else fault.what
+            raise kind(fault.code, what, where=spot(self.parsed, place), allowed=fault.allowed) from None
+
+    def _lifelong(
+        self, table: Any, listed: tuple[FleetTask, ...] | None, drawn: Grid, grid: Grid
+    ) -> Lifelong:
+        if table.tasks is not None:
+            tasks = []
+            for k, one in enumerate(table.tasks):
+                stops = [_cell(end, drawn, grid) for end in one.stops]
+                tasks.append(FleetTask(stops, one.release, one.robot))
+                self._free(("lifelong", "tasks", k), stops, grid)
+            return Lifelong(table.ticks, table.window, tuple(tasks))
+        key_path: KeyPath = ("fleet", "file")
+        if table.tasks_file is not None:
+            key_path = ("lifelong", "tasks_file")
+            listed = read_tasks(self.files.path(table.tasks_file, key_path), drawn)
+        if listed is not None and grid is not drawn:
+            listed = coarse_tasks(listed, drawn, grid)
+            for one in listed:
+                self._free(key_path, one.stops, grid)
+        return Lifelong(table.ticks, table.window, listed)
+
+    def _free(self, key_path: KeyPath, stops: Sequence[Cell], grid: Grid) -> None:
+        """Keep a mistake if a stop of a task is not on a free cell."""
+        for x, y in stops:
+            if not grid.contains((x, y)) or grid.blocked[y, x]:
+                state = "blocked" if grid.contains((x, y)) else "outside the map"
+                self.faults.keep(key_path, SceneError("TASK", f"({x}, {y}) is {state}", allowed="free cells"))
+                return
+
+
+def _cell(end: Any, drawn: Grid, grid: Grid) -> Cell:
+    """A cell of the fleet's map; a pair is a cell of the map as it was drawn."""
+    if not isinstance(end, Point) and grid is drawn:
+        return end[0], end[1]
+    return grid.to_cell(*end.m) if isinstance(end, Point) else coarse_cell((end[0], end[1]), drawn, grid)

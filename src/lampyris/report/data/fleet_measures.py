@@ -1,0 +1,55 @@
+"""Measures of plans of fleets, by name, as rows of studies hold them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lampyris.model.fleet.fleet_plan import FleetPlan
+
+FLEET_METRICS = (
+    "outcome", "found", "sum_of_costs", "shortest", "lower_bound", "ratio", "makespan", "first_cost", "iterations", "expansions",
+    "improvements", "notes",
+)  # fmt: skip
+"""In the order of the columns.
+
+* ``outcome``: the word of the status. ``found``: every robot reaches its goal and stays there.
+* ``sum_of_costs``: ticks until each robot stays at its goal for good, summed. ``shortest``: the sum of the robots' own shortest
+  paths on the bare map. ``lower_bound``: that, or more if the planner proved more. ``ratio``: ``sum_of_costs / shortest``, in
+  which all planners can be compared. ``makespan``: the tick of the last arrival.
+* ``first_cost``: the sum of costs of the first plan. ``improvements``: how it fell, as ``iteration:cost`` apart by spaces, at
+  most :data:`MOST_IMPROVEMENTS` of them: the first, the last and evenly between.
+* ``iterations``, ``expansions``: what the planner counts, see :class:`lampyris.model.fleet.fleet_plan.FleetPlan`.
+"""
+MOST_IMPROVEMENTS = 64
+
+
+def fleet_metrics(plan: FleetPlan) -> dict[str, Any]:
+    """Every measure of a plan; None where it has no value."""
+    cost = plan.sum_of_costs
+    shortest = None if plan.shortest is None else int(plan.shortest.sum(dtype="int64"))
+    improved = plan.improvements
+    return {
+        "outcome": plan.status.value,
+        "found": bool(plan),
+        "sum_of_costs": cost,
+        "shortest": shortest,
+        "lower_bound": plan.lower_bound,
+        "ratio": None if cost is None or shortest is None else cost / shortest if shortest else 1.0,
+        "makespan": plan.makespan,
+        "first_cost": int(improved[0][1]) if improved else cost,
+        "iterations": int(plan.iterations),
+        "expansions": int(plan.expansions),
+        "improvements": " ".join(f"{iteration}:{value}" for iteration, value in _thinned(improved)) or None,
+        "notes": "; ".join(plan.notes) or None,
+    }
+
+
+def _thinned(rows: tuple[tuple[int, int], ...]) -> list[tuple[int, int]]:
+    n, most = len(rows), MOST_IMPROVEMENTS
+    return list(rows) if n <= most else [rows[k * (n - 1) // (most - 1)] for k in range(most)]
+
+
+def improvements_of(text: str) -> list[tuple[int, int]]:
+    """Iterations and costs of the text that a row has of them."""
+    pairs = (word.split(":") for word in text.split())
+    return [(int(iteration), int(cost)) for iteration, cost in pairs]

@@ -1,0 +1,89 @@
+"""Figures of studies of fleets: each measure over the number of robots, and the cost while planners improve their plans."""
+
+from __future__ import annotations
+
+import math
+
+from lampyris.report.charts import study_charts
+from lampyris.report.charts.study_charts import ErrorBar
+from lampyris.report.html.render import PageFigure
+from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.fleet_tables import falls, numbers_of, title_of
+from lampyris.study.analysis.measures import ALL
+from lampyris.study.analysis.runs import Runs
+
+MAX_LINES = 12
+"""Curves of one figure; more would hide each other."""
+POINTS = 48
+"""Iterations at which a curve of costs is worked out."""
+_DRAWN = ("found", "ratio", "makespan", "expansions", "plan_s")
+
+
+def number_figures(summary: Summary) -> list[PageFigure]:
+    """Measures over the number of robots, with intervals."""
+    counts = [float(n) for n in numbers_of(summary)]
+    order = sorted(range(len(counts)), key=counts.__getitem__)
+    if len(summary.entrants) > MAX_LINES:
+        return []
+    out = []
+    for name in _DRAWN:
+        if name == "plan_s" and not any("plan_s" in e.own for e in summary.entries):
+            continue
+        measure = ALL[name]
+        series = []
+        for entrant in summary.entrants:
+            mine = [e.own.get(name) for e in summary.entries if e.entrant == entrant]
+            bars = [
+                ErrorBar(math.nan, math.nan, math.nan)
+                if e is None
+                else ErrorBar(e.value * measure.scale, e.low * measure.scale, e.high * measure.scale)
+                for e in mine
+            ]
+            series.append((entrant, [bars[k] for k in order]))
+        if not any(math.isfinite(bar.value) for _, bars in series for bar in bars):
+            continue
+        drawn = study_charts.density(
+            f"robots-{name}",
+            [counts[k] for k in order],
+            series,
+            title_of(name),
+            xlabel="robots",
+            share=name == "found",
+        )
+        words = f"{title_of(name)[0].upper()}{title_of(name)[1:]} over the number of robots, with intervals."
+        if name != "found":
+            words += " Each planner over the runs that it solved."
+        out.append(PageFigure(drawn, words))
+    return out
+
+
+def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
+    """The mean cost over its lower bound against iterations, a figure for each number of robots."""
+    out = []
+    for c, number in enumerate(numbers_of(summary)):
+        series = []
+        for e, entrant in enumerate(summary.entrants):
+            pairs = falls(runs, c, e)
+            if not any(len(steps) > 1 for steps, _ in pairs):
+                continue
+            last = max(max(steps[-1][0] - steps[0][0] for steps, _ in pairs), 2)
+            grid = sorted({round(last ** (k / (POINTS - 1))) for k in range(POINTS)})  # bits: a figure
+            costs = [
+                math.fsum(_cost_at(steps, at) / bound for steps, bound in pairs) / len(pairs) for at in grid
+            ]
+            series.append((f"{entrant}, {len(pairs)} runs", [float(at) for at in grid], costs))
+        if series:
+            drawn = study_charts.curves(
+                f"improvement-{c}", series, "iterations after the first plan", "cost / shortest"
+            )
+            words = (
+                f"Sum of costs over the shortest paths against the planner's iterations, {number:,} robots: mean of solved runs. "
+                "Iterations of different planners are different work."
+            )
+            out.append(PageFigure(drawn, words))
+    return out
+
+
+def _cost_at(steps: list[tuple[int, int]], at: float) -> int:
+    """The cost of the best plan so many iterations after the first."""
+    return next(cost for iteration, cost in reversed(steps) if iteration - steps[0][0] <= at)
