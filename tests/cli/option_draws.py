@@ -261,7 +261,6 @@ RIGHT = {
     "of": ("duration", "length", "energy"),
     "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
     "export": ("new.scen", "new.json", "new.txt"),
-    "cell": ("1", "2"),
 }
 """Good values of options whose kind does not tell them."""
 DRIVEN = (
