@@ -17,7 +17,10 @@ from lampyris.model.traffic import MAX_OBSTACLES
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 
-LARGEST: dict[tuple[str, str], dict[str, Any]] = {("igso", "least"): {"step": 1.0}}
+LARGEST: dict[tuple[str, str], dict[str, Any]] = {
+    ("igso", "least"): {"step": 1.0},
+    ("diversity-pso", "low"): {"high": 1.0},
+}
 """Settings that bound another one, at their greatest."""
 
 

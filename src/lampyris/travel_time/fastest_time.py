@@ -150,9 +150,11 @@ def _searched(scene: Scene, free: BoolGrid, start: Cell, layers: _Layers, limit:
     f, h, g = np.empty(states), np.empty(states), np.full(states, np.inf)
     before, result = np.zeros(states, dtype=np.int8), np.zeros(3)
     top = float(layers.node.max())
+    # NumPy makes the arrays of a copied session writable; the kernel would be compiled once more for them.
+    node, edge, corner = (frozen(one) for one in (layers.node, layers.edge, layers.corner))
     travel_time(
-        board.free, layers.node, layers.edge, layers.layered, board.stride, board.flat(start), board.flat(scene.goal),
-        -1 if limit is None else limit, *board.steps(rules), length, layers.corner,
+        board.free, node, edge, layers.layered, board.stride, board.flat(start), board.flat(scene.goal),
+        -1 if limit is None else limit, *board.steps(rules), length, corner,
         _norm(moves) * scene.grid.resolution * _DOWN, top, robot.a_max, robot.d_max,
         heap, place, f, h, g, before, result,
     )  # fmt: skip
