@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lampyris.model.plan import MapModel, Plan
+from lampyris.model.plan import MapModel
 from lampyris.report import style
 from lampyris.report.pictures.canvas import FigureLayout
 
@@ -19,8 +19,8 @@ _RIDGE = style.SPARE[4]
 _LEAF = style.SPARE[1]
 
 
-def draw_model(axes: Axes, plan: Plan, model: MapModel, frame: FigureLayout) -> list[Any]:
-    """Draw a model of the map beneath the path, and the straight lines of the plan above it; legend items."""
+def draw_model(axes: Axes, model: MapModel, frame: FigureLayout) -> list[Any]:
+    """Draw a model of the map beneath the path; legend items."""
     items: list[Any] = []
     if len(model.lines):
         items.append(_edges(axes, model, frame))
@@ -30,8 +30,6 @@ def draw_model(axes: Axes, plan: Plan, model: MapModel, frame: FigureLayout) -> 
         items.append(_marks(axes, model, "s", max(1.2, 0.62 * frame.cell), _RIDGE, "ridge of clearance"))
     if len(model.boxes):
         items.append(_leaves(axes, model, frame))
-    if plan.waypoints is not None and len(plan.waypoints) > 1:
-        items.append(_lines(axes, plan, frame))
     return items
 
 
@@ -69,14 +67,3 @@ def _leaves(axes: Axes, model: MapModel, frame: FigureLayout) -> Any:
         LineCollection(list(rings), colors=[_LEAF], linewidths=width, zorder=2.1), autolim=False
     )
     return Patch(facecolor="none", edgecolor=_LEAF, linewidth=1.2, label="free leaf of the quadtree")
-
-
-def _lines(axes: Axes, plan: Plan, frame: FigureLayout) -> Any:
-    from matplotlib.lines import Line2D
-
-    assert plan.waypoints is not None
-    width = float(np.clip(frame.cell * 0.12, 1.2, 2.4))
-    look: dict[str, Any] = {"color": style.INK, "marker": "o", "markersize": 2.2 * width, "linewidth": width}
-    look |= {"markerfacecolor": "white", "markeredgecolor": style.INK, "markeredgewidth": 0.8 * width}
-    axes.plot(plan.waypoints[:, 0], plan.waypoints[:, 1], zorder=5.2, **look)
-    return Line2D([], [], label="straight lines", **look)

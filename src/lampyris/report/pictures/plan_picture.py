@@ -20,7 +20,7 @@ from lampyris.report.pictures.footprints import draw_footprints
 from lampyris.report.pictures.map_models import draw_model
 from lampyris.report.pictures.regions import draw_rounds
 from lampyris.report.pictures.tree import draw_tree
-from lampyris.typing import FloatGrid
+from lampyris.typing import Cells, FloatGrid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,9 +81,11 @@ def draw_plan(
     if plan.rounds:
         items = draw_rounds(axes, plan.rounds, frame) + items
     if plan.map_model is not None:
-        items = draw_model(axes, plan, plan.map_model, frame) + items
+        items = draw_model(axes, plan.map_model, frame) + items
     if plan.tree is not None and len(plan.tree):
         items = [draw_tree(axes, plan.tree, frame), *items]
+    if (plan.map_model is not None or plan.tree is not None) and plan.waypoints is not None:
+        items.append(_draw_lines(axes, plan.waypoints, frame))
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()
@@ -234,3 +236,14 @@ def _model_words(plan: Plan, model: MapModel) -> list[str]:
     if model.clearance is not None:
         words.insert(0, f"least clearance {model.clearance:.3g} cells, the greatest there is")
     return words
+
+
+def _draw_lines(axes: Axes, waypoints: Cells, frame: FigureLayout) -> Any:
+    """The straight lines of a path at any angle, above its cells; the legend item."""
+    from matplotlib.lines import Line2D
+
+    width = float(np.clip(frame.cell * 0.12, 1.2, 2.4))
+    look: dict[str, Any] = {"color": style.INK, "marker": "o", "markersize": 2.2 * width, "linewidth": width}
+    look |= {"markerfacecolor": "white", "markeredgecolor": style.INK, "markeredgewidth": 0.8 * width}
+    axes.plot(waypoints[:, 0], waypoints[:, 1], zorder=5.2, **look)
+    return Line2D([], [], label="straight lines", **look)
