@@ -33,13 +33,13 @@ from lampyris.report.style import speed_map
 ROBOT = lampyris.Robot(radius=0.3)
 STRAIGHT = 256
 """Widest map of which paths are pulled straight, too."""
-NOTE = "least travel time under the static caps: "
+NOTE = "least travel time under the caps of "
 
 
 def bound_of(plan: Plan) -> float:
     """The least travel time that a plan of ``fastest-time`` states, seconds."""
     text = next(note for note in plan.notes if note.startswith(NOTE))
-    return float(text.removeprefix(NOTE).split()[0])
+    return float(text.rpartition(": ")[2].split()[0])
 
 
 def driven(

@@ -261,6 +261,15 @@ def test_walls_that_change_change_the_caps() -> None:
     assert seconds_of(slower) == seconds_of(fresh.plan()) > free
 
 
+def test_the_plan_says_which_caps_its_time_is_under() -> None:
+    scene = lampyris.Scene(lampyris.Grid(np.zeros((9, 9), bool)), (0, 4), (8, 4), robot=ROBOT)
+    (note,) = lampyris.plan(scene, "fastest-time", blind=True).notes
+    assert note.startswith("least travel time under the caps of v_max, clearance, corners, blind areas: ")
+    slow = replace(scene, zones=np.full((9, 9), 0.2))
+    (note,) = lampyris.plan(slow, "fastest-time", turns=False, clearance=False).notes
+    assert note == "least travel time under the caps of v_max, speed zones: 40 s"
+
+
 def test_settings_out_of_range_are_refused() -> None:
     with pytest.raises(SettingError, match="creep 0"):
         FastestTime(creep=0.0)

@@ -91,8 +91,21 @@ class TravelTimeSession(SearchSession):
             status = Status.LIMIT if found.ending == LIMIT else Status.NO_PATH
             return Plan(status, name, expansions=found.expansions)
         path = path_of(found.cells, moves_for(scene), scene.grid.terrain)
-        note = f"least travel time under the static caps: {found.seconds:.6g} s"
+        note = (
+            f"least travel time under the caps of {_caps_named(self._settings, scene)}: {found.seconds:.6g} s"
+        )
         return Plan(Status.FOUND, name, path, iterations=1, expansions=found.expansions, notes=(note,))
+
+
+def _caps_named(settings: FastestTime, scene: Scene) -> str:
+    """What limits speed in the search, in words."""
+    rules = {
+        "clearance": settings.clearance,
+        "corners": settings.turns,
+        "speed zones": settings.zones and scene.zones is not None,
+        "blind areas": settings.blind,
+    }
+    return ", ".join(("v_max", *(name for name, counts in rules.items() if counts)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,8 +32,8 @@ class AntSystem(SwarmPlanner):
 
     The equations' ``eta = 1/d``, d the length of the step, hardly differs from step to step on a grid
     (``guide = "step"``). Ours are the default ``line``, 1 / (1 + straight distance to the goal), which knows no walls,
-    and ``rise`` of ``mmas-dstar``, which knows D*'s costs. At first tau is the number of ants over the straight distance
-    from start to goal. The number of ants is ``swarm``.
+    and ``rise`` of ``mmas-dstar``, which knows D*'s costs. At first tau is the number of ants over the number of
+    columns or rows from start to goal, whichever is greater. The number of ants is ``swarm``.
 
     Parameters
     ----------
