@@ -41,7 +41,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("plan", "env-1", "--explain"), ("plan", "guide", "--moves", "sixteen-connected"),
         ("plan", "guide", "--set", "min_clearance=1"), ("plan", *POSES, "--planner", "pad"),
         ("plan", *CAR, "--planner", "pad"), ("plan", "guide", "--via", "1,9", "--via-order", "best"),
-        ("plan", *CAR, "--planner", "lattice-sipp"),
+        ("plan", *CAR, "--planner", "lattice-sipp"), ("plan", "guide", "--planner", "fastest-time"),
         ("plan", *CAR, "--planner", "lattice", "--set", "primitives=costly.mprim"),
     ),
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),

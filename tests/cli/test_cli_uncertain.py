@@ -52,7 +52,7 @@ def test_without_a_path_the_keys_stay_and_are_null() -> None:
 def test_a_monte_carlo_picture_far_from_the_settings_has_room_and_errors(tmp_path: Path) -> None:
     picture = tmp_path / "u.svg"
     made = call(
-        "uncertain", "guide", "--planner", "astar", "--vary", "v_max=0.2:0.3", "--vary", "a_max=0.4:0.6",
+        "uncertain", "guide", "--planner", "astar", "--vary", "v_max=0.2:0.3", "--vary", "a_lat_max=0.02:0.2",
         "--method", "monte-carlo", "--monte-carlo-runs", "40", "--picture", str(picture),
     )  # fmt: skip
     assert made.returncode == 0, made.stderr

@@ -152,6 +152,8 @@ class Plan(Value, Tabular):
     via : the scene's via points in the order in which they are visited; empty: there are none.
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
+    time_lower_bound : of the planner ``fastest-time``: no path of the scene's moves (through the via points in this order)
+        is driven in less time under the caps that its settings name, seconds. Else None.
     """
 
     status: Status
@@ -180,6 +182,7 @@ class Plan(Value, Tabular):
     via: tuple[Cell, ...] = ()
     via_at: tuple[int, ...] = ()
     via_lower_bound: float | None = None
+    time_lower_bound: float | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None

@@ -25,6 +25,7 @@ ADDED_TO = frozenset(
         ("Plan", "via"),
         ("Plan", "via_at"),
         ("Plan", "via_lower_bound"),
+        ("Plan", "time_lower_bound"),
     }
     | {("Recorded", "yaw"), ("Obstacle", "outline"), ("Track", "outline"), ("Track", "yaw")}
 )
