@@ -18,6 +18,7 @@ from lampyris.uncertainty.bases import (
     normal_rule,
     uniform_rule,
 )
+from lampyris.uncertainty.expansion import MOST_INPUTS
 from lampyris.uncertainty.inputs import parse_input
 
 ANGLE = Uniform(-math.pi, math.pi)
@@ -185,6 +186,18 @@ def test_wrong_arguments_are_refused(given: dict[str, Any]) -> None:
     arguments: dict[str, Any] = {"inputs": {"a": Uniform(0.0, 1.0)}, **given}
     with pytest.raises(SettingError):
         expand(lambda x: x["a"], **arguments)
+
+
+@pytest.mark.parametrize("count", [MOST_INPUTS - 1, MOST_INPUTS, MOST_INPUTS + 1])
+def test_at_most_so_many_inputs(count: int) -> None:
+    inputs = {f"x{k}": Uniform(0.0, 1.0) for k in range(count)}
+    if count > MOST_INPUTS:
+        with pytest.raises(SettingError, match="1 to 12"):
+            expand(lambda x: sum(x.values()), inputs)
+        return
+    made = expand(lambda x: sum(x.values()), inputs, runs=400)
+    assert made.mean == pytest.approx(count / 2)
+    assert made.variance == pytest.approx(count / 12)
 
 
 def test_an_outcome_that_is_no_number_is_refused_with_its_inputs() -> None:
