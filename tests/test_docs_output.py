@@ -43,6 +43,7 @@ RUNS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("plan", *CAR, "--planner", "pad"), ("plan", "guide", "--via", "1,9", "--via-order", "best"),
         ("plan", *CAR, "--planner", "lattice-sipp"), ("plan", "guide", "--planner", "voronoi"),
         ("plan", "guide", "--planner", "rrt-connect", "--explain"),
+        ("plan", "guide", "--planner", "fastest-time"),
         ("plan", *CAR, "--planner", "lattice", "--set", "primitives=costly.mprim"),
     ),
     "speed": (("speed", "guide"), ("speed", "guide", "--obstacle-states", "near.csv", "--law", "optimum")),

@@ -33,13 +33,6 @@ from lampyris.report.style import speed_map
 ROBOT = lampyris.Robot(radius=0.3)
 STRAIGHT = 256
 """Widest map of which paths are pulled straight, too."""
-NOTE = "least travel time under the static caps: "
-
-
-def bound_of(plan: Plan) -> float:
-    """The least travel time that a plan of ``fastest-time`` states, seconds."""
-    text = next(note for note in plan.notes if note.startswith(NOTE))
-    return float(text.removeprefix(NOTE).split()[0])
 
 
 def driven(
@@ -68,7 +61,8 @@ def row(name: str, law: str, most: int) -> str | None:
         if not short[1]:
             continue
         fast = driven(scene, "fastest-time", law, **blind)
-        bound = bound_of(fast[0])
+        bound = fast[0].time_lower_bound
+        assert bound is not None
         times = [one.duration for one in (*short[1], *fast[1])]
         lengths = [float(one[1][0].s[-1]) for one in (short, fast)]
         assert bound <= min(times[0], times[len(fast[1])]) * (1 + 1e-9), name

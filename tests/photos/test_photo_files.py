@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,14 @@ import pytest
 from PIL import Image, ImageOps
 from typer.testing import CliRunner
 
+import lampyris
 from lampyris.cli.verbs.maps.command import app
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.load import load_map
 from lampyris.io.photos.jpeg import MAX_SCANS, MAX_SEGMENTS
 from lampyris.io.photos.read import read_photo
+from lampyris.report import style
+from lampyris.report.charts.histogram_chart import draw_histogram
 
 
 def jpeg(samples: np.ndarray[Any, Any], **settings: Any) -> bytes:
@@ -184,3 +188,17 @@ def test_drawings_with_several_pixels_a_cell(tmp_path: Path) -> None:
     blank[:2, :2] = 0
     Image.fromarray(blank).save(tmp_path / "g.png")
     assert load_map(tmp_path / "g.png").grid.blocked.shape == (6, 8), "without marks nothing tells"
+
+
+@pytest.mark.parametrize("thresholds", [5, 15])
+def test_words_on_the_chart_do_not_overlap(thresholds: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    figures: list[Any] = []
+    monkeypatch.setattr(style, "save", lambda figure, *rest: figures.append(figure))
+    rng = np.random.default_rng(1)
+    levels = np.clip(rng.normal(180.0, 20.0, (100, 200)), 0.0, 255.0)
+    levels[:10] = rng.normal(40.0, 15.0, (10, 200)).clip(0.0, 90.0)
+    draw_histogram(lampyris.segment_photo(levels.astype(np.uint8), thresholds=thresholds), Path("x.png"))
+    figures[0].draw_without_rendering()
+    boxes = [text.get_window_extent().padded(-1.0) for text in figures[0].axes[0].texts]
+    assert len(boxes) == 2 * thresholds + 1
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))

@@ -18,6 +18,7 @@ from lampyris.uncertainty.bases import (
     normal_rule,
     uniform_rule,
 )
+from lampyris.uncertainty.expansion import MOST_INPUTS
 from lampyris.uncertainty.inputs import parse_input
 
 ANGLE = Uniform(-math.pi, math.pi)
@@ -35,7 +36,7 @@ def test_ishigami_within_one_percent_in_250_runs() -> None:
         return ishigami(x)
 
     made = expand(counted, dict.fromkeys(("x1", "x2", "x3"), ANGLE))
-    assert made.method == "polynomial chaos"
+    assert made.method == "polynomial-chaos"
     assert made.runs == len(calls) <= 250
     assert made.mean == pytest.approx(3.5, rel=0.01)
     assert made.variance == pytest.approx(13.8446, rel=0.01)
@@ -65,6 +66,30 @@ def test_monte_carlo_of_ishigami_agrees_within_its_standard_errors() -> None:
         assert one.total_error is not None
         assert abs(one.first - first) < 4 * one.first_error < 0.2
         assert abs(one.total - total) < 4 * one.total_error < 0.2
+
+
+@pytest.mark.parametrize("names", ["a", "ab", "abc"])
+def test_monte_carlo_shares_of_a_sum_are_within_their_standard_errors(names: str) -> None:
+    """In a sum of squares with weights 1, 2, 3 nothing works together; a single input carries all, exactly."""
+    calls = []
+
+    def weighted(x: dict[str, float]) -> float:
+        calls.append(x)
+        return sum((k + 1) * x[name] ** 2 for k, name in enumerate(names))
+
+    made = expand(
+        weighted, dict.fromkeys(names, Uniform(0.0, 1.0)), method="monte-carlo", monte_carlo_runs=800, seed=4
+    )
+    assert made.runs == len(calls) == 800
+    whole = sum((k + 1) ** 2 for k in range(len(names)))
+    for k, name in enumerate(names):
+        one, share = made.sobol[name], (k + 1) ** 2 / whole
+        assert one.first_error is not None
+        assert one.total_error is not None
+        assert abs(one.first - share) <= 4 * one.first_error + 1e-12
+        assert one.total == pytest.approx(one.first, abs=1e-9)
+        assert (one.total_error < 1e-9) == (names == "a")
+        assert one.total_error < 0.1
 
 
 def moment(degree: int) -> float:
@@ -128,8 +153,9 @@ def test_steps_are_not_smooth_and_go_to_monte_carlo() -> None:
     assert made.mean_error is not None
     assert made.runs <= 120 + 400
     again = expand(steps, inputs, runs=120, tolerance=0.003, method="polynomial-chaos", seed=3)
-    assert again.method == "polynomial chaos"
+    assert again.method == "polynomial-chaos"
     assert again.held_out_error == made.held_out_error
+    assert made.note == f"{again.note}; Monte Carlo instead"
 
 
 def test_the_same_seed_gives_the_same_result() -> None:
@@ -160,6 +186,18 @@ def test_wrong_arguments_are_refused(given: dict[str, Any]) -> None:
     arguments: dict[str, Any] = {"inputs": {"a": Uniform(0.0, 1.0)}, **given}
     with pytest.raises(SettingError):
         expand(lambda x: x["a"], **arguments)
+
+
+@pytest.mark.parametrize("count", [MOST_INPUTS - 1, MOST_INPUTS, MOST_INPUTS + 1])
+def test_at_most_so_many_inputs(count: int) -> None:
+    inputs = {f"x{k}": Uniform(0.0, 1.0) for k in range(count)}
+    if count > MOST_INPUTS:
+        with pytest.raises(SettingError, match="1 to 12"):
+            expand(lambda x: sum(x.values()), inputs)
+        return
+    made = expand(lambda x: sum(x.values()), inputs, runs=400)
+    assert made.mean == pytest.approx(count / 2)
+    assert made.variance == pytest.approx(count / 12)
 
 
 def test_an_outcome_that_is_no_number_is_refused_with_its_inputs() -> None:

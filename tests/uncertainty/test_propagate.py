@@ -71,8 +71,8 @@ def test_settings_of_every_owner_are_found_by_name() -> None:
         ({"v_max": "1:2", "robot.v_max": "1:2"}, {}, "given twice"),
         ({"v_max": 3}, {}, "a distribution"),
         ({"v_max": "1:2"}, {"of": "arrived"}, "changes in steps"),
-        ({"v_max": "1:2"}, {"law": "dissertation"}, "a law in m/s"),
-        ({"radius": "0.1:5"}, {}, r"at radius="),
+        ({"v_max": "1:2"}, {"law": "dissertation"}, "no metres and seconds; allowed: blind, cloud"),
+        ({"radius": "0.1:5"}, {}, r"no path in the run with radius="),
         ({}, {}, "1 to 12"),
     ],
 )

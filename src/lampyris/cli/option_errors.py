@@ -168,6 +168,10 @@ def _option_of(error: LampyrisError, given: Mapping[str, str]) -> tuple[str, str
         return None if option is None else (option.partition(" ")[0], error.what)
     # A planner's name or a law's is no place: "ad-gso: nt 0" is about --set nt.
     is_place = error.where != error.setting and ("/" in error.where or "." in error.where)
+    if error.value and error.where.startswith(
+        f"{error.setting}."
+    ):  # "vary.v_max", and the value says so again
+        is_place = False
     name = OPTIONS.get(setting, setting)
     # A setting of a planner or a law is by --set, even where the verb has an option of the same name.
     owned = bool(error.where) and not is_place and error.where != error.setting

@@ -197,6 +197,8 @@ class Plan(Value, Tabular):
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
     map_model : of ``visibility-graph``, ``voronoi`` and ``quadtree``: what was searched. Else None.
+    time_lower_bound : of the planner ``fastest-time``: no path of the scene's moves (through the via points in this order)
+        is driven in less time under the caps that its settings name, seconds. Else None.
     """
 
     status: Status
@@ -227,6 +229,7 @@ class Plan(Value, Tabular):
     via_at: tuple[int, ...] = ()
     via_lower_bound: float | None = None
     map_model: MapModel | None = None
+    time_lower_bound: float | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None

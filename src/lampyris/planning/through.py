@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -122,6 +123,7 @@ def _joined(legs: Sequence[Plan], visits: _Visits) -> Plan:
     optimal = [one.optimal_exact for one in legs if one.optimal_exact is not None]
     turns = [one.waypoints for one in legs if one.waypoints is not None]
     gates = {gate.cell: gate for one in legs for gate in one.gates_on_path}
+    least = [one.time_lower_bound for one in legs if one.time_lower_bound is not None]
     return Plan(
         Status.FOUND,
         legs[0].planner,
@@ -146,6 +148,7 @@ def _joined(legs: Sequence[Plan], visits: _Visits) -> Plan:
         via=visits.via,
         via_at=tuple(np.cumsum(lengths)[:-1].tolist()),
         via_lower_bound=visits.least,
+        time_lower_bound=math.fsum(least) if len(least) == len(legs) else None,
     )
 
 

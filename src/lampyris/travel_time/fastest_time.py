@@ -37,7 +37,8 @@ class FastestTime(SearchPlanner):
     A* over states (cell, step that led there). The time of a path is that of driving every step as fast as the caps
     allow, with the square of the speed linear between the caps of its two cells, and the half steps next to a corner no
     faster than the corner. It is the least of all paths of the scene's moves, exactly, and a lower bound of the time of
-    every one of them under the whole law, which also limits acceleration between nodes: docs/fastest_time.md. The planner
+    every one of them under the whole law, which also limits acceleration between nodes: ``Plan.time_lower_bound``, and
+    docs/fastest_time.md. The planner
     ``fastest`` is something else: the shortest path, by the search that takes the least computing time.
 
     Parameters
@@ -91,8 +92,14 @@ class TravelTimeSession(SearchSession):
             status = Status.LIMIT if found.ending == LIMIT else Status.NO_PATH
             return Plan(status, name, expansions=found.expansions)
         path = path_of(found.cells, moves_for(scene), scene.grid.terrain)
-        note = f"least travel time under the static caps: {found.seconds:.6g} s"
-        return Plan(Status.FOUND, name, path, iterations=1, expansions=found.expansions, notes=(note,))
+        return Plan(
+            Status.FOUND,
+            name,
+            path,
+            iterations=1,
+            expansions=found.expansions,
+            time_lower_bound=found.seconds,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,11 @@ import numpy as np
 
 from lampyris._core import cancellation, defaults
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_real, is_whole, is_word
-from lampyris.errors import SettingError, callable_or_none, shown
+from lampyris.errors import SettingError, callable_or_none, plural, shown
 from lampyris.typing import Floats
 from lampyris.uncertainty.index_growth import FORCED, IndexGrowth, Terms, value_of
 from lampyris.uncertainty.inputs import Input, Normal, Uniform
-from lampyris.uncertainty.monte_carlo import sampled
+from lampyris.uncertainty.monte_carlo import mixtures, sampled
 from lampyris.uncertainty.outcome import SobolIndices, UncertainOutcome, quantiles_of
 
 SAMPLE = 20_000
@@ -86,22 +86,24 @@ def expand(
     if method != "monte-carlo" and runs < least:
         raise SettingError.of(
             "RUNS", "runs", f"{runs}", where="uncertainty",
-            allowed=f"at least {least} for {len(names)} inputs, {held_out} of them held out",
+            allowed=f"at least {least} for {plural(len(names), 'input')}, {held_out} of them held out",
         )  # fmt: skip
     model = _Model(function, names, given, progress, monte_carlo_runs if method == "monte-carlo" else runs)
     draws = [np.random.Generator(np.random.PCG64(one)) for one in np.random.SeedSequence(seed).spawn(3)]
     note, held_out_error = "", None
     if method != "monte-carlo":
         growth, held_out_error = _grown(model, given, draws[0], tolerance, runs, held_out)
-        if held_out_error <= tolerance or method == "polynomial-chaos":
+        if held_out_error > tolerance:
+            note = (
+                f"not smooth: the expansion's held-out error is {held_out_error:.2g} of the variance after "
+                f"{model.runs} runs, above the tolerance {tolerance:g}"
+            )
+        if not note or method == "polynomial-chaos":
             z = _random(given, draws[1], SAMPLE)
             return _of_expansion(
-                growth.terms, names, given, z, of, unit, model.runs, held_out_error, held_out
+                growth.terms, names, given, z, of, unit, model.runs, held_out_error, held_out, note
             )
-        note = (
-            f"not smooth: the expansion's held-out error is {held_out_error:.2g} of the variance after "
-            f"{model.runs} runs, above the tolerance {tolerance:g}; Monte Carlo instead"
-        )
+        note += "; Monte Carlo instead"
         model.most = model.runs + monte_carlo_runs
     found = sampled(model, given, draws[2], monte_carlo_runs)
     return UncertainOutcome(
@@ -191,6 +193,7 @@ def _of_expansion(
     runs: int,
     error: float,
     held_out: int,
+    note: str,
 ) -> UncertainOutcome:
     degrees = np.array(list(terms), dtype=np.int64)
     squares = np.square(np.array(list(terms.values())))
@@ -207,8 +210,8 @@ def _of_expansion(
         total = float(squares[used[:, k]].sum())
         sobol[name] = SobolIndices(*(part / variance if variance > 0.0 else 0.0 for part in (alone, total)))
     return UncertainOutcome(
-        of, unit, mean, variance**0.5, quantiles_of(sample), sobol, runs, "polynomial chaos", error, held_out,
-        len(terms), None, None, "", sample,
+        of, unit, mean, variance**0.5, quantiles_of(sample), sobol, runs, "polynomial-chaos", error, held_out,
+        len(terms), None, None, note, sample,
     )  # fmt: skip
 
 
@@ -245,7 +248,7 @@ def _check(
         method,
         ", ".join(defaults.UNCERTAINTY_METHODS),
     )
-    fewest = 10 * (len(inputs) + 2)
+    fewest = 10 * len(mixtures(len(inputs)))
     need(
         is_whole(monte_carlo_runs, fewest, most),
         "monte_carlo_runs",

@@ -44,13 +44,13 @@ class UncertainOutcome(Value):
     quantiles : by share, such as 0.95.
     sobol : by input, in the order in which they were given.
     runs : evaluations of the model in all, held-out ones included.
-    method : ``polynomial chaos`` or ``monte-carlo``.
+    method : ``polynomial-chaos`` or ``monte-carlo``.
     held_out_error : mean square error of the expansion at runs that it was not computed from, as a share of the variance;
         None: no expansion was tried.
     held_out : number of such runs.
     terms : polynomials of the expansion; 0 for Monte Carlo.
     mean_error, sd_error : standard errors of a Monte Carlo estimate, None for an expansion.
-    note : why Monte Carlo was used, where an expansion was wanted; empty otherwise.
+    note : that the outcome is not smooth, where the held-out error is above the tolerance; empty otherwise.
     sample : outcomes of random inputs, (n,): values of the expansion, or the Monte Carlo runs.
     """
 

@@ -90,7 +90,7 @@ def propagate_uncertainty(
     >>> scene = lampyris.Scene(lampyris.load_grid("env-3"), (1, 1), (47, 47), robot=lampyris.Robot(radius=0.15))
     >>> made = lampyris.propagate_uncertainty(scene, {"v_max": "0.8:1.2", "radius": "normal(0.15,0.02)"}, planner="astar")
     >>> made.method, max(made.sobol, key=lambda name: made.sobol[name].total)
-    ('polynomial chaos', 'v_max')
+    ('polynomial-chaos', 'v_max')
     """
     made = propagate(
         scene, vary, of=of, planner=planner, planner_settings=planner_settings, law=law, law_settings=law_settings,
@@ -132,7 +132,8 @@ def propagate(
     of_kind("energy", model, EnergyModel)
     run = Run(scene, planner, dict(planner_settings or {}), law, dict(law_settings or {}), model)
     if laws.named(law).units != "m/s":
-        raise UsageError("LAW", f"{law} has no metres and seconds", where="law", allowed="a law in m/s")
+        known = ", ".join(name for name in laws.names() if laws.named(name).units == "m/s")
+        raise UsageError("LAW", f"the law {law} has no metres and seconds", where="law", allowed=known)
     inputs = {str(name): _input(str(name), one) for name, one in vary.items()}
     names = full_names(run, inputs)
     plan, nominal = _evaluated(run, of, smooth, seed)
@@ -149,7 +150,10 @@ def propagate(
             raise
         if value is None:
             raise SettingError(
-                "UNCERTAIN_OUTCOME", f"{found.sentence} at {at}", where="vary", allowed="settings with a path"
+                "UNCERTAIN_OUTCOME",
+                f"no path in the run with {at}: {found.sentence.rstrip('.')}",
+                where="vary",
+                allowed="ranges in which there is always a path",
             )
         return value
 

@@ -165,6 +165,9 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
             rows.append(("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"))
         if found.via:
             rows.append(("via", _via(found)))
+    if found.time_lower_bound is not None:
+        words = "no path of these moves is faster under the planner's caps"
+        rows.append(("least time", f"{found.time_lower_bound:.6g} s: {words}"))
     rows += [("note", note) for note in found.notes]
     waiting = ""
     if found.schedule is not None:

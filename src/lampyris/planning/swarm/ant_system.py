@@ -31,9 +31,9 @@ class AntSystem(SwarmPlanner):
     fitness (2.6, 2.7). M. Dorigo, V. Maniezzo, A. Colorni, "Ant system", IEEE Trans. SMC-B 26(1):29-41, 1996.
 
     The equations' ``eta = 1/d``, d the length of the step, hardly differs from step to step on a grid
-    (``guide = "step"``). Ours are the default ``line``, 1 / (1 + straight distance to the goal), which knows no walls,
-    and ``rise`` of ``mmas-dstar``, which knows D*'s costs. At first tau is the number of ants over the straight distance
-    from start to goal. The number of ants is ``swarm``.
+    (``guide = "step"``). Ours are the default ``line``, 1 / (1 + straight distance to the goal), which ignores walls,
+    and ``rise`` of ``mmas-dstar``, which uses D*'s costs. At first tau is the number of ants over the number of
+    columns or rows from start to goal, whichever is greater. The number of ants is ``swarm``.
 
     Parameters
     ----------

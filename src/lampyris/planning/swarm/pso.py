@@ -120,12 +120,15 @@ class APso(WaypointPlanner):
 class DiversityPso(ParticlePlanner):
     """Particle swarm over waypoints that is driven apart where its diversity is low.
 
-    See :class:`lampyris.planning.swarm.optimisers.particle.DiversityRule`.
+    The particles are divided into groups. A particle is pulled to its own best place and to the best of its group. Where
+    the diversity of a group, the mean distance of its particles from their centre, falls below ``low``, the second pull
+    becomes a push until the diversity exceeds ``high``. See
+    :class:`lampyris.planning.swarm.optimisers.particle.DiversityRule`.
 
     Parameters
     ----------
     low, high : diversity below which a group is driven apart, and up to which; shares of the box's diagonal, low <= high.
-    groups : of particles, each with its own diversity and its own best, 1 to 100.
+    groups : of particles, each with its own diversity and its own best, 1 to 100; never more than there are particles.
     """
 
     low: float = number(default_of(DiversityRule, "low"), 0.0, 1.0)

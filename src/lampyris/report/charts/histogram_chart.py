@@ -9,6 +9,9 @@ from lampyris.report import style
 
 DPI = 150
 _FREE, _NOT_FREE = "#009e73", "#7d8590"
+_THRESHOLD = "#d55e00"
+_WIDE, _MIDDLING, _NARROW = 24, 10, 6
+"""Levels of a class from which its name and share, its number and share, and its number alone have room above it."""
 _TOO_HIGH = 4.0
 """A level with so many times the pixels of the 99th percentile is cut off at the top of the chart."""
 
@@ -41,15 +44,32 @@ def draw_histogram(made: SegmentedPhoto, out: style.OutFile) -> None:
             hatch=None if free else "////", edgecolor="white", linewidth=0.0,
         )  # fmt: skip
         share = pixels / max(int(made.histogram.sum()), 1)
-        words = f"{c}: {'free' if free else 'blocked'}\n{share:.0%}"
-        narrow = last > 6
+        width, kind = high + 1 - low, "free" if free else "blocked"
+        words = (
+            f"{c}: {kind}\n{share:.0%}"
+            if width >= _WIDE
+            else f"{c}\n{share:.0%}"
+            if width >= _MIDDLING
+            else f"{c}"
+        )
+        raised = 1.1 if width < _NARROW and c % 2 else 1.02
         axes.text(
-            (low + high) / 2, 1.02 * top, f"{c}" if narrow else words, ha="center", va="bottom",
+            (low + high) / 2, raised * top, words, ha="center", va="bottom",
             fontsize=8, color=_FREE if free else style.INK, fontweight="bold" if free else "normal",
         )  # fmt: skip
+    behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
     for level in made.thresholds:
-        axes.axvline(level + 0.5, color="#d55e00", linewidth=1.3)
-        axes.text(level + 1.5, 0.97 * top, f"{level}", fontsize=8, color="#d55e00", va="top")
+        axes.axvline(level + 0.5, color=_THRESHOLD, linewidth=1.3)
+        axes.text(
+            level + 1.2,
+            0.98 * top,
+            f"{level}",
+            fontsize=8,
+            color=_THRESHOLD,
+            va="top",
+            rotation=90,
+            bbox=behind,
+        )
     axes.set_xlim(-0.5, LEVELS - 0.5)
     axes.set_ylim(0.0, top)
     axes.set_xticks([0, 32, 64, 96, 128, 160, 192, 224, 255])

@@ -22,7 +22,7 @@ _BINS = 60
 
 def draw_uncertainty(
     sample: Floats,
-    shares: Mapping[str, tuple[float, float]],
+    shares: Mapping[str, tuple[float, float, float | None]],
     of: str,
     unit: str,
     nominal: float | None,
@@ -33,7 +33,7 @@ def draw_uncertainty(
     Parameters
     ----------
     sample : outcomes of random inputs, (n,).
-    shares : first-order and total index of each setting.
+    shares : first-order and total index of each setting, and the standard error of the total one or None.
     of, unit : what the outcome is.
     nominal : the outcome at the settings as they are; None: not drawn.
 
@@ -79,6 +79,11 @@ def _draw_density(axes: Axes, sample: Floats, of: str, unit: str, nominal: float
     if nominal is not None:
         axes.axvline(nominal, color=COLOURS[1], linewidth=1.4, linestyle="--")
         left = nominal < median
+        low, high = axes.get_xlim()
+        if left and nominal - low < 0.16 * (high - low):  # no room for the words
+            axes.set_xlim(nominal - 0.16 / 0.84 * (high - nominal), high)
+        elif not left and high - nominal < 0.16 * (high - low):
+            axes.set_xlim(low, nominal + 0.16 / 0.84 * (nominal - low))
         place = {"ha": "right" if left else "left", **marks, "color": COLOURS[1]}
         axes.text(nominal, 0.985 if left else 0.74, f" as set {nominal:.4g} ", **place)
     axes.set_xlabel(
@@ -88,31 +93,29 @@ def _draw_density(axes: Axes, sample: Floats, of: str, unit: str, nominal: float
     _plain(axes)
 
 
-def _draw_shares(axes: Axes, shares: Mapping[str, tuple[float, float]]) -> None:
+def _draw_shares(axes: Axes, shares: Mapping[str, tuple[float, float, float | None]]) -> None:
     """A bar for each setting, the greatest on top: by itself, and the rest together with others."""
     order = sorted(shares, key=lambda name: shares[name][1])
+    label = "standard error"
     for k, name in enumerate(order):
-        first, total = (max(0.0, share) for share in shares[name])
-        axes.barh(k, first, height=0.62, color=COLOURS[0], label="by itself" if k == 0 else None)
+        alone, total, error = shares[name]
+        first = max(0.0, alone)
         together = max(0.0, total - first)
-        axes.barh(
-            k,
-            together,
-            left=first,
-            height=0.62,
-            color=COLOURS[4],
-            label="together with others" if k == 0 else None,
-        )
-        axes.text(
-            first + together + 0.01, k, f"{max(first, total):.1%}", va="center", fontsize=8.5, color=style.INK
-        )
+        words = ("by itself", "together with others") if k == 0 else (None, None)
+        axes.barh(k, first, height=0.62, color=COLOURS[0], label=words[0])
+        axes.barh(k, together, left=first, height=0.62, color=COLOURS[4], label=words[1])
+        end = first + together
+        if error:
+            axes.errorbar(end, k, xerr=error, color=style.INK, capsize=3.0, linewidth=1.0, label=label)
+            end, label = end + error, "_nolegend_"
+        axes.text(end + 0.01, k, f"{max(first, total):.1%}", va="center", fontsize=8.5, color=style.INK)
     axes.set_yticks(range(len(order)), [clean(name, 20) for name in order], fontsize=9)
     axes.set_xlim(0.0, 1.12)
     axes.set_xticks((0.0, 0.25, 0.5, 0.75, 1.0), ("0", "25 %", "50 %", "75 %", "100 %"))
     axes.set_ylim(-0.6, len(order) - 0.4)
     axes.set_xlabel("share of the variance", fontsize=9, color=style.INK)
     axes.legend(
-        frameon=False, fontsize=8.5, labelcolor=style.INK, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2,
+        frameon=False, fontsize=8.5, labelcolor=style.INK, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3,
         borderaxespad=0.1,
     )  # fmt: skip
     _plain(axes)

@@ -78,6 +78,7 @@ def plan_record(
         "corners": corners_record(plan, scene, profile),
         **({} if plan.pose_path is None else pose_record(plan.pose_path)),
         **(via_record(plan, scene) if scene.via else {}),
+        **({} if plan.time_lower_bound is None else {"time_lower_bound_s": plan.time_lower_bound}),
         **({} if nodes is None else {"nodes": nodes.columns()}),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),

@@ -31,6 +31,7 @@ ADDED_TO = frozenset(
         ("Trace", "seen"),
         ("Trace", "goal_track"),
         ("Drive", "timetables"),
+        ("Plan", "time_lower_bound"),
     }
     | {("Recorded", "yaw"), ("Obstacle", "outline"), ("Track", "outline"), ("Track", "yaw")}
 )

@@ -5,7 +5,7 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -150,9 +150,7 @@ def propagate_and_print(
         )  # fmt: skip
     if made.outcome is None:
         if out.json:
-            print_json(
-                {"map": grid_record(scenario.scene.grid), "sentence": made.plan.sentence, "mean": None}
-            )
+            print_json({"map": grid_record(scenario.scene.grid), **record_of(made, how["of"])})
         else:
             text.line(made.plan.sentence, style="bold red")
         return NO_ANSWER
@@ -161,47 +159,41 @@ def propagate_and_print(
         from lampyris.report.charts.uncertainty_chart import draw_uncertainty
 
         with working("drawing", quiet=out.json):
+            shares = {
+                name: (one.first, one.total, one.total_error) for name, one in made.outcome.sobol.items()
+            }
             draw_uncertainty(
-                made.outcome.sample, {name: (one.first, one.total) for name, one in made.outcome.sobol.items()},
-                made.outcome.of, made.outcome.unit, made.nominal, out.picture,
-            )  # fmt: skip
+                made.outcome.sample, shares, made.outcome.of, made.outcome.unit, made.nominal, out.picture
+            )
     if out.json:
-        print_json({"map": grid_record(scenario.scene.grid), **record_of(made)})
+        print_json({"map": grid_record(scenario.scene.grid), **record_of(made, how["of"])})
     else:
         print_outcome(made)
         print_written(out.picture)
     return 0
 
 
-def record_of(made: Propagation) -> dict[str, Any]:
+OF_OUTCOME = (
+    "mean", "sd", "quantiles", "sobol", "runs", "method", "held_out", "held_out_error", "terms", "mean_error",
+    "sd_error", "note",
+)  # fmt: skip
+"""Keys that are null where there is no path."""
+
+
+def record_of(made: Propagation, of: str) -> dict[str, Any]:
     """The result as plain data, as docs/output.md has it."""
     one = made.outcome
-    assert one is not None
+    record: dict[str, Any] = dict.fromkeys(OF_OUTCOME)
+    if one is not None:
+        record = {key: getattr(one, key) for key in OF_OUTCOME}
+        record["quantiles"] = {f"{share:g}": value for share, value in one.quantiles.items()}
+        record["sobol"] = {name: asdict(each) for name, each in one.sobol.items()}
     return {
         "sentence": made.plan.sentence,
-        "of": one.of,
-        "unit": one.unit,
+        "of": of,
+        "unit": OUTCOMES[of],
         "nominal": made.nominal,
-        "mean": one.mean,
-        "sd": one.sd,
-        "quantiles": {f"{share:g}": value for share, value in one.quantiles.items()},
-        "sobol": {
-            name: {
-                "first": each.first,
-                "total": each.total,
-                "first_error": each.first_error,
-                "total_error": each.total_error,
-            }
-            for name, each in one.sobol.items()
-        },
-        "runs": one.runs,
-        "method": one.method,
-        "held_out": one.held_out,
-        "held_out_error": one.held_out_error,
-        "terms": one.terms,
-        "mean_error": one.mean_error,
-        "sd_error": one.sd_error,
-        "note": one.note,
+        **record,
         "vary": {name: described(given) for name, given in made.vary.items()},
     }
 

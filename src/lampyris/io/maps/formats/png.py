@@ -324,4 +324,5 @@ def not_a_picture(source: FileSource, allowed: str) -> Exception:
         return source.error("IMG_FORMAT", f"this is {name}", allowed=allowed, todo=todo)
     shown = "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in head[:4])
     starts = f' (starts with "{shown}")' if source.quotes else ""
-    return source.error("IMG_FORMAT", f"not a PNG, BMP or PGM{starts}", allowed=allowed)
+    pictures = "a JPEG, PNG, BMP or PGM" if allowed.startswith("JPEG") else "a PNG, BMP or PGM"
+    return source.error("IMG_FORMAT", f"not {pictures}{starts}", allowed=allowed)

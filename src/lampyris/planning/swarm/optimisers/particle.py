@@ -93,7 +93,7 @@ class DiversityRule:
     Parameters
     ----------
     low, high : shares of the diagonal, 0 <= low <= high <= 1.
-    groups : of particles with numbers that follow each other, 1 or more; no more than particles.
+    groups : of particles with numbers that follow each other, 1 or more; each particle is one where there are fewer.
 
     Raises
     ------
