@@ -105,8 +105,9 @@ class FleetScenario:
         if self.iterations is not None and not is_whole(self.iterations, 1):
             allowed = "a whole number >= 1, or None"
             raise SettingError.of("BUDGET", "iterations", shown(self.iterations), allowed=allowed)
-        if self.seconds is not None and not in_range(self.seconds, 1e-3, 1e6):
-            raise SettingError.of("BUDGET", "seconds", shown(self.seconds), allowed="0.001 to 1e6, or None")
+        if self.seconds is not None and not (in_range(self.seconds, 0.0, 1e6) and self.seconds > 0.0):
+            allowed = "more than 0 and at most 1e6, or None"
+            raise SettingError.of("BUDGET", "seconds", shown(self.seconds), allowed=allowed)
         object.__setattr__(self, "faults", _faults(self.faults))
         if self.execution is not None and self.lifelong is not None:
             raise SettingError.of(
@@ -131,9 +132,10 @@ def _faults(given: Any) -> tuple[tuple[int, float], ...]:
     SettingError : ``FAULTS``: others.
     """
     made = []
-    for one in given if isinstance(given, tuple | list) else (None,):
+    for k, one in enumerate(given if isinstance(given, tuple | list) else (given,)):
         pair = one if isinstance(one, tuple | list) and len(one) == 2 else (None, None)
         if not is_whole(pair[0], 0) or not in_range(pair[1], 0.0, 1e12):
-            raise SettingError.of("FAULTS", "faults", shown(given), allowed="pairs (robot, time >= 0)")
+            allowed = "pairs (robot, time >= 0)"
+            raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed, setting="faults")
         made.append((int(pair[0]), pair[1]))
     return tuple(made)

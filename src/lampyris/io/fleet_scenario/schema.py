@@ -93,7 +93,8 @@ class FleetBudgetTable(Table):
         Annotated[int, Field(ge=1, le=10**12)] | None, Rule("BUDGET", "a whole number >= 1, or null")
     ] = Field(None, description="Iterations of the planner; lacam and lns improve their plans until then.")
     seconds: Annotated[
-        Annotated[float, Field(ge=1e-3, le=1e6)] | None, Rule("BUDGET", "0.001 to 1e6 seconds, or null")
+        Annotated[float, Field(gt=0, le=1e6)] | None,
+        Rule("BUDGET", "more than 0 and at most 1e6 seconds, or null"),
     ] = Field(None, description="The same in seconds. The result then depends on the machine.")
 
 
