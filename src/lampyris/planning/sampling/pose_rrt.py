@@ -26,6 +26,7 @@ from lampyris.planning.lattice.lattice_planner import outline
 from lampyris.planning.lattice.poses import path_along
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
+from lampyris.planning.sampling import settings
 from lampyris.planning.sampling.pose_trees import (
     CellPose,
     PoseTask,
@@ -72,7 +73,7 @@ class PoseRrtConnect:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(100_000, 1, 10_000_000)
+    samples: int = settings.samples_of_first_path()
     rounds: int = whole(1, 1, 1_000_000)
     step: float | None = number(None, 1.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 8 to 64")
     reverse_cost: float = number(1.0, 1.0, 100.0)

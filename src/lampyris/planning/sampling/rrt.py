@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
+from lampyris.planning.sampling import settings
 from lampyris.planning.sampling.session import SamplingSession
 from lampyris.planning.sampling.trees import OneTree, Query, TwoTrees
 
@@ -38,11 +39,11 @@ class Rrt:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(100_000, 1, 10_000_000)
-    batch: int = whole(1000, 1, 1_000_000)
-    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
-    goal_bias: float = number(0.05, 0.0, 1.0)
-    narrow: float = number(0.1, 0.0, 0.9)
+    samples: int = settings.samples_of_first_path()
+    batch: int = settings.batch_of_first_path()
+    step: float | None = settings.step()
+    goal_bias: float = settings.goal_bias()
+    narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt"
@@ -83,10 +84,10 @@ class RrtConnect:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(100_000, 1, 10_000_000)
-    batch: int = whole(1000, 1, 1_000_000)
-    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
-    narrow: float = number(0.1, 0.0, 0.9)
+    samples: int = settings.samples_of_first_path()
+    batch: int = settings.batch_of_first_path()
+    step: float | None = settings.step()
+    narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt-connect"

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.settings import check_settings, flag, number, under_name, whole
+from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
+from lampyris.planning.sampling import settings
 from lampyris.planning.sampling.rrt import TRAITS
 from lampyris.planning.sampling.session import SamplingSession
 from lampyris.planning.sampling.trees import BatchSearch, OneTree, Query
@@ -38,12 +39,12 @@ class RrtStar:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(20_000, 1, 10_000_000)
-    batch: int = whole(100, 1, 1_000_000)
-    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
-    goal_bias: float = number(0.05, 0.0, 1.0)
-    ancestors: int = whole(2, 0, 1000)
-    narrow: float = number(0.1, 0.0, 0.9)
+    samples: int = settings.samples_of_improving()
+    batch: int = settings.batch_of_improving()
+    step: float | None = settings.step()
+    goal_bias: float = settings.goal_bias()
+    ancestors: int = settings.ancestors()
+    narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt-star"
@@ -88,12 +89,12 @@ class InformedRrtStar:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(20_000, 1, 10_000_000)
-    batch: int = whole(100, 1, 1_000_000)
-    step: float | None = number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
-    goal_bias: float = number(0.05, 0.0, 1.0)
-    ancestors: int = whole(2, 0, 1000)
-    narrow: float = number(0.1, 0.0, 0.9)
+    samples: int = settings.samples_of_improving()
+    batch: int = settings.batch_of_improving()
+    step: float | None = settings.step()
+    goal_bias: float = settings.goal_bias()
+    ancestors: int = settings.ancestors()
+    narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "informed-rrt-star"
@@ -137,10 +138,10 @@ class BitStar:
     SettingError : a setting out of its range.
     """
 
-    samples: int = whole(20_000, 1, 10_000_000)
-    batch: int = whole(100, 1, 1_000_000)
-    ancestors: int = whole(2, 0, 1000)
-    narrow: float = number(0.1, 0.0, 0.9)
+    samples: int = settings.samples_of_improving()
+    batch: int = settings.batch_of_improving()
+    ancestors: int = settings.ancestors()
+    narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "bit-star"
