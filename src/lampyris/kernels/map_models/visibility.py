@@ -93,7 +93,7 @@ def sight(square, node, stride, ax, ay, bx, by):
     return 1
 
 
-@kernel()
+@kernel(out=("spans", "squares"))
 def in_view(square, stride, x, y, spans, squares):
     """List all free squares that can be seen from a lattice point, and perhaps a few more; how many.
 
@@ -130,8 +130,8 @@ def in_view(square, stride, x, y, spans, squares):
             for i in range(many):
                 low = spans[base + 2 * i]
                 high = spans[base + 2 * i + 1]
-                first = max(0, int(floor((across + min(low * near, low * far) - EDGE) / 2.0)))
-                last = min(rows - 1, int(floor((across + max(high * near, high * far) + EDGE) / 2.0)))
+                first = max(0, floor((across + min(low * near, low * far) - EDGE) / 2.0))
+                last = min(rows - 1, floor((across + max(high * near, high * far) + EDGE) / 2.0))
                 shut = 0
                 for r in range(first, last + 2):
                     upper = high
@@ -179,7 +179,7 @@ def in_view(square, stride, x, y, spans, squares):
     return count
 
 
-@kernel()
+@kernel(out=("tried", "spans", "squares", "seen"))
 def corners_in_view(square, node, stride, x, y, vertex, tried, turn, spans, squares, seen):
     """List the ends and all corners that can be seen from a lattice point, and perhaps more; how many, or -1.
 
@@ -203,21 +203,24 @@ def corners_in_view(square, node, stride, x, y, vertex, tried, turn, spans, squa
                 tried[u64(v)] = turn
                 seen[u64(count)] = v
                 count += 1
-    # Lines along sides may have blocked squares on both sides.
+    if (x | y) & 1:
+        return count
+    # The point itself, and along sides that may have blocked squares on both sides.
     for k in range(4):
         upright = k & 1
-        if (x if upright else y) & 1 or (y if upright else x) & 1:
-            continue
         back = k >> 1
         step = (1 - 2 * back) * (stride if upright else 1)
+        flag = SIDE_Y if upright else SIDE_X
         at = (y >> 1) * stride + (x >> 1)
-        while node[u64(at + step * back)] & (SIDE_Y if upright else SIDE_X):
-            at += step
+        more = 1
+        while more:
             v = vertex[u64(at)]
             if v >= 0 and tried[u64(v)] != turn:
                 tried[u64(v)] = turn
                 seen[u64(count)] = v
                 count += 1
+            more = node[u64(at + step * back)] & flag
+            at += step
     return count
 
 
@@ -321,9 +324,7 @@ def _nearest(square, node, stride, vx, vy, qx, qy, g, closed, x, y, seen, looked
     return best
 
 
-@kernel(
-    out=("cells", "to_go", "queue", "mark", "tried", "spans", "squares", "seen", "result"), each=20_000
-)
+@kernel(out=("cells", "to_go", "queue", "mark", "tried", "spans", "squares", "seen", "result"), each=20_000)
 def cells_within(
     square, node, stride, vx, vy, qx, qy, g_start, closed_start, g_goal, closed_goal, start, bound, reach,
     cells, to_go, queue, mark, vertex, tried, spans, squares, seen, result, halt,

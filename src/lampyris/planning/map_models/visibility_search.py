@@ -261,7 +261,11 @@ def _looking(
     vertex = np.full(len(square), -1, dtype=np.int32)
     vertex[(y[2:] >> 1) * stride + (x[2:] >> 1)] = np.arange(2, n, dtype=np.int32)
     # Where more squares than corners are in sight it is quicker to look at all corners.
-    tried, squares, seen = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    tried, squares, seen = (
+        np.zeros(n, dtype=np.int32),
+        np.zeros(n, dtype=np.int32),
+        np.zeros(n, dtype=np.int32),
+    )
     return vertex, tried, _spans(square, stride), squares, seen
 
 
