@@ -80,7 +80,7 @@ class CornerTree:
 class VisibilitySearch:
     """Shortest paths of straight lines on one map.
 
-    Memory: 60 bytes a cell.
+    Memory: 60 bytes a cell, and 350 for each corner that lies near the path: 204 a cell on random-512.
 
     Parameters
     ----------
