@@ -253,7 +253,7 @@ def test_without_a_compiler_there_is_nothing_to_warm(monkeypatch: pytest.MonkeyP
 
 def test_where_nothing_can_be_kept_warm_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
-    monkeypatch.setattr("lampyris.warming.wanted", lambda: ((next(iter(ours())), ()),))
+    monkeypatch.setattr("lampyris.warming.wanted", lambda rare: ((next(iter(ours())), ()),))
     monkeypatch.setattr(_jit.Kernel, "prepare", lambda self, types: False)
     monkeypatch.setattr(_jit.Kernel, "cache_folder", lambda self: None)
     with pytest.raises(LampyrisError, match="cannot be kept") as refused:

@@ -51,7 +51,7 @@ def plan_chain(
     Parameters
     ----------
     grid : the map.
-    chain : who moves.
+    chain : the chain that moves.
     start, goal : one angle for each joint, radians.
     planner : ``rrt``: one tree, LaValle 1998. ``rrt-connect``: two trees, Kuffner and LaValle 2000. ``rrt-adaptive``:
         RRT-Connect in a space that grows. At first only the line from start to goal is sampled; when extensions

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -248,3 +249,18 @@ def test_a_picture(tmp_path: Path) -> None:
     failed = replace(plan, status=lampyris.Status.LIMIT, configurations=None)
     lampyris.draw_chain(failed, tmp_path / "3.svg")
     assert len((tmp_path / "3.svg").read_bytes()) < len(first)
+
+
+@pytest.mark.source
+def test_the_example_of_the_page_finds_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "map_models.md"
+    (block,) = re.findall(
+        r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(compile(block, page.name, "exec"), names)
+    plan = names["plan"]
+    assert isinstance(plan, lampyris.ChainPlan)
+    assert plan.status is lampyris.Status.FOUND
+    assert len(plan.released) > 0, "the post is in the way of the stretched arm"

@@ -62,3 +62,20 @@ def test_what_is_refused_names_its_option_or_place(tmp_path: Path, monkeypatch) 
     )
     inflated = run("run", "i.yaml")
     assert (inflated.exit, "SENSOR_INFLATION" in inflated.err) == (3, True), inflated.err
+
+
+def test_cells_of_a_goal_that_cannot_be_name_their_file(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cases = {
+        "off": ("-1,3\n", "error[GOAL_OUTSIDE]: off.csv: goal (-1, 3) is outside the map"),
+        "jump": ("7,0\n2,3\n", "error[OBSTACLE_SPEED]: jump.csv: jumps from (7, 0) to (2, 3)"),
+        "leaves": ("7,0\n7,-1\n", "error[GOAL_TRACK]: leaves.csv: cell (7, -1) at tick 1"),
+    }
+    for name, (rows, message) in cases.items():
+        Path(f"{name}.csv").write_text("x,y\n" + rows)
+        done = run("simulate", "guide", "--obstacles", "0", "--goal-track", f"{name}.csv")
+        assert done.exit == 3
+        assert message in done.err
+    Path("s.yaml").write_text("version: 1\nmap: guide\nsimulate: {goal_track: [[7, 0], [2, 3]]}\n")
+    done = run("run", "s.yaml")
+    assert (done.exit, "s.yaml:3:24: /simulate/goal_track: jumps" in done.err) == (3, True), done.err

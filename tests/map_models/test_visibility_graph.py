@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from plane import disc_optimum, point_optimum
 
+from lampyris.kernels.map_models.visibility import corners_in_view, in_view, sight
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
@@ -15,6 +16,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.graph.theta_star import ThetaStar
+from lampyris.planning.map_models import visibility_search as search
 from lampyris.planning.map_models.visibility_graph import VisibilityGraph
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
@@ -132,3 +134,39 @@ def test_budgets_and_terrain() -> None:
     over = plan_of(Scene(ground, (11, 11), (11, 0), "octile"))
     assert over.map_model is None
     assert over.waypoints is not None
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.6])
+@sized("maps", 4, 100)
+def test_nothing_in_sight_is_missing_from_what_is_listed(radius: float, maps: int) -> None:
+    """Every corner, and every cell centre, that a lattice point sees is in the list that the search looks at."""
+    rng = np.random.default_rng(28)
+    for _ in range(maps):
+        free = rng.random(rng.integers(3, 12, 2)) > rng.choice([0.05, 0.3, 0.5])
+        made = search._wide_corners(free) if radius else search._corners(free, bool(rng.integers(2)))
+        x, y = (np.concatenate((np.zeros(2, dtype=np.int64), one)) for one in (made.x, made.y))
+        vertex, tried, spans, _, seen = search._looking(made.square, made.stride, x, y)
+        squares = np.zeros(4 * len(made.square), dtype=np.int32)
+        centres = np.argwhere(made.square.reshape(-1, made.stride) != 0)
+        points = [*zip(made.x, made.y, strict=True), *(() if radius else (2 * centres[:, ::-1] + 1).tolist())]
+        for turn, (px, py) in enumerate(points, 1):
+            sees = [
+                v for v in range(2, len(x))
+                if sight(made.square, made.node, made.stride, px, py, int(x[v]), int(y[v])) == 1
+            ]  # fmt: skip
+            count = corners_in_view(
+                made.square, made.node, made.stride, px, py, vertex, tried, turn, spans, squares, seen
+            )
+            assert {0, 1, *sees} <= set(seen[:count].tolist())
+            assert len(set(seen[:count].tolist())) == count
+            if px & 1:
+                listed = set(squares[: in_view(made.square, made.stride, px, py, spans, squares)].tolist())
+                for r, c in centres.tolist():
+                    line = sight(made.square, made.node, made.stride, px, py, 2 * c + 1, 2 * r + 1)
+                    assert line == 0 or r * made.stride + c in listed
+
+
+def test_a_list_that_is_too_short_is_refused() -> None:
+    made = search._corners(np.ones((4, 4), dtype=bool), touching=True)
+    spans, squares = search._spans(made.square, made.stride), np.zeros(3, dtype=np.int32)
+    assert in_view(made.square, made.stride, 5, 5, spans, squares) == -1

@@ -17,6 +17,7 @@ from lampyris.model.trace import Outcome
 from lampyris.planning import registry
 from lampyris.sim.grid import fast_simulation, loop
 from lampyris.sim.grid.seen_map import SeenMap
+from sizes import sized
 
 WATCHED = (("dstar-lite", {}), ("ad-gso", {"choice": "exact"}), ("astar", {}))
 ROOM = grid_of("........", ".######.", "........", "......#.")
@@ -99,6 +100,34 @@ def test_the_planner_is_given_no_wall_that_has_not_been_seen() -> None:
     assert given[0].sum() < given[-1].sum() < scene.grid.blocked.sum()
     first = scene.grid.blocked & (trace.seen == 0)
     assert (given[0] == first).all()
+
+
+@pytest.mark.parametrize("name", ["dstar-lite", "visibility-graph", "voronoi", "quadtree"])
+@sized("worlds", 10, 60)
+def test_worlds_that_look_the_same_are_driven_in_the_same_way(name: str, worlds: int) -> None:
+    """Cells that one drive never saw are drawn anew: until a second drive sees a difference, it is the first one."""
+    rng = np.random.default_rng([28, worlds])
+    alike = 0
+    for seed in range(worlds):
+        walls = rng.random(rng.integers(8, 20, 2)) < 0.25
+        free = np.argwhere(~walls)
+        start, goal = (tuple(free[int(rng.integers(len(free)))][::-1].tolist()) for _ in range(2))
+        sensor = lampyris.Sensor(float(rng.choice([1.0, 3.0])), float(rng.choice([1.5, 2 * math.pi])))
+        one = lampyris.simulate(
+            lampyris.Scene(lampyris.Grid(walls), start, goal), name, sensor=sensor, seed=seed
+        )
+        assert one.seen is not None
+        other = np.where(one.seen < 0, rng.random(walls.shape) < 0.4, walls)
+        other[goal[1], goal[0]] = False
+        scene = lampyris.Scene(lampyris.Grid(other), start, goal)
+        two = lampyris.simulate(scene, name, sensor=sensor, seed=seed)
+        assert two.seen is not None
+        never = len(one.robot) + len(two.robot)
+        a, b = (np.where(seen < 0, never, seen) for seen in (one.seen, two.seen))
+        ticks = int(np.minimum(a, b)[(a != b) | (walls != other)].min(initial=never))
+        assert np.array_equal(one.robot[: ticks + 1], two.robot[: ticks + 1])
+        alike += ticks == never and bool((walls != other).any())
+    assert alike > 0.2 * worlds
 
 
 def test_a_closed_goal_is_found_out_without_waiting() -> None:

@@ -279,7 +279,7 @@ def _duration(profile: Profile) -> str:
 
 def _model(model: MapModel) -> str:
     """What the model of the map proves, and how large it is."""
-    words = [f"{count} {name}" for name, count in model.counts.items()]
+    words = [f"{name} {count:,}" for name, count in model.counts.items()]
     if model.bound is not None:
         words.insert(0, f"no lines are shorter than {model.bound:.6g} cells")
     if model.clearance is not None:

@@ -5,6 +5,9 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
@@ -29,6 +32,7 @@ from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
+from lampyris.errors import FileError, SceneError, SettingError
 from lampyris.model.settings.sensor import FULL_TURN
 from lampyris.model.settings.simulation import SimulationSettings
 
@@ -71,15 +75,22 @@ def simulate(
     """Simulate a run among moving obstacles, cell by cell and tick by tick."""
     from lampyris.cli.request import Request, budget_of, traffic_of
     from lampyris.io.tracks.csv_tracks import read_track
+    from lampyris.model.traffic import Recorded
 
-    moving = None if goal_track is None else read_track(goal_track)
-    if moving is not None and ends.goal is None and ends.goal_m is None:
-        ends = replace(ends, goal=f"{moving[0][0]},{moving[0][1]}")
+    moving = None
+    codes = ["GOAL_TRACK"]
+    if goal_track is not None:
+        with _errors_in(goal_track, ("OBSTACLE_SPEED",)):
+            moving = Recorded(read_track(goal_track)).track
+        if ends.goal is None and ends.goal_m is None:
+            ends = replace(ends, goal=f"{moving[0][0]},{moving[0][1]}")
+            codes.append("GOAL_OUTSIDE")
     request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, film=film)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
-    scenario = request.scenario()
+    with _errors_in(goal_track, codes):
+        scenario = request.scenario()
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(
         scenario,
@@ -88,7 +99,20 @@ def simulate(
         **settings_in(simulation, SimulationSettings),
         goal_track=moving,
     )
-    raise typer.Exit(simulate_scenario(scenario, out, budget))
+    with _errors_in(goal_track, codes):
+        code = simulate_scenario(scenario, out, budget)
+    raise typer.Exit(code)
+
+
+@contextmanager
+def _errors_in(file: Path | None, codes: Sequence[str]) -> Iterator[None]:
+    """Errors of these codes are about what a file holds, and name it."""
+    try:
+        yield
+    except (SceneError, SettingError) as problem:
+        if file is None or problem.code not in codes:
+            raise
+        raise FileError(problem.code, problem.what, where=os.fspath(file), allowed=problem.allowed) from None
 
 
 def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:

@@ -139,13 +139,16 @@ class _Build:
 
     def _goal_track(self, how: Any) -> tuple[Cell, ...] | None:
         """The goal's cells, from the scenario or from a file that it names."""
+        at: KeyPath = ("simulate", "goal_track_file" if how.goal_track is None else "goal_track")
         if how.goal_track is not None:
-            return _cells(how.goal_track)
-        if how.goal_track_file is None:
+            cells: tuple[Cell, ...] | None = _cells(how.goal_track)
+        elif how.goal_track_file is not None:
+            path = self.tried(at, self.files.path, how.goal_track_file, at)
+            cells = None if path is None else self.tried(at, read_track, path)
+        else:
             return None
-        at: KeyPath = ("simulate", "goal_track_file")
-        path = self.tried(at, self.files.path, how.goal_track_file, at)
-        return None if path is None else self.tried(at, read_track, path)
+        made = None if cells is None else self.tried(at, Recorded, cells)
+        return None if made is None else made.track
 
     def _with_files(self, planner: str, settings: Mapping[str, Any]) -> Mapping[str, Any]:
         """A planner's settings with the files that they name, found from the scenario's folder."""

@@ -13,7 +13,7 @@ would turn away from it are not looked along.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import floor, sqrt
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.graph.any_angle import _sees
@@ -93,10 +93,144 @@ def sight(square, node, stride, ax, ay, bx, by):
     return 1
 
 
-@kernel(out=("f", "g", "parent", "closed", "heap", "place", "edges", "result"), each=20_000, of="vx")
+@kernel(out=("spans", "squares"))
+def in_view(square, stride, x, y, spans, squares):
+    """List all free squares that can be seen from a lattice point, and perhaps a few more; how many.
+
+    The slopes of lines that are still free are followed from column to column, in each of four directions; blocked
+    squares cut them. Slopes are floats and kept wider than they are, so that no square is missing; who needs to know
+    asks :func:`sight`.
+
+    Parameters
+    ----------
+    spans : float64, room for two lists of spans of slopes, as many as squares in a row and a column.
+    squares : int32; the result, flat indices, some of them twice. Where it is too short, -1 is returned.
+    """
+    half = len(spans) // 2
+    height = len(square) // stride
+    count = 0
+    for side in range(4):
+        upright = side & 1
+        ahead = 1 if side < 2 else -1
+        along = y if upright else x
+        across = x if upright else y
+        rows = stride if upright else height
+        step = stride if upright else 1
+        beside = 1 if upright else stride
+        k = along >> 1 if ahead == 1 else (along - 1) >> 1
+        near = 0.0
+        far = float(2 * k + 2 - along if ahead == 1 else along - 2 * k)
+        base = 0
+        spans[0] = -1.0
+        spans[1] = 1.0
+        many = 1
+        while many > 0:
+            other = half - base
+            kept = 0
+            for i in range(many):
+                low = spans[base + 2 * i]
+                high = spans[base + 2 * i + 1]
+                first = max(0, floor((across + min(low * near, low * far) - EDGE) / 2.0))
+                last = min(rows - 1, floor((across + max(high * near, high * far) + EDGE) / 2.0))
+                shut = 0
+                for r in range(first, last + 2):
+                    upper = high
+                    after = high
+                    if r <= last:
+                        at = r * beside + k * step
+                        if square[u64(at)] != 0:
+                            if count == len(squares):
+                                return -1
+                            squares[u64(count)] = at
+                            count += 1
+                            shut = 0
+                            continue
+                        start = float(2 * r - across)
+                        end = start + 2.0
+                        upper = -2.0
+                        if start >= 0.0:
+                            upper = start / far
+                        elif near > 0.0:
+                            upper = start / near
+                        after = 2.0
+                        if end <= 0.0:
+                            after = end / far
+                        elif near > 0.0:
+                            after = end / near
+                        upper = min(high, upper + EDGE)
+                        after -= EDGE
+                    # Between two blocked squares only lines along rows and columns run.
+                    if upper >= low and shut == 0:
+                        if kept > 0 and low <= spans[other + 2 * kept - 1]:
+                            spans[other + 2 * kept - 1] = max(upper, spans[other + 2 * kept - 1])
+                        else:
+                            spans[other + 2 * kept] = low
+                            spans[other + 2 * kept + 1] = upper
+                            kept += 1
+                    low = max(low, after)
+                    shut = 1
+                    if low > high:
+                        break
+            base = other
+            many = kept
+            k += ahead
+            near = far
+            far += 2.0
+    return count
+
+
+@kernel(out=("tried", "spans", "squares", "seen"))
+def corners_in_view(square, node, stride, x, y, vertex, tried, turn, spans, squares, seen):
+    """List the ends and all corners that can be seen from a lattice point, and perhaps more; how many, or -1.
+
+    Parameters
+    ----------
+    vertex : int32 (n,), which vertex a corner is; -1: none.
+    tried : int32 (v,), the last turn at which a vertex was listed; ``turn`` : one that was not before.
+    spans, squares : see :func:`in_view`; -1 is returned where it does.
+    seen : int32 (v,); the result.
+    """
+    looked = in_view(square, stride, x, y, spans, squares)
+    if looked < 0:
+        return -1
+    seen[0] = 0
+    seen[1] = 1
+    count = 2
+    for i in range(looked):
+        for k in range(4):
+            v = vertex[u64(squares[u64(i)] + (k >> 1) * stride + (k & 1))]
+            if v >= 0 and tried[u64(v)] != turn:
+                tried[u64(v)] = turn
+                seen[u64(count)] = v
+                count += 1
+    if (x | y) & 1:
+        return count
+    # The point itself, and along sides that may have blocked squares on both sides.
+    for k in range(4):
+        upright = k & 1
+        back = k >> 1
+        step = (1 - 2 * back) * (stride if upright else 1)
+        flag = SIDE_Y if upright else SIDE_X
+        at = (y >> 1) * stride + (x >> 1)
+        more = 1
+        while more:
+            v = vertex[u64(at)]
+            if v >= 0 and tried[u64(v)] != turn:
+                tried[u64(v)] = turn
+                seen[u64(count)] = v
+                count += 1
+            more = node[u64(at + step * back)] & flag
+            at += step
+    return count
+
+
+@kernel(
+    out=("f", "g", "parent", "closed", "heap", "place", "edges", "tried", "spans", "squares", "seen", "result"),
+    each=20_000, of="vx",
+)  # fmt: skip
 def corner_tree(
     square, node, stride, vx, vy, qx, qy, root, target, bound, budget,
-    f, g, h, parent, closed, heap, place, edges, result, halt,
+    f, g, h, parent, closed, heap, place, edges, vertex, tried, spans, squares, seen, result, halt,
 ):  # fmt: skip
     """Shortest paths from one vertex to every other that may lie on a path to the target within a bound.
 
@@ -113,6 +247,8 @@ def corner_tree(
     closed : uint8 (v,), 0 before.
     heap, place : int32 (v + 1,) and (v,), 0 before.
     edges : int32 (k, 2) flat: the first pairs of vertices that were seen to see each other.
+    vertex, tried, spans, squares, seen : see :func:`corners_in_view`; ``tried`` 0 before. Where it lists nothing all
+        vertices are looked at: ``squares`` says from how many squares on that is less work.
     result : int64 (3,): FOUND if the target was reached, EXHAUSTED or LIMIT; vertices expanded; pairs in ``edges``.
     """
     g[root] = 0.0
@@ -137,7 +273,11 @@ def corner_tree(
         y = vy[u64(u)]
         a = qx[u64(u)]
         b = qy[u64(u)]
-        for v in range(len(vx)):
+        looked = corners_in_view(square, node, stride, x, y, vertex, tried, expanded, spans, squares, seen)
+        for i in range(len(vx) if looked < 0 else looked):
+            v = i
+            if looked >= 0:
+                v = int(seen[u64(i)])
             if closed[u64(v)] != 0:
                 continue
             ex = vx[u64(v)] - x
@@ -162,10 +302,16 @@ def corner_tree(
 
 
 @kernel()
-def _nearest(square, node, stride, vx, vy, qx, qy, g, closed, x, y, most):
-    """Length of the shortest path from a tree's root to a lattice point; over ``most`` if it is longer than that."""
+def _nearest(square, node, stride, vx, vy, qx, qy, g, closed, x, y, seen, looked, most):
+    """Length of the shortest path from a tree's root to a lattice point; over ``most`` if it is longer than that.
+
+    ``seen`` : the first ``looked`` are the vertices to consider; all where ``looked`` is -1.
+    """
     best = most
-    for v in range(len(vx)):
+    for i in range(len(vx) if looked < 0 else looked):
+        v = i
+        if looked >= 0:
+            v = int(seen[u64(i)])
         if closed[u64(v)] == 0 or g[u64(v)] >= best:
             continue
         ex = x - vx[u64(v)]
@@ -178,10 +324,10 @@ def _nearest(square, node, stride, vx, vy, qx, qy, g, closed, x, y, most):
     return best
 
 
-@kernel(out=("cells", "to_go", "queue", "mark", "result"), each=20_000)
+@kernel(out=("cells", "to_go", "queue", "mark", "tried", "spans", "squares", "seen", "result"), each=20_000)
 def cells_within(
     square, node, stride, vx, vy, qx, qy, g_start, closed_start, g_goal, closed_goal, start, bound, reach,
-    cells, to_go, queue, mark, result, halt,
+    cells, to_go, queue, mark, vertex, tried, spans, squares, seen, result, halt,
 ):  # fmt: skip
     """The free cells that lie on a continuous path from start to goal within a bound; how many.
 
@@ -196,6 +342,7 @@ def cells_within(
     cells : int32 (n,); the result: flat indices, the start first.
     to_go : float64 (n,); the result: from each of them to the goal.
     queue : int32 (n,), mark : uint8 (n,), 0 before; scratch.
+    vertex .. seen : see :func:`corner_tree`.
     result : int64 (1,); cells looked at.
     """
     queue[0] = start
@@ -214,12 +361,16 @@ def cells_within(
         gx = vx[1] - x
         gy = vy[1] - y
         straight = sqrt(float(gx * gx + gy * gy))
+        looked = corners_in_view(square, node, stride, x, y, vertex, tried, first, spans, squares, seen)
         come = _nearest(
-            square, node, stride, vx, vy, qx, qy, g_start, closed_start, x, y, reach - straight + EDGE
-        )
+            square, node, stride, vx, vy, qx, qy, g_start, closed_start, x, y, seen, looked,
+            reach - straight + EDGE,
+        )  # fmt: skip
         if come + straight > reach:
             continue
-        go = _nearest(square, node, stride, vx, vy, qx, qy, g_goal, closed_goal, x, y, reach - come + EDGE)
+        go = _nearest(
+            square, node, stride, vx, vy, qx, qy, g_goal, closed_goal, x, y, seen, looked, reach - come + EDGE
+        )
         if come + go > reach:
             continue
         if come + go <= bound:
@@ -236,10 +387,13 @@ def cells_within(
     return found
 
 
-@kernel(out=("f", "g", "parent", "closed", "heap", "place", "chain", "result"), each=20_000, of="cells")
+@kernel(
+    out=("f", "g", "parent", "closed", "heap", "place", "chain", "spans", "squares", "result"),
+    each=20_000, of="cells",
+)  # fmt: skip
 def straightest(
     square, weight, stride, rule, cells, to_go, goal, bound, budget,
-    f, g, parent, closed, heap, place, chain, result, halt,
+    f, g, parent, closed, heap, place, chain, number, spans, squares, result, halt,
 ):  # fmt: skip
     """The shortest path of straight lines between the centres of some cells.
 
@@ -253,6 +407,8 @@ def straightest(
     budget : greatest number of cells expanded; -1: no limit.
     f, g .. place : scratch, as for :func:`corner_tree`.
     chain : int32 (m,); the turning points as places in ``cells``, goal first.
+    number : int32 (n,), the place of a square in ``cells``; -1: none.
+    spans, squares : see :func:`in_view`; where that lists nothing all cells are looked at.
     result : int64 (3,): FOUND, EXHAUSTED or LIMIT; cells expanded; turning points.
     """
     g[0] = 0.0
@@ -275,8 +431,12 @@ def straightest(
         at = cells[u64(u)] + 0
         y = at // stride
         x = at - y * stride
-        for v in range(len(cells)):
-            if closed[u64(v)] != 0:
+        looked = in_view(square, stride, 2 * x + 1, 2 * y + 1, spans, squares)
+        for i in range(len(cells) if looked < 0 else looked):
+            v = i
+            if looked >= 0:
+                v = int(number[u64(squares[u64(i)])])
+            if v < 0 or closed[u64(v)] != 0:
                 continue
             down = cells[u64(v)] // stride
             ey = down - y

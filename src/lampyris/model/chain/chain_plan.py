@@ -25,7 +25,7 @@ class ChainPlan(Value):
     status : how the search ended.
     planner : ``rrt``, ``rrt-connect`` or ``rrt-adaptive``.
     grid : the map.
-    chain : who moves.
+    chain : the chain that moves.
     start, goal : configurations asked for, float64 (joints,), radians.
     configurations : float64 (n, joints), the first the start and the last the goal; None unless found.
     released : of ``rrt-adaptive``: joints in the order in which they were released; the others stayed near the line
