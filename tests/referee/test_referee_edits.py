@@ -19,8 +19,9 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
-from lampyris.referee import check_trace, edits
+from lampyris.referee import check_trace
 from lampyris.referee import trace as judge_room
+from lampyris.referee.simulations import edits
 from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 from sizes import sized
 

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
 from lampyris.referee.clashes import AgentTracks, ClashDetector
-from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
-from lampyris.referee.moving_goal import goal_violation
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
-from lampyris.referee.sensing import sensing_violation
+from lampyris.referee.simulations.edits import Era, edits_violation, eras_of, with_maps
+from lampyris.referee.simulations.moving_goal import goal_violation
+from lampyris.referee.simulations.sensing import sensing_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid
 
@@ -25,10 +25,10 @@ def check_trace(trace: Trace) -> Violation | None:
     """Whether a simulation broke a rule: walls, steps, any two obstacles at any tick, or what the trace reports.
 
     Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
-    :mod:`lampyris.referee.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
+    :mod:`lampyris.referee.simulations.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
     ``knight``, ``sweep``; of a robot with a sensor ``seen``, ``unseen`` (it stood beside a cell that it did not know) and
-    ``sight`` (:mod:`lampyris.referee.sensing`); of a goal that moves ``goal``; of each obstacle ``appear``, ``footprint``,
-    ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every two obstacles ``together``, ``swap``, ``cross``,
+    ``sight`` (:mod:`lampyris.referee.simulations.sensing`); of a goal that moves ``goal``; of each obstacle ``appear``,
+    ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every two obstacles ``together``, ``swap``, ``cross``,
     ``through`` (a long step over an obstacle);
     then ``outcome``, ``path``, ``moves``, ``steps``, ``cost``, ``waits``,
     ``replans``, ``numbers``, ``events``, ``speed``.

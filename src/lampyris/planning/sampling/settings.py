@@ -6,27 +6,25 @@ from typing import Any
 
 from lampyris._core.settings import number, whole
 
-_MOST_SAMPLES, _MOST_BATCH = 10_000_000, 1_000_000
-
 
 def samples_of_first_path() -> Any:
     """Samples at most, of a planner that ends with its first path."""
-    return whole(100_000, 1, _MOST_SAMPLES)
+    return whole(100_000, 1, 10_000_000)
 
 
 def batch_of_first_path() -> Any:
     """Samples of one iteration of such a planner."""
-    return whole(1000, 1, _MOST_BATCH)
+    return whole(1000, 1, 1_000_000)
 
 
 def samples_of_improving() -> Any:
     """Samples at most, of a planner that makes its path shorter until the end."""
-    return whole(20_000, 1, _MOST_SAMPLES)
+    return whole(20_000, 1, 10_000_000)
 
 
 def batch_of_improving() -> Any:
     """Samples of one iteration, or batch, of such a planner."""
-    return whole(100, 1, _MOST_BATCH)
+    return whole(100, 1, 1_000_000)
 
 
 def step() -> Any:

@@ -1,6 +1,6 @@
 """Visibility graph, Voronoi and quadtree beside A* and Theta* on the bundled maps: the tables of docs/map_models.md.
 
-    python benchmarks/bench_map_models.py [MAP ...] [--queries 10]
+    python tools/map_models.py [MAP ...] [--queries 10]
 
 The first queries of each map, octile moves, a point robot, compiled code. Times are CPU seconds of one question to an
 open session, in milliseconds, the median.

@@ -1,6 +1,6 @@
 """Chains of links by rrt-adaptive, rrt and rrt-connect: solved, joints released, checks; the table of docs/map_models.md.
 
-python benchmarks/bench_chain.py [--seeds 10] [--scene gap]
+python tools/chains.py [--seeds 10] [--scene gap]
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""Rules of simulations in ticks: edited maps, what a sensor saw, a goal that moves."""
