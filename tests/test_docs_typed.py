@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -77,6 +78,7 @@ def test_every_block_is_run_by_a_test(tmp_path: Path, capsys: pytest.CaptureFixt
     lampyris.save_scenario(
         lampyris.Scenario(lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0))), tmp_path / "a.yaml"
     )
+    shutil.copy(ROOT / "docs" / "img" / "photo.jpg", tmp_path / "floor.jpg")
     with inside(tmp_path):
         for page, made in here.items():
             names: dict[str, object] = {}
