@@ -409,12 +409,10 @@ def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
     assert call("fleet", "guide", "--robots", "2", "--planner", "stay", "--moves", "octile").returncode == 2
 
 
-@pytest.mark.parametrize("form", ["plain", pytest.param("compiled", marks=pytest.mark.nightly)])
+@pytest.mark.nightly
 @pytest.mark.parametrize("planner", list_fleet_planners())
-def test_wide_tables_give_the_same_plans(planner: str, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wide_tables_give_the_same_plans(planner: str) -> None:
     """Tables of distances over 32,766 steps have numbers of four bytes, which are warmed for users but not for the suite."""
-    if form == "plain":
-        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     fleet = random_fleet(lampyris.load_grid("guide"), 4, seed=3)
     with wide_tables():
         assert tables_of(fleet).table.dtype == np.int32
@@ -422,6 +420,17 @@ def test_wide_tables_give_the_same_plans(planner: str, form: str, monkeypatch: p
     narrow = lampyris.plan_fleet(fleet, planner, budget=lampyris.Budget(expansions=200))
     assert [path.tolist() for path in wide.paths] == [path.tolist() for path in narrow.paths]
     assert wide.status is narrow.status
+
+
+def test_wide_tables_give_the_same_plans_in_plain_form() -> None:
+    """In a process of its own: numba reads its switch once, and kernels of both kinds must not meet in one process."""
+    tests = f"{Path(__file__)}::test_wide_tables_give_the_same_plans"
+    words = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", "-m", "nightly", tests]
+    done = subprocess.run(
+        words, capture_output=True, text=True, check=False, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    )
+    assert done.returncode == 0, done.stdout
+    assert f"{len(list_fleet_planners())} passed" in done.stdout
 
 
 @pytest.mark.parametrize("seed", some(range(60)))
