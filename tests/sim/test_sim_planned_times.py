@@ -104,7 +104,8 @@ def test_planned_times_alone_keep_it_off_the_obstacle() -> None:
     assert np.abs(drive.s[:-1][stood] - table.s[waits]).max() <= 0.02 * scene.grid.resolution + 1e-9
 
 
-@sized("crossings", 3, 5)
+@pytest.mark.nightly
+@pytest.mark.parametrize("crossings", [5])
 def test_a_late_robot_still_touches_nobody(crossings: int) -> None:
     """A slow start makes it miss its gap: it brakes, and asks for new times."""
     walls = np.zeros((9, 30 + 6 * crossings), dtype=bool)
