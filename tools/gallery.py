@@ -2,7 +2,7 @@
 
     python tools/gallery.py [MAP] [OUT]
 
-Planners that see traffic are shown on the bare map like the others. Each panel says what the way costs beside
+Planners that see traffic are shown on the bare map like the others. Each panel says what the path costs beside
 the best one, and what it took.
 """
 
@@ -26,7 +26,8 @@ from matplotlib import pyplot as plt
 ANY_ANGLE = ("theta-star", "lazy-theta-star")
 FAMILIES = (
     ("the dissertation's", "#c0392b", ("ad-gso", "dstar-lpso", "dstar16-lpso")),
-    ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", "fastest", *ANY_ANGLE)),
+    ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", "fastest", "fastest-time", *ANY_ANGLE)),
+    ("sampling", "#7d6608", ("rrt", "rrt-connect", "rrt-star", "informed-rrt-star", "bit-star")),
     ("models of the map", "#5d6d7e", ("visibility-graph", "voronoi", "quadtree")),
     ("incremental", "#1f7a5c", ("dstar", "focussed-dstar", "lpa-star", "dstar-lite")),
     ("sees traffic", "#8e5ea2", ("sipp", "space-time-astar")),
@@ -60,24 +61,24 @@ def main() -> None:
         axis.set_yticks([])
         axis.imshow(scene.grid.blocked, cmap=ListedColormap(["#f7f7f4", "#2b2d33"]), interpolation="nearest")
         plan = api.plan(scene, planner)
-        told = plan.status.value
+        label = plan.status.value
         if plan.path is not None:
-            way = plan.path.cells if plan.waypoints is None else plan.waypoints
-            axis.plot(way[:, 0], way[:, 1], color=colour, linewidth=1.8)
+            line = plan.path.cells if plan.waypoints is None else plan.waypoints
+            axis.plot(line[:, 0], line[:, 1], color=colour, linewidth=1.8)
             gap = "best" if not plan.gap else f"+{plan.gap:.1%}"
-            told = f"{plan.cost:.1f} cells, {gap}"
+            label = f"{plan.cost:.1f} cells, {gap}"
             if plan.waypoints is not None:
                 legs = np.diff(plan.waypoints.astype(float), axis=0)
-                told = f"{np.hypot(legs[:, 0], legs[:, 1]).sum():.1f} cells in lines"
+                label = f"{np.hypot(legs[:, 0], legs[:, 1]).sum():.1f} cells in lines"
         axis.plot(*query.start, "o", color="#c0392b", markersize=4)
         axis.plot(
             *query.goal, "*", color="#e0a800", markersize=8, markeredgecolor="black", markeredgewidth=0.5
         )
         axis.set_title(planner, fontsize=8.5, color=colour, fontweight="bold", pad=3)
-        axis.set_xlabel(f"{told}\n{plan.expansions:,} expansions", fontsize=6.5, labelpad=2)
+        axis.set_xlabel(f"{label}\n{plan.expansions:,} expansions", fontsize=6.5, labelpad=2)
         for side in axis.spines.values():
             side.set_color("#cccccc")
-        print(f"{kind:18s} {planner:22s} {told}, {plan.expansions} expansions")
+        print(f"{kind:18s} {planner:22s} {label}, {plan.expansions} expansions")
     figure.suptitle(f"Every planner of lampyris on {name}, from {query.start} to {query.goal}", fontsize=11)
     figure.savefig(out, metadata={"Software": ""})
 
