@@ -229,6 +229,7 @@ def test_fleets_of_movingai_files_and_of_lists(tmp_path: Path) -> None:
         ("seeds: 2", "traffic: [none]", "KEY", "/traffic"),
         ("seeds: 2", "moves: dissertation", "MOVES", "/planners/0"),
         ("seeds: 2", "robot: {radius: 0.45}", "FLEET_ROBOT", "/planners/1"),
+        ("seeds: 2", "robot: {drive: ackermann}", "FLEET_ROBOT", "/robot"),
         ("pibt,", "astar,", "PLANNER", "/planners/0"),
         ("pibt,", "cbs,", "BUDGET", "/planners/0"),
         ("random: 2", "random: 2, least: 3", "KEY", "/maps/0/queries/least"),
