@@ -270,7 +270,9 @@ def test_starts_and_goals_are_the_coarse_cells_that_hold_them() -> None:
     blocked = np.zeros((6, 8), dtype=bool)
     blocked[1, 1] = True
     near = lampyris.Grid(blocked, resolution=0.5)
-    with pytest.raises(SceneError, match=r"robot 0: its start \(0, 0\) lies in a larger cell"):
+    with pytest.raises(
+        SceneError, match=r"robot 0: its start \(0, 0\), in larger cells: \(0, 0\) is blocked"
+    ):
         coarse_fleet(lampyris.Fleet(near, AGENTS[:1]), coarse_grid(near, 1.0))
     with pytest.raises(FileError, match="robot 1"):
         coarse_fleet(
@@ -303,9 +305,10 @@ def test_the_command_line_plans_in_larger_cells_and_says_so(tmp_path: Path) -> N
 # ---- robots with a size --------------------
 
 
-def test_a_radius_counts_in_planning_and_is_refused_with_the_reason() -> None:
-    done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45")
-    assert done.returncode == 2
+def test_a_radius_counts_in_planning_and_is_refused_with_the_reason(tmp_path: Path) -> None:
+    saved = tmp_path / "s.yaml"
+    done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45", "--save-scenario", saved)
+    assert (done.returncode, saved.exists()) == (2, False)
     assert "prioritised-sipp" in done.stderr
     done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45", "--planner", "prioritised-sipp")
     assert (done.returncode, "of radius 0.45 m" in done.stdout) == (0, True), done.stderr

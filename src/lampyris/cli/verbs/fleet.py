@@ -229,6 +229,7 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
     """Plan or drive the fleet of a scenario, write and print what came of it. Returns the exit code."""
     from lampyris import fleet_scenarios, fleets, scenarios
     from lampyris.cli.verbs.fleet_drive import driving as drives
+    from lampyris.planning.fleet import registry
 
     print_notes(scenario.notes)
     if scenario.lifelong is not None or scenario.reactive:
@@ -246,7 +247,10 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
         from lampyris.fleet_drives import robots_of
 
         with fleet_scenarios.named_in(scenario):
-            robots_of(fleet_, None, scenario.moves)  # before anything is planned
+            robots_of(fleet_, None, scenario.moves)  # before anything is planned or written
+    else:
+        with fleet_scenarios.named_in(scenario):
+            fleets.check_known(registry.make(scenario.planner, scenario.settings), fleet_, scenario.moves)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if scenario.seconds is not None:

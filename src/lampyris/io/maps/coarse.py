@@ -77,7 +77,7 @@ def coarse_fleet(fleet: Fleet, coarse: Grid) -> Fleet:
         what = f"its {end}" if given is None else f"its {end} {given}"
         raise kind(
             fault.code,
-            f"robot {index}: {what} lies in a larger cell that does not do: {fault.what}",
+            f"robot {index}: {what}, in larger cells: {fault.what}",
             where=f"cells of {coarse.resolution:g} m",
             allowed=fault.allowed,
             todo="move it, or take smaller cells",
