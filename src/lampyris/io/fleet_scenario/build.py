@@ -344,8 +344,8 @@ class _Build:
         except LampyrisError as fault:
             raise placed(fault, self.parsed, key_path) from None
         code = {"start": "START_OUTSIDE", "goal": "GOAL_OUTSIDE"}.get(str(key_path[-1]), "TASK_OUTSIDE")
-        fault = SceneError(code, f"{shown(tuple(pair))} is outside the map", allowed="a place on the map")
-        raise placed(fault, self.parsed, key_path)
+        far = SceneError(code, f"{shown(tuple(pair))} is outside the map", allowed="a place on the map")
+        raise placed(far, self.parsed, key_path)
 
     def _free(self, key_path: KeyPath, stops: Sequence[Cell], grid: Grid) -> None:
         """Keep a mistake if a stop of a task is not on a free cell."""
