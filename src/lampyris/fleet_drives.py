@@ -109,6 +109,8 @@ def simulate_fleet(
     chosen = _settings(drive_settings, settings)
     robots = robots_of(fleet, robot, fleets.MOVES if plan is None else plan.moves)
     failures = _faults(faults, len(robots), chosen)
+    if chosen.policy == "orca" and delays is not None and delays.probability:
+        raise SettingError.of("DELAYS", "delays", shown(delays), allowed="none with policy orca")
     given = None if tracks is None else _tracks(tracks)
     began, loaded = loading.wall(), loading.seconds()
     seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -43,25 +44,24 @@ def read_fleet_scenario(parsed: Document, files: Files) -> FleetScenario:
     def drawn(grid: Grid, robots: int, seed: int) -> Fleet:
         return fleets.random_fleet(grid, robots, seed=seed)
 
-    made = fleet_scenario_of(parsed, _known, drawn, files)
-    _check_lifelong(made)
+    return fleet_scenario_of(parsed, _known, drawn, files)
+
+
+def _known(name: str, settings: Mapping[str, Any], lifelong: bool) -> object:
+    made = registry.make(name, settings)
+    if lifelong:
+        _check_windows(name)
     return made
 
 
-def _known(name: str, settings: Mapping[str, Any]) -> object:
-    return registry.make(name, settings)
-
-
-def _check_lifelong(one: FleetScenario) -> None:
-    """See that the planner plans windows, where there are any."""
-    if one.lifelong is None:
-        return
+def _check_windows(planner: str) -> None:
+    """See that a planner plans windows of lifelong fleets."""
     from lampyris.sim.fleet.lifelong import PLANNERS
 
-    if one.planner not in PLANNERS:
+    if planner not in PLANNERS:
         raise UsageError(
-            "PLANNER", f"{one.planner} plans no windows", where=one.where, allowed=", ".join(PLANNERS), setting="planner"
-        )  # fmt: skip
+            "PLANNER", f"{planner} plans no windows", allowed=", ".join(PLANNERS), setting="planner"
+        )
 
 
 def run_fleet(
@@ -91,11 +91,10 @@ def run_fleet(
     """
     limits = Budget(scenario.iterations, scenario.seconds) if budget is None else budget
     show = None if progress is None else (lambda done, _most: progress(int(done)))
-    try:
+    with named_in(scenario):
         if scenario.lifelong is not None:
             return _lifelong(scenario, limits, show)
-        reactive = scenario.execution is not None and scenario.execution.settings.get("policy") == "orca"
-        if plan is None and not reactive:
+        if plan is None and not scenario.reactive:
             plan = fleets.plan_fleet(
                 scenario.fleet, scenario.planner, moves=scenario.moves, seed=scenario.seed, budget=limits, progress=show,
                 planner_settings=scenario.settings,
@@ -104,9 +103,24 @@ def run_fleet(
             assert plan is not None
             return plan
         return _drive(scenario, plan, show)
+
+
+@contextmanager
+def named_in(scenario: FleetScenario) -> Iterator[None]:
+    """Have what goes wrong name the scenario's file, if it comes from one."""
+    try:
+        yield
     except LampyrisError as fault:
-        fault.where = fault.where or scenario.where
+        if scenario.where and not fault.where.startswith(scenario.where):
+            fault.where = f"{scenario.where}: {fault.where}" if fault.where else scenario.where
         raise
+
+
+def plan_of(scenario: FleetScenario, progress: Callable[[int], None] | None = None) -> FleetPlan:
+    """The plan of a scenario, which nobody drives; see :func:`run_fleet`."""
+    made = run_fleet(replace(scenario, execution=None, faults=()), progress=progress)
+    assert isinstance(made, FleetPlan)
+    return made
 
 
 def _drive(scenario: FleetScenario, plan: FleetPlan | None, show: Any) -> FleetTrace:
@@ -148,7 +162,7 @@ def completed_fleet(scenario: FleetScenario) -> FleetScenario:
     if scenario.lifelong is not None:
         from lampyris.sim.fleet.lifelong import WINDOWS
 
-        _check_lifelong(scenario)
+        _check_windows(scenario.planner)
         one = scenario.lifelong
         wide = WINDOWS[scenario.planner] if one.window is None else one.window
         return replace(done, lifelong=replace(one, window=wide))

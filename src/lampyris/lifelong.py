@@ -23,7 +23,7 @@ from lampyris.errors import SettingError, UsageError, callable_or_none, file_nam
 from lampyris.io.task_files import read_tasks
 from lampyris.kernels import loading
 from lampyris.model.fleet.fleet import FORGIVEN, MOST_RADIUS, Fleet
-from lampyris.model.fleet.lifelong import FleetTask, LifelongTrace
+from lampyris.model.fleet.lifelong import MAX_WINDOW, FleetTask, LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
 from lampyris.model.settings.simulation import MAX_TICKS
@@ -33,7 +33,6 @@ from lampyris.sim.fleet.lifelong import PLANNERS, WINDOWS, LifelongRun, drive_on
 from lampyris.sim.fleet.task_queue import TaskQueue
 from lampyris.typing import Cells
 
-MAX_WINDOW = 10_000
 _EACH = 24
 """Bytes of a robot and a tick."""
 
@@ -205,8 +204,12 @@ def _faults(given: Any, robots: int) -> list[tuple[int, int]]:
     made: dict[int, int] = {}
     for k, one in enumerate(given):
         pair = cell_of(one)
-        if pair is None or not 0 <= pair[0] < robots or pair[1] < 0 or pair[0] in made:
-            raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed)
+        if pair is None or not 0 <= pair[0] < robots or pair[1] < 0:
+            raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed, setting="faults")
+        if pair[0] in made:
+            raise SettingError(
+                "FAULTS", f"robot {pair[0]} twice", where=f"faults[{k}]", allowed=allowed, setting="faults"
+            )
         made[pair[0]] = pair[1]
     return sorted(made.items(), key=lambda one: (one[1], one[0]))
 

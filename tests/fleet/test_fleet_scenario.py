@@ -13,7 +13,13 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError, UsageError
-from lampyris.io.fleet_scenario.scenario import FleetExecution, FleetScenario, Lifelong
+from lampyris.io.fleet_scenario.scenario import (
+    MAX_ITERATIONS,
+    MAX_TIME,
+    FleetExecution,
+    FleetScenario,
+    Lifelong,
+)
 from lampyris.io.fleet_scenario.schema import json_schema
 from lampyris.io.maps.coarse import coarse_fleet, coarse_grid
 from lampyris.model.fleet.delays import Delays
@@ -106,7 +112,28 @@ MISTAKES = [
     ("fleet: {random: 2}\nfaults: [{robot: 0, time: 1}]\n", "KEY", "/faults"),
     ("fleet: {random: 2}\nexecute: {}\nfaults: [{robot: 5, time: 1}]\n", "FAULTS", "/faults/0/robot"),
     ("fleet: {random: 2}\nlifelong: {ticks: 4, tasks: [{stops: [[8, 0]]}]}\n", "TASK", "/lifelong/tasks/0"),
-    ("fleet: {random: 2}\nlifelong: {ticks: 4}\nplanner: cbs\n", "PLANNER", ""),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4}\nplanner: cbs\n", "PLANNER", "/planner"),
+    ("fleet: {random: 2, agents: [{start: [0, 0], goal: [1, 1]}]}\n", "KEY", "/fleet"),
+    ("fleet: {random: 99}\n", "ROBOTS", "/fleet/random"),
+    ("fleet: {random: 100001}\n", "ROBOTS", "/fleet/random"),
+    ("fleet: {scen: missing.scen}\n", "FILE_MISSING", "/fleet/scen"),
+    ("fleet: {agents: [{start: [0, 99999999999999999999], goal: [1, 1]}]}\n", "START_OUTSIDE", "/fleet/agents/0/start"),
+    ("fleet: {agents: [{start: [0, 0], goal: {m: [1.0e+300, 1]}}]}\n", "GOAL_OUTSIDE", "/fleet/agents/0/goal"),
+    ("fleet: {agents: [{start: [0, 99999999999999999999], goal: [1, 1]}]}\ncell: 1\n", "START_OUTSIDE", "/fleet/agents/0/start"),
+    ("fleet: {random: 2}\nexecute: {}\nfaults: {robot: 1, time: 2}\n", "TYPE", "/faults"),
+    ("fleet: {random: 2}\nexecute: {}\nfaults: [[1, 2]]\n", "TYPE", "/faults/0"),
+    ("fleet: {random: 2}\nexecute: {}\nfaults: 1@2\n", "TYPE", "/faults"),
+    ("fleet: {random: 2}\nexecute: {}\nfaults: [{robot: 1, time: 2}, {robot: 1, time: 3}]\n", "FAULTS", "/faults/1/robot"),
+    ("fleet: {random: 2}\nexecute: {}\nfaults: [{robot: 1, time: 1.0e+12}]\n", "FAULTS", "/faults/0/time"),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4}\nfaults: [{robot: 1, time: 1.5}]\n", "FAULTS", "/faults/0/time"),
+    ("fleet: {random: 2}\nexecute: {policy: orca}\nfaults: [{robot: 1, time: 2}]\n", "KEY", "/faults"),
+    ("fleet: {random: 2}\nexecute: {policy: orca, delays: {probability: 0.1}}\n", "KEY", "/execute/delays"),
+    ("fleet: {random: 2}\nexecute: {policy: orca}\nbudget: {seconds: 1}\n", "KEY", "/budget"),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4}\nbudget: {iterations: 1}\n", "KEY", "/budget"),
+    ("fleet: {random: 2}\nbudget: {iterations: 1000000000001}\n", "BUDGET", "/budget/iterations"),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4, window: 10001}\n", "WINDOW", "/lifelong/window"),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4, tasks: [{stops: [[1, 0]], robot: 2}]}\n", "TASK", "/lifelong/tasks/0/robot"),
+    ("fleet: {random: 2}\nlifelong: {ticks: 4, tasks_file: missing.csv}\n", "FILE_MISSING", "/lifelong/tasks_file"),
     ("fleet: {random: 2}\ncell: 0.7\n", "CELL", "/cell"),
     ("fleet: {random: 2}\nrobot: {drive: ackermann}\n", "FLEET_ROBOT", "/robot"),
     ("fleet: {scen: ../a.scen}\n", "PATH_OUTSIDE", "/fleet/scen"),
@@ -124,7 +151,7 @@ def test_a_mistake_is_named_with_its_place(text: str, code: str, place: str, tmp
     assert caught.value.code == code, str(caught.value)
     assert str(file) in caught.value.where
     assert caught.value.where.endswith(place) or f"{place}:" in caught.value.where
-    assert caught.value.allowed or caught.value.todo
+    assert caught.value.allowed or caught.value.todo or code == "FILE_MISSING"
 
 
 def test_several_mistakes_are_reported_together(tmp_path: Path) -> None:
@@ -132,6 +159,53 @@ def test_several_mistakes_are_reported_together(tmp_path: Path) -> None:
     done = call("run", file)
     assert done.returncode == 3
     assert re.findall(r"error\[(\w+)\]", done.stderr) == ["PLANNER", "KEY", "CELL"]
+
+
+def test_the_forms_of_a_fleet_and_the_way_out_are_in_the_message(tmp_path: Path) -> None:
+    for text, words in (
+        ("fleet: {robots: 20}\n", "{random: N}"),
+        ("fleets: {random: 20}\n", "did you mean /fleet?"),
+        ("fleet: {random: 20}\nrobot: {radius: 0.6}\n", "without regard to their size"),
+        ("fleet: {agents: [{start: [0, 0], goal: [7, 5]}, {start: [1, 1], goal: [3, 3]}]}\ncell: 1\n", "make `cell` smaller"),
+        ("fleet: {random: 2}\nexecute: {}\nfaults: 1@2\n", "a list of {robot: K, time: T}"),
+    ):  # fmt: skip
+        with pytest.raises(LampyrisError, match=re.escape(words)):
+            lampyris.load_scenario(put(tmp_path, text))
+    kept = read(put(tmp_path, "fleet: {agents: [{start: [0, 0], goal: [7, 5], tasks: [[1, 1]]}]}\n"))
+    assert any("without effect" in note for note in kept.notes)
+
+
+def test_limits_of_faults_and_iterations_are_taken() -> None:
+    drive = FleetExecution()
+    assert FleetScenario(FLEET, iterations=MAX_ITERATIONS).iterations == MAX_ITERATIONS
+    assert FleetScenario(FLEET, execution=drive, faults=((0, MAX_TIME / 2),)).faults == ((0, MAX_TIME / 2),)
+    with pytest.raises(SettingError, match="BUDGET"):
+        FleetScenario(FLEET, iterations=MAX_ITERATIONS + 1)
+    for wrong in ([(0, MAX_TIME)], [0, 1], {0: 1}, "0@1", [(0, -1)], [(0.5, 1)], [(0, 1, 2)]):
+        with pytest.raises(SettingError, match="FAULTS"):
+            FleetScenario(FLEET, execution=drive, faults=wrong)  # type: ignore[arg-type]
+
+
+def test_what_goes_wrong_in_a_run_names_the_file(tmp_path: Path) -> None:
+    for text in ("", "execute: {}\n"):
+        file = put(tmp_path, f"fleet: {{random: 2}}\nrobot: {{radius: 0.24}}\n{text}")
+        done = call("run", file)
+        assert done.returncode == 3
+        assert f"{file}: robots[0].robot" in done.stderr.replace("\n", " ")
+
+
+def test_a_drive_without_a_plan_is_saved_and_refuses_what_plans(tmp_path: Path) -> None:
+    line = ("fleet", "rooms-20", "--robots", "2", "--execute", "--policy", "orca")
+    done = call(*line, "--json", "--no-timing", "--save-scenario", "s.yaml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert call("run", "s.yaml", "--json", "--no-timing", cwd=tmp_path).stdout == done.stdout
+    for words in (("--planner", "lns"), ("--seconds", "1"), ("--iterations", "4"), ("--moves", "octile")):
+        assert call(*line, *words).returncode == 2, words
+    for words in (("--moves", "octile"), ("--iterations", "4"), ("--set", "swap=false")):
+        assert call("fleet", "rooms-20", "--robots", "2", "--lifelong", "5", *words).returncode == 2, words
+    assert call("fleet", "rooms-20", "--robots", "2", "--lifelong", "5", "--fault", "9@2").returncode == 2
+    with pytest.raises(SettingError, match="DELAYS"):
+        lampyris.simulate_fleet(FLEET, delays=Delays(0.1), policy="orca")
 
 
 def test_robots_that_a_file_cannot_tell_apart_and_a_fault_without_a_drive_are_refused(tmp_path: Path) -> None:
@@ -196,12 +270,15 @@ def test_starts_and_goals_are_the_coarse_cells_that_hold_them() -> None:
     blocked = np.zeros((6, 8), dtype=bool)
     blocked[1, 1] = True
     near = lampyris.Grid(blocked, resolution=0.5)
-    with pytest.raises(SceneError, match=r"robot 0: its start \(0, 0\)"):
+    with pytest.raises(
+        SceneError, match=r"robot 0: its start \(0, 0\), in larger cells: \(0, 0\) is blocked"
+    ):
         coarse_fleet(lampyris.Fleet(near, AGENTS[:1]), coarse_grid(near, 1.0))
     with pytest.raises(FileError, match="robot 1"):
         coarse_fleet(
             lampyris.Fleet(GRID, [lampyris.Agent((0, 0), (7, 5)), lampyris.Agent((1, 1), (3, 3))]), coarse
         )
+    assert coarse_grid(GRID, 0.5) is GRID
     for cell in (0.1, 0.75, float("nan"), "1"):
         with pytest.raises(SettingError, match="CELL"):
             coarse_grid(GRID, cell)  # type: ignore[arg-type]
@@ -228,9 +305,10 @@ def test_the_command_line_plans_in_larger_cells_and_says_so(tmp_path: Path) -> N
 # ---- robots with a size --------------------
 
 
-def test_a_radius_counts_in_planning_and_is_refused_with_the_reason() -> None:
-    done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45")
-    assert done.returncode == 2
+def test_a_radius_counts_in_planning_and_is_refused_with_the_reason(tmp_path: Path) -> None:
+    saved = tmp_path / "s.yaml"
+    done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45", "--save-scenario", saved)
+    assert (done.returncode, saved.exists()) == (2, False)
     assert "prioritised-sipp" in done.stderr
     done = call("fleet", "rooms-20", "--robots", "2", "--radius", "0.45", "--planner", "prioritised-sipp")
     assert (done.returncode, "of radius 0.45 m" in done.stdout) == (0, True), done.stderr

@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import FileError, SettingError, UsageError
-from lampyris.lifelong import MAX_WINDOW
+from lampyris.model.fleet.lifelong import MAX_WINDOW
 from lampyris.model.settings.simulation import MAX_TICKS
 from sizes import sized
 

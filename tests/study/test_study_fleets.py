@@ -15,6 +15,7 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError
+from lampyris.planning.fleet.lns import CHUNK
 from lampyris.report.data.fleet_measures import FLEET_METRICS, fleet_metrics, improvements_of
 from lampyris.study.analysis.fleet_tables import falls, tables_of
 from lampyris.study.analysis.runs import runs_of
@@ -229,6 +230,7 @@ def test_fleets_of_movingai_files_and_of_lists(tmp_path: Path) -> None:
         ("seeds: 2", "traffic: [none]", "KEY", "/traffic"),
         ("seeds: 2", "moves: dissertation", "MOVES", "/planners/0"),
         ("seeds: 2", "robot: {radius: 0.45}", "FLEET_ROBOT", "/planners/1"),
+        ("seeds: 2", "robot: {drive: ackermann}", "FLEET_ROBOT", "/robot"),
         ("pibt,", "astar,", "PLANNER", "/planners/0"),
         ("pibt,", "cbs,", "BUDGET", "/planners/0"),
         ("random: 2", "random: 2, least: 3", "KEY", "/maps/0/queries/least"),
@@ -268,6 +270,7 @@ def test_tables_and_page_tell_each_measure_by_the_number_of_robots(
     summary = summarise(runs)
     some = {tab.name: tab for tab in tables_of(summary, runs)}
     assert {"by-number-found", "by-number-ratio", "by-number-makespan", "improvement"} <= set(some)
+    assert f"every {CHUNK} neighbourhoods" in some["improvement"].note
     assert not any("plan-s" in name for name in some)  # seconds depend on the machine
     ratio = some["by-number-ratio"]
     assert [row[0] for row in ratio.rows] == [2, 12]

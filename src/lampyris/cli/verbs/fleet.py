@@ -5,6 +5,7 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -185,14 +186,30 @@ def fleet(
     asked, ground = _fleet(document, scen, agents, robots, seed, cell, lifelong)
     tasks = tasks_of(driving, document.grid, asked.fleet.grid)
     tasks = asked.tasks if tasks is None else tasks
-    fleet_ = with_robot(asked.fleet, robot_of(driving, robot_file, asked.fleet.grid.resolution, moves))
-    if lifelong and tasks is not None and (asked.tasks is not None or (agents is None and scen is None)):
+    drawn = agents is None and scen is None
+    one = robot_of(driving, robot_file, asked.fleet.grid.resolution, moves)
+    fleet_ = with_robot(asked.fleet, one, drawn=drawn)
+    if lifelong and tasks is not None and (asked.tasks is not None or drawn):
         fleet_ = without_goals(fleet_)  # goals that were drawn, or put in for tasks, would be tasks, too
     scenario = FleetScenario(
         fleet_, chosen, given, moves, seed, _checked(iterations), None if limits is None else limits.seconds,
         execution_of(driving), lifelong_of(driving, tasks), tuple(faults_of(driving)), map=_source(map_, values, colour),
         ground=ground, notes=(*document.notes, *asked.notes),
     )  # fmt: skip
+    if lifelong or scenario.reactive:
+        _without_plan(scenario, {"--set": given}, "planner settings")
+    if scenario.reactive:
+        needs = {
+            "--planner": planner,
+            "--seconds": limits,
+            "--iterations": iterations,
+            "--moves": moves != "four-connected",
+        }
+        _without_plan(scenario, needs, "a planner")
+    if lifelong:
+        _without_plan(
+            scenario, {"--moves": moves != "four-connected", "--iterations": iterations}, "a whole plan"
+        )
     raise typer.Exit(run_scenario(scenario, out))
 
 
@@ -210,23 +227,13 @@ class FleetOutputs:
 
 def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
     """Plan or drive the fleet of a scenario, write and print what came of it. Returns the exit code."""
-    from lampyris import fleets, scenarios
+    from lampyris import fleet_scenarios, fleets, scenarios
     from lampyris.cli.verbs.fleet_drive import driving as drives
-    from lampyris.errors import UsageError
-    from lampyris.planning.base import Budget
+    from lampyris.planning.fleet import registry
 
     print_notes(scenario.notes)
-    reactive = scenario.execution is not None and scenario.execution.settings.get("policy") == "orca"
-    if scenario.lifelong is not None or reactive:
-        unused = {"--set": bool(scenario.settings), "--picture": out.picture, "--export": out.export}
-        for option in (option for option, given in unused.items() if given):
-            why = (
-                "--lifelong plans window by window"
-                if scenario.lifelong is not None
-                else "--policy orca makes no plan"
-            )
-            what = "planner settings" if option == "--set" else "a whole plan"
-            raise UsageError("OPTIONS", f"{option} needs {what}; {why}", allowed=f"without {option}")
+    if scenario.lifelong is not None or scenario.reactive:
+        _without_plan(scenario, {"--picture": out.picture, "--export": out.export}, "a whole plan")
         if out.save is not None:
             print_notes(scenarios.save_scenario(scenario, out.save))
         trace: Any
@@ -239,17 +246,17 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
     if scenario.execution is not None:
         from lampyris.fleet_drives import robots_of
 
-        robots_of(fleet_, None, scenario.moves)  # before anything is planned
+        with fleet_scenarios.named_in(scenario):
+            robots_of(fleet_, None, scenario.moves)  # before anything is planned or written
+    else:
+        with fleet_scenarios.named_in(scenario):
+            fleets.check_known(registry.make(scenario.planner, scenario.settings), fleet_, scenario.moves)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if scenario.seconds is not None:
         _load_kernels(scenario.planner, scenario.moves, quiet=out.json)
     with counting(f"planning {plural(len(fleet_.robots), 'robot')}", "", quiet=out.json) as tick:
-        show = None if tick is None else (lambda done, _cost: tick(done))
-        made = fleets.plan_fleet(
-            fleet_, scenario.planner, moves=scenario.moves, seed=scenario.seed,
-            budget=Budget(scenario.iterations, scenario.seconds), progress=show, planner_settings=scenario.settings,
-        )  # fmt: skip
+        made = fleet_scenarios.plan_of(scenario, tick)
     exported: tuple[Path, ...] = ()
     if scenario.execution is not None and made:
         _draw(made, fleet_, out.picture, None, quiet=out.json)
@@ -269,6 +276,15 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
         _print(made, fleet_)
         print_written(out.picture, out.film, *exported, out.save)
     return 0 if made else NO_ANSWER
+
+
+def _without_plan(scenario: FleetScenario, unused: Mapping[str, object], what: str) -> None:
+    """Refuse options that need what such a drive does not have."""
+    from lampyris.errors import UsageError
+
+    why = "lifelong fleets plan window by window" if scenario.lifelong else "the policy orca makes no plan"
+    for option in (option for option, given in unused.items() if given):
+        raise UsageError("OPTIONS", f"{option} needs {what}; {why}", allowed=f"without {option}")
 
 
 def _saved(out: FleetOutputs, code: int) -> int:

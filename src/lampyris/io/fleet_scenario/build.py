@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
@@ -20,13 +21,13 @@ from lampyris.io.fleet_scenario.scenario import (
 from lampyris.io.maps.coarse import coarse_cell, coarse_fleet, coarse_grid, coarse_note, coarse_tasks
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.map_hash import map_hash
-from lampyris.io.scenario.map_source import Files, Mistakes, setting_path
+from lampyris.io.scenario.map_source import Files, Mistakes, placed, setting_path
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import MapSource
 from lampyris.io.scenario.schema import Point
 from lampyris.io.scenario.validation_errors import Document, faults_of, raise_all, spot
 from lampyris.io.task_files import read_tasks
-from lampyris.io.text.strict_yaml import KeyPath
+from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.fleet.lifelong import FleetTask
@@ -35,16 +36,13 @@ from lampyris.model.robot import Robot
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.typing import Cell
 
+FAR = 2**31
+"""Cells, or metres, that no map reaches."""
 T = TypeVar("T")
 Draw = Callable[[Grid, int, int], Fleet]
 """Draws a fleet: map, robots, seed."""
-MakePlanner = Callable[[str, Mapping[str, Any]], object]
-"""Whether there is such a planner with such settings."""
-
-
-def is_fleet(parsed: Document) -> bool:
-    """Whether a scenario is one of a fleet, rightly or wrongly written."""
-    return "fleet" in parsed.data
+MakePlanner = Callable[[str, Mapping[str, Any], bool], object]
+"""Whether there is such a planner with such settings, of windows if the last argument says so."""
 
 
 def fleet_scenario_of(parsed: Document, planner: MakePlanner, draw: Draw, files: Files) -> FleetScenario:
@@ -77,11 +75,21 @@ def robot_for(common: Robot | None, own: Robot | None) -> Robot | None:
     return replace(common, footprint=None, radius=own.radius)
 
 
-def with_robot(fleet: Fleet, robot: Robot | None) -> Fleet:
-    """The fleet with a robot for all; agents that have a radius of their own keep it."""
+def with_robot(fleet: Fleet, robot: Robot | None, *, drawn: bool = False) -> Fleet:
+    """The fleet with a robot for all; agents that have a radius of their own keep it.
+
+    Parameters
+    ----------
+    drawn : whether the robots were drawn at random, for the advice if they overlap.
+    """
     if robot is None:
         return fleet
-    return Fleet(fleet.grid, [replace(one, robot=robot_for(robot, one.robot)) for one in fleet.robots])
+    try:
+        return Fleet(fleet.grid, [replace(one, robot=robot_for(robot, one.robot)) for one in fleet.robots])
+    except LampyrisError as fault:
+        if drawn and fault.code == "FLEET":
+            fault.todo = "random robots are drawn without regard to their size: take fewer, another seed, or larger cells"
+        raise
 
 
 def without_goals(fleet: Fleet) -> Fleet:
@@ -115,7 +123,8 @@ class _Build:
         self._together()
         if found is None or coarse is None or self.faults:
             self.faults.give()
-        read = self.tried(("fleet",), self._fleet, found[0], coarse)
+        kind = next(key for key in form.FLEET_KEYS if hasattr(file.fleet, key))
+        read = self.tried(("fleet", kind), self._fleet, found[0], coarse)
         lifelong = None
         if file.lifelong is not None and read is not None:
             lifelong = self.tried(
@@ -123,16 +132,16 @@ class _Build:
             )
         if read is None or self.faults:
             self.faults.give()
-        fleet = self.tried(("robot",), with_robot, read.fleet, robot)
-        nobody_gave = read.tasks is not None or isinstance(file.fleet, form.RandomFleet)
+        drawn = isinstance(file.fleet, form.RandomFleet)
+        fleet = self.tried(("robot",), partial(with_robot, drawn=drawn), read.fleet, robot)
+        nobody_gave = read.tasks is not None or drawn
         if fleet is not None and lifelong is not None and lifelong.tasks is not None and nobody_gave:
             fleet = without_goals(fleet)  # goals that were drawn, or put in for tasks, would be tasks, too
         if fleet is None:
             self.faults.give()
-        for k, one in enumerate(file.faults):
-            if one.robot >= len(fleet.robots):
-                fault = SettingError("FAULTS", f"robot {one.robot}", allowed=f"0 to {len(fleet.robots) - 1}")
-                self.faults.keep(("faults", k, "robot"), fault)
+        self._check_numbers(len(fleet.robots))
+        if file.lifelong is None and any(one.tasks for one in fleet.robots):
+            self.notes.append("tasks of robots without effect: they are for `lifelong`")
         if self.faults:
             self.faults.give()
         return FleetScenario(
@@ -140,6 +149,27 @@ class _Build:
             lifelong, tuple((one.robot, one.time) for one in file.faults), file.name or "", found[1],
             None if coarse is found[0].grid else found[0].grid, tuple(self.notes), self.parsed.where,
         )  # fmt: skip
+
+    def _check_numbers(self, robots: int) -> None:
+        """Keep a mistake for each fault, and each task, of a robot that is not there."""
+        file, numbers = self.file, f"0 to {robots - 1}"
+        failed: set[int] = set()
+        for k, one in enumerate(file.faults):
+            if one.robot >= robots:
+                fault = SettingError("FAULTS", f"robot {one.robot}", allowed=numbers)
+                self.faults.keep(("faults", k, "robot"), fault)
+            elif one.robot in failed:
+                fault = SettingError("FAULTS", f"robot {one.robot} a second time", allowed="each robot once")
+                self.faults.keep(("faults", k, "robot"), fault)
+            failed.add(one.robot)
+            if file.lifelong is not None and one.time % 1:
+                fault = SettingError("FAULTS", f"{one.time:g}", allowed="a whole tick with `lifelong`")
+                self.faults.keep(("faults", k, "time"), fault)
+        listed = None if file.lifelong is None else file.lifelong.tasks
+        for k, task in enumerate(listed or ()):
+            if task.robot is not None and task.robot >= robots:
+                fault = SettingError("TASK", f"robot {task.robot}", allowed=numbers)
+                self.faults.keep(("lifelong", "tasks", k, "robot"), fault)
 
     def tried(self, key_path: KeyPath, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
@@ -155,7 +185,7 @@ class _Build:
             return PLANNER if self.file.lifelong is None else LIFELONG_PLANNER, {}
         name, settings = (given, {}) if isinstance(given, str) else (given.name, given.settings)
         try:
-            self._planner_known(name, settings)
+            self._planner_known(name, settings, self.file.lifelong is not None)
         except LampyrisError as fault:
             path = setting_path(fault, settings)
             at: KeyPath = ("planner", "settings", *path) if path else ("planner",)
@@ -170,20 +200,37 @@ class _Build:
             others = {
                 "execute": file.execute is not None,
                 "moves": file.moves != MOVES,
+                "budget": file.budget.iterations is not None,
             }
             for key in (key for key, there in others.items() if there):
-                self.faults.keep((key,), FileError("KEY", f"`{key}` with `lifelong`", allowed="one of them"))
+                what = "`iterations`" if key == "budget" else f"`{key}`"
+                self.faults.keep((key,), FileError("KEY", f"{what} with `lifelong`", allowed="one of them"))
             if not isinstance(file.planner, str | None) and file.planner.settings:
                 fault = FileError("KEY", "settings of the planner with `lifelong`", allowed="a name alone")
                 self.faults.keep(("planner", "settings"), fault)
             if lifelong.tasks is not None and lifelong.tasks_file is not None:
                 fault = FileError("KEY", "`tasks` and `tasks_file`", allowed="one of them")
                 self.faults.keep(("lifelong", "tasks_file"), fault)
-        elif file.execute is None and file.faults:
+        elif file.execute is not None:
+            self._reactive(file.execute)
+        elif file.faults:
             fault = FileError(
                 "KEY", "`faults` of robots that do not drive", allowed="with `execute` or `lifelong`"
             )
             self.faults.keep(("faults",), fault)
+
+    def _reactive(self, table: Any) -> None:
+        """Keys that the policy orca does not know."""
+        if table.policy != "orca":
+            return
+        allowed = "policy: order; orca knows no delays and no faults"
+        if table.delays.probability:
+            self.faults.keep(("execute", "delays"), FileError("KEY", "`delays` with orca", allowed=allowed))
+        if self.file.faults:
+            self.faults.keep(("faults",), FileError("KEY", "`faults` with orca", allowed=allowed))
+        if self.file.budget.iterations is not None or self.file.budget.seconds is not None:
+            fault = FileError("KEY", "`budget` with orca", allowed="policy: order; orca makes no plan")
+            self.faults.keep(("budget",), fault)
 
     def _map(self) -> tuple[MapDocument, MapSource | None]:
         found, source = self.files.map_of(self.file.map, ("map",))
@@ -228,9 +275,14 @@ class _Build:
     def _agents(self, listed: list[form.AgentTable], drawn: Grid, grid: Grid) -> Fleet:
         """The fleet of a list; a mistake names the agent's place in the file."""
         made = []
-        for one in listed:
+        for k, one in enumerate(listed):
             radius = None if one.radius is None else Robot(radius=one.radius)
-            start, goal, *tasks = (_cell(end, drawn, grid) for end in (one.start, one.goal, *one.tasks))
+            start = self._near(("fleet", "agents", k, "start"), one.start, drawn, grid)
+            goal = self._near(("fleet", "agents", k, "goal"), one.goal, drawn, grid)
+            tasks = [
+                self._near(("fleet", "agents", k, "tasks", i), stop, drawn, grid)
+                for i, stop in enumerate(one.tasks)
+            ]
             made.append(Agent(start, goal, radius, tasks))
         try:
             return Fleet(grid, made)
@@ -245,7 +297,14 @@ class _Build:
             if own in ("start", "goal", "tasks", "radius"):
                 place = (*place, own)
             what = f"{end.removeprefix('.')} {fault.what}" if word != "robot" else fault.what
-            raise kind(fault.code, what, where=spot(self.parsed, place), allowed=fault.allowed) from None
+            todo = (
+                ""
+                if grid is drawn
+                else "larger cells are free only if all cells in them are: move it, or make `cell` smaller"
+            )
+            raise kind(
+                fault.code, what, where=spot(self.parsed, place), allowed=fault.allowed, todo=todo
+            ) from None
 
     def _lifelong(
         self, table: Any, listed: tuple[FleetTask, ...] | None, drawn: Grid, grid: Grid
@@ -253,19 +312,40 @@ class _Build:
         if table.tasks is not None:
             tasks = []
             for k, one in enumerate(table.tasks):
-                stops = [_cell(end, drawn, grid) for end in one.stops]
+                at: KeyPath = ("lifelong", "tasks", k)
+                stops = [self._near((*at, "stops", i), end, drawn, grid) for i, end in enumerate(one.stops)]
                 tasks.append(FleetTask(stops, one.release, one.robot))
-                self._free(("lifelong", "tasks", k), stops, grid)
+                self._free(at, stops, grid)
             return Lifelong(table.ticks, table.window, tuple(tasks))
         key_path: KeyPath = ("fleet", "file")
         if table.tasks_file is not None:
             key_path = ("lifelong", "tasks_file")
-            listed = read_tasks(self.files.path(table.tasks_file, key_path), drawn)
+            name = self.files.path(table.tasks_file, key_path)
+            listed = self.tried(key_path, read_tasks, name, drawn)
         if listed is not None and grid is not drawn:
             listed = coarse_tasks(listed, drawn, grid)
             for one in listed:
                 self._free(key_path, one.stops, grid)
         return Lifelong(table.ticks, table.window, listed)
+
+    def _near(self, key_path: KeyPath, end: Any, drawn: Grid, grid: Grid) -> Cell:
+        """The cell of a place.
+
+        Raises
+        ------
+        SceneError, SettingError : one so far from the map that it is no cell, with its place in the file.
+        """
+        pair = end.m if isinstance(end, Point) else end
+        try:
+            if max(map(abs, pair)) < FAR:
+                cell = _cell(end, drawn, grid)
+                if max(map(abs, cell)) < FAR:
+                    return cell
+        except LampyrisError as fault:
+            raise placed(fault, self.parsed, key_path) from None
+        code = {"start": "START_OUTSIDE", "goal": "GOAL_OUTSIDE"}.get(str(key_path[-1]), "TASK_OUTSIDE")
+        far = SceneError(code, f"{shown(tuple(pair))} is outside the map", allowed="a place on the map")
+        raise placed(far, self.parsed, key_path)
 
     def _free(self, key_path: KeyPath, stops: Sequence[Cell], grid: Grid) -> None:
         """Keep a mistake if a stop of a task is not on a free cell."""

@@ -19,6 +19,9 @@ PLANNER = "lacam"
 LIFELONG_PLANNER = "pibt"
 """The same of fleets with tasks without end."""
 MOVES = "four-connected"
+MAX_ITERATIONS = 10**12
+MAX_TIME = 1e12
+"""Faults happen before this second or tick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +105,8 @@ class FleetScenario:
             of_kind(name, getattr(self, name), str)
         if not is_whole(self.seed, 0, MAX_SEED):
             raise SettingError.of("SEED", "seed", shown(self.seed), allowed=SEED_RANGE)
-        if self.iterations is not None and not is_whole(self.iterations, 1):
-            allowed = "a whole number >= 1, or None"
+        if self.iterations is not None and not is_whole(self.iterations, 1, MAX_ITERATIONS):
+            allowed = f"a whole number, 1 to {MAX_ITERATIONS:,}, or None"
             raise SettingError.of("BUDGET", "iterations", shown(self.iterations), allowed=allowed)
         if self.seconds is not None and not (in_range(self.seconds, 0.0, 1e6) and self.seconds > 0.0):
             allowed = "more than 0 and at most 1e6, or None"
@@ -117,6 +120,11 @@ class FleetScenario:
             raise SettingError.of(
                 "FLEET_SCENARIO", "faults", "faults of a fleet that does not drive", allowed="with `execute` or `lifelong`"
             )  # fmt: skip
+
+    @property
+    def reactive(self) -> bool:
+        """Whether the robots drive without a plan (policy ``orca``)."""
+        return self.execution is not None and self.execution.settings.get("policy") == "orca"
 
     @property
     def drawn(self) -> Grid:
@@ -134,8 +142,8 @@ def _faults(given: Any) -> tuple[tuple[int, float], ...]:
     made = []
     for k, one in enumerate(given if isinstance(given, tuple | list) else (given,)):
         pair = one if isinstance(one, tuple | list) and len(one) == 2 else (None, None)
-        if not is_whole(pair[0], 0) or not in_range(pair[1], 0.0, 1e12):
-            allowed = "pairs (robot, time >= 0)"
+        if not is_whole(pair[0], 0) or not in_range(pair[1], 0.0, MAX_TIME) or pair[1] == MAX_TIME:
+            allowed = f"pairs (robot, time), 0 <= time < {MAX_TIME:g}"
             raise SettingError("FAULTS", shown(one), where=f"faults[{k}]", allowed=allowed, setting="faults")
         made.append((int(pair[0]), pair[1]))
     return tuple(made)

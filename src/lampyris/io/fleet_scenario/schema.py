@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, StringConstraints, Tag
 
-from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, PLANNER
+from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, MAX_ITERATIONS, MAX_TIME, PLANNER
 from lampyris.io.scenario.declared_table import table_of
 from lampyris.io.scenario.schema import MapSpec, NameOrTable, Place, RobotTable, schema_of
 from lampyris.io.scenario.schema_types import FileName, Rule, Seed, Table, Word
 from lampyris.model.fleet.delays import Delays
-from lampyris.model.fleet.lifelong import MAX_RELEASE
+from lampyris.model.fleet.lifelong import MAX_RELEASE, MAX_WINDOW
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.model.settings.simulation import MAX_TICKS
 
@@ -73,7 +73,9 @@ FLEET_KEYS = ("agents", "scen", "file", "random")
 
 
 def _fleet_kind(value: Any) -> str | None:
-    return next((f"fleet-{key}" for key in FLEET_KEYS if isinstance(value, dict) and key in value), None)
+    """The form of a fleet by its key; None: no such key, or more than one."""
+    found = [f"fleet-{key}" for key in FLEET_KEYS if isinstance(value, dict) and key in value]
+    return found[0] if len(found) == 1 else None
 
 
 FleetSpec: TypeAlias = Annotated[
@@ -82,7 +84,11 @@ FleetSpec: TypeAlias = Annotated[
     | Annotated[FileFleet, Tag("fleet-file")]
     | Annotated[RandomFleet, Tag("fleet-random")],
     Discriminator(_fleet_kind),
-    Rule("FLEET", "a table with agents, scen, file or random", keys=FLEET_KEYS),
+    Rule(
+        "FLEET",
+        "one of {random: N}, {agents: [{start: ..., goal: ...}]}, {scen: FILE, robots: N} and {file: FILE, robots: N}",
+        keys=FLEET_KEYS,
+    ),
 ]
 
 
@@ -90,7 +96,8 @@ class FleetBudgetTable(Table):
     """When the planner stops."""
 
     iterations: Annotated[
-        Annotated[int, Field(ge=1, le=10**12)] | None, Rule("BUDGET", "a whole number >= 1, or null")
+        Annotated[int, Field(ge=1, le=MAX_ITERATIONS)] | None,
+        Rule("BUDGET", f"a whole number, 1 to {MAX_ITERATIONS:,}, or null"),
     ] = Field(None, description="Iterations of the planner; lacam and lns improve their plans until then.")
     seconds: Annotated[
         Annotated[float, Field(gt=0, le=1e6)] | None,
@@ -107,9 +114,10 @@ class TaskTable(Table):
     release: Annotated[int, Field(ge=0, le=MAX_RELEASE), Rule("TASK", "a tick, a whole number >= 0")] = Field(
         0, description="Tick from which on a robot may have it."
     )
-    robot: Annotated[Annotated[int, Field(ge=0)] | None, Rule("TASK", "the number of a robot, or null")] = (
-        Field(None, description="The robot that has to do it; null: whichever is free.")
-    )
+    robot: Annotated[
+        Annotated[int, Field(ge=0, lt=MAX_ROBOTS)] | None,
+        Rule("TASK", "the number of a robot, from 0, or null"),
+    ] = Field(None, description="The robot that has to do it; null: whichever is free.")
 
 
 class LifelongTable(Table):
@@ -118,10 +126,11 @@ class LifelongTable(Table):
     ticks: Annotated[int, Field(ge=1, le=MAX_TICKS), Rule("TICKS", f"a whole number, 1 to {MAX_TICKS:,}")] = (
         Field(description="How long.")
     )
-    window: Annotated[Annotated[int, Field(ge=1)] | None, Rule("WINDOW", "a whole number >= 1, or null")] = (
-        Field(
-            None, description="Ticks that are driven before planning again; null: 1 with pibt, 5 with lacam."
-        )
+    window: Annotated[
+        Annotated[int, Field(ge=1, le=MAX_WINDOW)] | None,
+        Rule("WINDOW", f"a whole number, 1 to {MAX_WINDOW:,}, or null"),
+    ] = Field(
+        None, description="Ticks that are driven before planning again; null: 1 with pibt, 5 with lacam."
     )
     tasks: Annotated[list[TaskTable] | None, Rule("TASK", "a list of {stops: [[x, y]]}, or null")] = Field(
         None, description="The tasks; null: those of the fleet's file, or random cells without end."
@@ -137,7 +146,7 @@ class FaultTable(Table):
     robot: Annotated[int, Field(ge=0), Rule("FAULTS", "the number of a robot, from 0")] = Field(
         description="Its number, from 0."
     )
-    time: Annotated[float, Field(ge=0), Rule("FAULTS", "a number >= 0")] = Field(
+    time: Annotated[float, Field(ge=0, lt=MAX_TIME), Rule("FAULTS", "a number >= 0, less than 1e12")] = Field(
         description="Second of the drive, or tick of the lifelong fleet."
     )
 
@@ -203,7 +212,7 @@ class FleetScenarioFile(Table):
     lifelong: LifelongTable | None = Field(
         None, description="Present: robots that have arrived get new tasks. Not beside `execute`."
     )
-    faults: list[FaultTable] = Field(
+    faults: Annotated[list[FaultTable], Rule("FAULTS", "a list of {robot: K, time: T}")] = Field(
         [], description="Robots that stop for good, with `execute` or `lifelong`."
     )
 

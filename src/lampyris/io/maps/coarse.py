@@ -38,6 +38,8 @@ def coarse_grid(grid: Grid, cell: float) -> Grid:
     if abs(times * fine - cell) > 1e-6 * cell:
         allowed = f"a whole multiple of the map's resolution {fine:g} m, such as {times * fine:g}"
         raise SettingError.of("CELL", "cell", f"{cell:g} m", allowed=allowed)
+    if times == 1:
+        return grid
     height, width = -(-grid.height // times), -(-grid.width // times)
     padded = np.ones((height * times, width * times), dtype=np.bool_)
     padded[height * times - grid.height :, : grid.width] = grid.blocked
@@ -71,10 +73,11 @@ def coarse_fleet(fleet: Fleet, coarse: Grid) -> Fleet:
             raise
         kind = SceneError if isinstance(fault, SceneError) else FileError
         end = end.removeprefix(".")
-        cell = getattr(fleet.robots[int(index)], end, "") if end in ("start", "goal") else ""
+        given = getattr(fleet.robots[int(index)], end, None) if end in ("start", "goal") else None
+        what = f"its {end}" if given is None else f"its {end} {given}"
         raise kind(
             fault.code,
-            f"robot {index}: its {end} {cell} is in the cell {fault.what} of {coarse.resolution:g} m",
+            f"robot {index}: {what}, in larger cells: {fault.what}",
             where=f"cells of {coarse.resolution:g} m",
             allowed=fault.allowed,
             todo="move it, or take smaller cells",

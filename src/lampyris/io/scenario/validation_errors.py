@@ -219,6 +219,8 @@ def _unknown_key(document: Document, key_path: KeyPath, table: type[Table]) -> F
     key = str(key_path[-1])
     given = _value(document.data, key_path[:-1])
     free = [k for k in _keys(table) if not (isinstance(given, dict) and k in given)]
+    if table is ScenarioFile:
+        free.append("fleet")  # makes it a scenario of another kind
     near = did_you_mean(key, free).removeprefix("did you mean ").removesuffix("?")
     return FileError(
         "KEY",
@@ -238,7 +240,8 @@ def _no_kind(document: Document, key_path: KeyPath, value: Any, rule: Rule | Non
         key_path = (*key_path, "kind")
         todo, value = did_you_mean(value["kind"], rule.kinds), value["kind"]
     elif rule and rule.keys and isinstance(value, dict):
-        todo = next((hint for key in value if (hint := did_you_mean(key, rule.keys))), "")
+        wrong = (key for key in value if key not in rule.keys)
+        todo = next((hint for key in wrong if (hint := did_you_mean(key, rule.keys))), "")
         what = f"a table with {', '.join(shown(k) for k in list(value)[:5])}" if value else "an empty table"
         return FileError("KEY", what, where=spot(document, key_path), allowed=allowed, todo=todo)
     return FileError(code, brief(value), where=spot(document, key_path), allowed=allowed, todo=todo)

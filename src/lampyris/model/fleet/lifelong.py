@@ -19,6 +19,7 @@ from lampyris.model.plan import Status
 from lampyris.typing import Cell, CellLike, Cells
 
 MAX_RELEASE = 10**9
+MAX_WINDOW = 10_000
 _SENTENCES = {
     Status.FOUND: "All ticks were driven.",
     Status.LIMIT: "Stopped at the budget.",

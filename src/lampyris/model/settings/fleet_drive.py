@@ -23,9 +23,10 @@ class FleetDriveSettings:
     policy : ``order``: along the plan, in its order of visits at every cell; ``orca``: without a plan, each robot avoids
         what is near (optimal reciprocal collision avoidance).
     obstacles : moving obstacles, discs that walk at random.
-    obstacle_radius : of their discs.
-    obstacle_speed : of theirs.
-    obstacle_info : what robots know of them: ``speed``: where they are and their top speed; ``track``: where they will be, too.
+    obstacle_radius : radius of the moving obstacles.
+    obstacle_speed : speed of the moving obstacles.
+    obstacle_info : what robots know of moving obstacles: ``speed``: where they are and their top speed; ``track``: where they
+        will be, too.
     period : seconds between two looks at the obstacles; with ``orca`` the length of a step.
     drive_limit : simulated seconds after which the drive ends.
     robot_horizon : with ``orca``, seconds for which velocities are free of collisions with robots.

@@ -13,6 +13,7 @@ from typing import Any
 from lampyris import fleets
 from lampyris.errors import FileError, LampyrisError
 from lampyris.io.fleet_files import read_scen_fleet
+from lampyris.io.fleet_scenario.build import with_robot
 from lampyris.io.maps.load import load_map
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.validation_errors import Document
@@ -92,8 +93,14 @@ def fleet_study(parsed: Document, file: form.StudyFile, files: Any, has_folder: 
         root=file.seed,
         memory=file.memory,
         about=" ".join(file.about.split()),
-        notes=tuple(reader.notes),
+        notes=(*_idle(file.robot), *reader.notes),
     )
+
+
+def _idle(robot: Any) -> tuple[str, ...]:
+    """A sentence on limits of the robot that plans of fleets do not keep."""
+    idle = sorted(robot.model_fields_set - {"radius", "footprint", "rectangle", "drive"})
+    return (f"robot: {', '.join(idle)} without effect: fleets of a study do not drive",) if idle else ()
 
 
 def _numbers(file: form.StudyFile, tried: Tried) -> list[int]:
@@ -133,7 +140,9 @@ def _check_robots(
                 continue
             seen.add(mark)
             x, y, *goal = world.fleet.ends[0].tolist()
-            one = Fleet(world.ground.grid, [Agent((x, y), (goal[0], goal[1]), robot)])
+            one = tried(("robot",), Fleet, world.ground.grid, [Agent((x, y), (goal[0], goal[1]), robot)])
+            if one is None:
+                return
             made = registry.make(planner.name, planner.settings)
             tried(key_path, fleets.check_known, made, one, moves)
 
@@ -196,7 +205,7 @@ class FleetWorlds(Worlds):
     def _drawn_fleet(self, ground: StudyMap, k: int) -> Fleet:
         seed = hashlib.sha256(canonical([self.root, "fleets", ground.hash, k])).digest()
         drawn = fleets.random_fleet(ground.grid, self.most, seed=int.from_bytes(seed[:8], "big") >> 1)
-        return self._fleet(ground, [(*one.start, *one.goal) for one in drawn.robots])
+        return with_robot(drawn, self.robot if self.robot.radius else None, drawn=True)
 
     def _fleet(self, ground: StudyMap, ends: Sequence[tuple[int, int, int, int]]) -> Fleet:
         robot = self.robot if self.robot.radius else None

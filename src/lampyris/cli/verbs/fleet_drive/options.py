@@ -123,7 +123,9 @@ else:
         [
             *_OWN,
             *_declared(FleetDriveSettings, _DRIVE, ""),
-            *_declared(Robot, _ROBOT[:1], "0.35 of a cell; 0.22 for octile plans"),
+            *_declared(
+                Robot, _ROBOT[:1], "fits in a cell; with --execute 0.35 of a cell, 0.22 for octile plans"
+            ),
             *_declared(Robot, _ROBOT[1:], ""),
         ],
         frozen=True,
