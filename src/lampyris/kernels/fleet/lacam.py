@@ -20,7 +20,7 @@ and goes on when it is called again with larger copies.
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped
-from lampyris.kernels.fleet.pibt import drawn, look_around, rearrange, step
+from lampyris.kernels.fleet.pibt import drawn, rearrange, step
 from lampyris.kernels.fleet.steps import crosses
 
 EXHAUSTED, IMPROVED, FULL, LIMIT = 0, 1, 2, 3
@@ -230,14 +230,14 @@ def add(
 @kernel(
     out=(
         "config", "waited", "order", "node", "low", "link", "opened", "bucket", "queue", "now", "following", "best",
-        "occupant", "reserved", "near", "choice", "key", "turn", "partner", "stack", "random", "state",
+        "occupant", "reserved", "choice", "key", "turn", "partner", "stack", "random", "state",
     ),
     of="config",
     each=15_000,
 )  # fmt: skip
 def search(
     edge, degree, table, goals, distance, config, waited, order, node, low, link, opened, bucket, queue,
-    now, following, best, occupant, reserved, near, choice, key, turn, partner, stack, random, state,
+    now, following, best, occupant, reserved, choice, key, turn, partner, stack, random, state,
     swapping, samples, most, halt,
 ):  # fmt: skip
     """Search until the best solution became better (IMPROVED), or one of the other endings.
@@ -297,14 +297,13 @@ def search(
         for i in range(robots):
             now[i] = config[h * robots + i]
             occupant[now[i]] = i
-        look_around(edge, degree, table, now, near, len(key))
         least = -1
         for _ in range(samples):
             for i in range(robots):
                 following[i] = -1
             legal = _force(edge, wide, low, order, h * robots, forced, now, following, occupant, reserved)
             if legal and step(
-                edge, degree, table, goals, order, h * robots, now, following, occupant, reserved, near, choice, key,
+                edge, degree, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
                 turn, partner, stack, random, swapping, halt,
             ):  # fmt: skip
                 value = _value(table, cells, goals, now, following)

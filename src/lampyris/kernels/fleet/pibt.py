@@ -31,33 +31,6 @@ def drawn(state):
     return state ^ ((state << 5) & MASK)
 
 
-@kernel(out=("near",))
-def look_around(edge, degree, table, now, near, places):
-    """Write the distances of each robot at its cell and around it to ``near``: its neighbours first, then its own.
-
-    The rows of ``table`` are far apart, so that nearly every number of it has to come from memory. Read here, robot by robot
-    and in no robot's decision, many are on their way at once.
-    """
-    cells = len(degree)
-    wide = len(edge) // cells
-    for i in range(len(now)):
-        here = now[i]
-        row = i * cells
-        n = degree[here]
-        for k in range(n):
-            near[places * i + k] = table[row + edge[wide * here + k]]
-        near[places * i + n] = table[row + here]
-
-
-@kernel()
-def _near(edge, wide, near, places, i, here, n, u):
-    """The distance of robot ``i``, on ``here`` with ``n`` neighbours, at its cell or at its neighbour ``u``."""
-    k = 0
-    while k < n and edge[wide * here + k] != u:
-        k += 1
-    return near[places * i + k]
-
-
 @kernel()
 def _exits(edge, degree, goals, occupant, back, cell):
     """From ``cell``, come to from ``back``: how many cells one can go on to, and one of them.
@@ -143,22 +116,22 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
 
 
 @kernel(out=("choice", "key", "random"))
-def _rank(edge, degree, now, occupant, near, choice, key, random, i):
+def _rank(edge, degree, table, now, occupant, choice, key, random, i):
     """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``.
 
     By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
     (hindrance), then at random.
     """
-    wide = len(edge) // len(degree)
-    places = len(key)
+    cells = len(degree)
+    wide = len(edge) // cells
     here = now[i]
+    row = i * cells
     n = int(degree[here])
-    base = places * i
     state = drawn(random[0])
     more = drawn(state) if n > 4 else state
     random[0] = more
     for k in range(n):
-        key[k] = int(near[base + k]) << 16
+        key[k] = int(table[row + edge[wide * here + k]]) << 16
     for k in range(n):
         distance = key[k] >> 16
         tie = False
@@ -169,13 +142,11 @@ def _rank(edge, degree, now, occupant, near, choice, key, random, i):
             hindered = 0
             for j in range(degree[u]):
                 a = occupant[edge[wide * u + j]]
-                if a >= 0 and a != i:
-                    there = now[a]
-                    last = int(degree[there])
-                    if _near(edge, wide, near, places, a, there, last, u) < near[places * a + last]:
-                        hindered += 1
+                if a >= 0 and a != i and table[a * cells + u] < table[a * cells + now[a]]:
+                    hindered += 1
             key[k] += (hindered << 8) + (((state if k < 4 else more) >> (8 * (k % 4))) & 255)
-    key[n] = int(near[base + n]) << 16
+    base = len(key) * i
+    key[n] = int(table[row + here]) << 16
     for k in range(n + 1):
         u = int(edge[wide * here + k]) if k < n else int(here)
         own = key[k]
@@ -190,7 +161,7 @@ def _rank(edge, degree, now, occupant, near, choice, key, random, i):
 
 @kernel(out=("following", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
 def step(
-    edge, degree, table, goals, order, base, now, following, occupant, reserved, near, choice, key, turn, partner,
+    edge, degree, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
     stack, random, swapping, halt,
 ):  # fmt: skip
     """Decide the next cell of every robot; whether all could (without given cells, they always can).
@@ -202,7 +173,6 @@ def step(
     order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
     following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
     occupant, reserved : int32, (cells,); the robot that is there now, and next (the given ones), or -1.
-    near : int32, (places * robots,); of :func:`look_around`.
     choice, key, turn, partner, stack : int32, (places * robots,), int64, (places,), and int32, (robots,) each; scratch. A robot
         may go to 5 places with four-connected, 9 with octile moves.
     random : int64, (1,); state of the generator, 1 .. 2**32 - 1.
@@ -224,7 +194,7 @@ def step(
             i = int(stack[depth])
             here = int(now[i])
             if turn[i] < 0:
-                _rank(edge, degree, now, occupant, near, choice, key, random, i)
+                _rank(edge, degree, table, now, occupant, choice, key, random, i)
                 partner[i] = -1
                 first = int(choice[places * i])
                 if swapping and first != here:
@@ -309,14 +279,14 @@ def rearrange(order, base, waited, since, distance):
 
 @kernel(
     out=(
-        "order", "waited", "now", "following", "occupant", "reserved", "near", "choice", "key", "turn", "partner", "stack",
+        "order", "waited", "now", "following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack",
         "random", "track", "visited", "tick",
     ),
     of="track",
     each=15_000,
 )  # fmt: skip
 def run(
-    edge, degree, table, goals, distance, order, waited, now, following, occupant, reserved, near, choice, key, turn,
+    edge, degree, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
     partner, stack, random, swapping, track, visited, tick, most, halt,
 ):  # fmt: skip
     """Steps of PIBT until all robots are on their goals at once; SOLVED, LIMIT or FULL.
@@ -351,9 +321,8 @@ def run(
             break
         for i in range(robots):
             following[i] = -1
-        look_around(edge, degree, table, now, near, len(key))
         step(
-            edge, degree, table, goals, order, 0, now, following, occupant, reserved, near, choice, key, turn, partner,
+            edge, degree, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
             stack, random, swapping, halt,
         )  # fmt: skip
         if stopped(halt):

@@ -29,8 +29,7 @@ class StepWork:
         self.following, self.best = numbers(robots), numbers(robots)
         self.occupant, self.reserved = numbers(cells, -1), numbers(cells, -1)
         places = tables.graph.places_of_step
-        self.near, self.choice = numbers(places * robots), numbers(places * robots)
-        self.turn = numbers(robots)
+        self.choice, self.turn = numbers(places * robots), numbers(robots)
         self.partner, self.stack = numbers(robots), numbers(robots)
         self.key = np.zeros(places, dtype=np.int64)
         self.random = np.array([int(rng.integers(1, 2**32))], dtype=np.int64)
@@ -39,7 +38,7 @@ class StepWork:
     def rest(self) -> tuple[NDArray[Any], ...]:
         """What comes behind ``following`` (and ``best``) in every call."""
         return (
-            self.occupant, self.reserved, self.near, self.choice, self.key, self.turn, self.partner, self.stack, self.random,
+            self.occupant, self.reserved, self.choice, self.key, self.turn, self.partner, self.stack, self.random,
         )  # fmt: skip
 
 
