@@ -142,7 +142,7 @@ export class SwarmPanel {
     rows.push(["Met another robot", `${formatted(end.encounters)} times`], ["Met a wall", `${formatted(end.wall_encounters)} times`]);
     return [
       el("dl", { class: "facts" }, ...rows.flatMap(([name, value]) => [el("dt", null, name), el("dd", null, value)])),
-      el("p", { class: "hint" }, `Robots within ${formatted(head.capture_radius, 2)} cells of a source, each counted at its nearest, at the end. A source is held by ${formatted(head.capture_robots)} or more.`),
+      el("p", { class: "hint" }, `Robots at the end within ${formatted(head.capture_radius, 2)} cells of each source; a robot counts for the nearest source. A source is captured by ${formatted(head.capture_robots)} or more robots.`),
       ...end.notes.map((/** @type {string} */ note) => el("p", { class: "hint" }, note)),
     ];
   }

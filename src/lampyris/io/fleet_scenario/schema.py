@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, Tag
 
 from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, MAX_ITERATIONS, MAX_TIME, PLANNER
 from lampyris.io.scenario.declared_table import table_of
-from lampyris.io.scenario.schema import MapSpec, NameOrTable, Place, RobotTable, schema_of
-from lampyris.io.scenario.schema_types import FileName, Rule, Seed, Table, Word
+from lampyris.io.scenario.schema import NameOrTable, Place, RobotTable, ScenarioHead, schema_of
+from lampyris.io.scenario.schema_types import FileName, Rule, Seed, Table
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.lifelong import MAX_RELEASE, MAX_WINDOW
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
@@ -165,23 +165,9 @@ else:
         delays: _Delays = Field(_Delays.model_validate({}), description="Random delays of moves.")
 
 
-class FleetScenarioFile(Table):
+class FleetScenarioFile(ScenarioHead):
     """A lampyris scenario of a fleet: everything that decides a plan of many robots, or their drive."""
 
-    version: Annotated[Literal[1], Rule("VERSION", "1", always=True)] = Field(
-        description="Of this format: 1."
-    )
-    schema_: str | None = Field(
-        None, alias="$schema", description="For editors. Not looked at, and never fetched."
-    )
-    name: Annotated[Word | None, Rule("TEXT", "1 to 64 printable characters")] = Field(
-        None, description="What to call the scenario: 1 to 64 printable characters."
-    )
-    map: MapSpec = Field(description="The map.")
-    map_hash: Annotated[
-        Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")] | None,
-        Rule("MAP_HASH", "64 hexadecimal digits in small letters"),
-    ] = Field(None, description="SHA-256 of the map's cells; another map is refused.")
     cell: Annotated[
         Annotated[float, Field(ge=1e-6, le=1e6)] | None,
         Rule("CELL", "a whole multiple of the map's resolution"),

@@ -352,8 +352,8 @@ def _no_default(schema: dict[str, Any]) -> None:
     schema.pop("default")
 
 
-class ScenarioFile(Table):
-    """A lampyris scenario: everything that decides a plan or a simulation."""
+class ScenarioHead(Table):
+    """What every scenario file begins with."""
 
     version: Annotated[Literal[1], Rule("VERSION", "1", always=True)] = Field(
         description="Of this format: 1."
@@ -369,6 +369,11 @@ class ScenarioFile(Table):
         Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")] | None,
         Rule("MAP_HASH", "64 hexadecimal digits in small letters"),
     ] = Field(None, description="SHA-256 of the map's cells; another map is refused.")
+
+
+class ScenarioFile(ScenarioHead):
+    """A lampyris scenario: everything that decides a plan or a simulation."""
+
     start: End | None = Field(None, description="Where the robot starts; null: the map's own start.")
     goal: End | None = Field(None, description="Where it drives; null: the map's own goal.")
     via: list[Place] = Field(

@@ -27,11 +27,11 @@ class Rrt:
 
     Parameters
     ----------
-    samples : that are taken at most.
-    batch : samples of one iteration of the record.
+    samples : greatest number of samples.
+    batch : samples per iteration.
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal.
-    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points.
 
     Raises
@@ -73,10 +73,10 @@ class RrtConnect:
 
     Parameters
     ----------
-    samples : that are taken at most.
-    batch : samples of one iteration of the record.
+    samples : greatest number of samples.
+    batch : samples per iteration.
     step : longest line by which the trees grow.
-    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points.
 
     Raises

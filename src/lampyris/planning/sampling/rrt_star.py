@@ -26,12 +26,12 @@ class RrtStar:
 
     Parameters
     ----------
-    samples : that are taken at most; all are, unless the path is a straight line.
-    batch : samples of one iteration of the record.
+    samples : greatest number of samples; all are drawn unless the path is one straight line.
+    batch : samples per iteration.
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal, until it is reached.
-    ancestors : so many ancestors of a parent are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
-    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    ancestors : number of ancestors of a parent that are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
+    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -55,13 +55,14 @@ class RrtStar:
         "shortcuts are ours."
     )
     improves: ClassVar[bool] = True
+    informed: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
 
     def begin(self, query: Query) -> OneTree:
         """The search of one call."""
-        return OneTree(query, self.goal_bias, star=True, informed=False, ancestors=self.ancestors)
+        return OneTree(query, self.goal_bias, star=True, informed=self.informed, ancestors=self.ancestors)
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
         """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
@@ -69,19 +70,19 @@ class RrtStar:
 
 
 @dataclass(frozen=True, slots=True)
-class InformedRrtStar:
+class InformedRrtStar(RrtStar):
     """Informed RRT*: RRT* that, once it has a path, draws only cells that a shorter one may lead through.
 
     These lie in an ellipse around start and goal. Everything else is as in :class:`RrtStar`.
 
     Parameters
     ----------
-    samples : that are taken at most; all are, unless the path is a straight line.
-    batch : samples of one iteration of the record.
+    samples : greatest number of samples; all are drawn unless the path is one straight line.
+    batch : samples per iteration.
     step : longest line by which the tree grows.
     goal_bias : share of samples that are the goal, until it is reached.
-    ancestors : so many ancestors of a parent are tried in its place; 0: as published.
-    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
+    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -89,33 +90,13 @@ class InformedRrtStar:
     SettingError : a setting out of its range.
     """
 
-    samples: int = settings.samples_of_improving()
-    batch: int = settings.batch_of_improving()
-    step: float | None = settings.step()
-    goal_bias: float = settings.goal_bias()
-    ancestors: int = settings.ancestors()
-    narrow: float = settings.narrow()
-    shortcut: bool = flag(True)
-
     name: ClassVar[str] = "informed-rrt-star"
-    traits: ClassVar[Traits] = TRAITS
     summary: ClassVar[str] = "Informed RRT*: RRT* that draws only from where a shorter path may lead through."
     source: ClassVar[str] = (
         "Gammell, Srinivasa, Barfoot 2014; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
         "and the shortcuts are ours."
     )
-    improves: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-
-    def begin(self, query: Query) -> OneTree:
-        """The search of one call."""
-        return OneTree(query, self.goal_bias, star=True, informed=True, ancestors=self.ancestors)
-
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
-        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
-        return SamplingSession(self, scene, rng, record=record)
+    informed: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,10 +108,10 @@ class BitStar:
 
     Parameters
     ----------
-    samples : that are taken at most; all are, unless the path is a straight line.
+    samples : greatest number of samples; all are drawn unless the path is one straight line.
     batch : samples of a batch.
-    ancestors : so many ancestors of a parent are tried in its place; 0: as published.
-    narrow : share of samples that are cells in narrow places: between blocked cells less than four apart.
+    ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
+    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
