@@ -75,16 +75,6 @@ class InformedRrtStar(RrtStar):
 
     These lie in an ellipse around start and goal. Everything else is as in :class:`RrtStar`.
 
-    Parameters
-    ----------
-    samples : greatest number of samples; all are drawn unless the path is one straight line.
-    batch : samples per iteration.
-    step : longest line by which the tree grows.
-    goal_bias : share of samples that are the goal, until it is reached.
-    ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
-    narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
-    shortcut : whether the path is made shorter by straight lines between its points at the end.
-
     Raises
     ------
     SettingError : a setting out of its range.
