@@ -127,6 +127,14 @@ Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist
 NoTiming = Annotated[
     bool, typer.Option("--no-timing", help="Omit timings, so that repeated calls print identical JSON.")
 ]
+Bag = Annotated[
+    Path | None,
+    typer.Option("--bag", metavar="FILE", help="Write a bag of ROS 2 (.mcap, .db3, or a folder)."),
+]
+Export = Annotated[
+    Path | None,
+    typer.Option("--export", metavar="FILE", help="Write the path as nav_msgs/Path (.json or .yaml)."),
+]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
@@ -200,7 +208,9 @@ ObstacleRectangle = Annotated[
 Track = Annotated[
     list[Path] | None,
     typer.Option(
-        "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, one row per tick."
+        "--track",
+        metavar="FILE",
+        help="A recorded obstacle: a CSV with columns x,y, one row per tick, or t,x_m,y_m[,radius_m] (seconds, metres).",
     ),
 ]
 Obstacles = Annotated[

@@ -26,6 +26,8 @@ ENDINGS: Mapping[str, tuple[str, ...]] = {
     "latex": (".tex", ".txt", ""),
     "parquet": (".parquet",),
     "report": (".html", ".htm"),
+    "export": (".json", ".yaml", ".yml"),
+    "bag": (".mcap", ".db3", ""),
     "scenario": (".yaml", ".yml", ".json"),
     "primitives": (".json", ".mprim"),
     "study": (".yaml", ".yml"),
@@ -166,6 +168,8 @@ class Outputs:
     layer: str | None = None
     film: Path | None = None
     chart: Path | None = None
+    export: Path | None = None
+    bag: Path | None = None
 
     def check(self) -> None:
         """Reject before any work what could not be written at the end."""
@@ -173,11 +177,34 @@ class Outputs:
 
         check_outputs(
             self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
-            csv=self.csv,
+            csv=self.csv, export=self.export, bag=self.bag,
         )  # fmt: skip
+        if self.bag is not None:
+            from lampyris.ros.stores import typestore
+
+            typestore()  # rosbags is there, or the call ends now
         check_choice("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
         if self.save is not None:
             check_scenario_ending(self.save)
+
+    def write_ros(self, what: Any, scene: Any = None, profile: Any = None) -> None:
+        """Write the path and the bag that were asked for; a plan or a run that has none gives a note."""
+        from lampyris.cli.text import print_notes
+
+        for kind, path in (("export", self.export), ("bag", self.bag)):
+            if path is None:
+                continue
+            from lampyris import ros
+
+            try:
+                if kind == "export":
+                    ros.export_path(what, path, profile)
+                else:
+                    ros.write_bag(what, path, scene=scene, profile=profile)
+            except UsageError as none:
+                if none.code not in ("EXPORT", "BAG"):
+                    raise
+                print_notes((f"no path, so no {kind} was written",))
 
     def without_timing(self, record: dict[str, Any]) -> dict[str, Any]:
         """The record, with ``timing`` emptied if timings are not wanted: then the same call gives the same bytes."""

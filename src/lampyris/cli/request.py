@@ -30,13 +30,13 @@ from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
 from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, Scenario
-from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.timed_tracks import read_any_track, timed_track
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Polygon, Robot, rectangle_of
 from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
-from lampyris.model.traffic import ObstacleSpec, Recorded
+from lampyris.model.traffic import ObstacleSpec
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import moves_for
@@ -248,8 +248,22 @@ def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
     )
 
 
-def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[ObstacleSpec, ...]:
+def track_speed(options: TrafficOptions) -> float:
+    """The greatest speed of the tracks in metres and seconds along an axis, m/s; 0: there are none."""
+    found = [timed_track(path) for path in options.tracks]
+    return max((one.top_speed for one in found if one is not None), default=0.0)
+
+
+def traffic_of(
+    options: TrafficOptions, scene: Scene, seed: int, obstacle_speed: float | None = None
+) -> tuple[ObstacleSpec, ...]:
     """All obstacles of a scene: those drawn in its map, recorded ones, and generated ones.
+
+    Parameters
+    ----------
+    options, seed : as they were typed.
+    scene : where.
+    obstacle_speed : m/s of a step: a tick is the time that it takes; None: the robot's top speed.
 
     Raises
     ------
@@ -263,7 +277,12 @@ def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[Obstac
         raise UsageError("OPTIONS", f"--rate with --mobility {mobility}", allowed="random walkers")
     outline = _obstacle_outline(options)
     made: list[ObstacleSpec] = [replace(one, radius=radius, footprint=outline) for one in scene.traffic]
-    made += [Recorded(read_track(p), radius, outline) for p in options.tracks]
+    tick = scene.grid.resolution / (obstacle_speed or scene.robot.v_max)
+    more_speed = "lampyris drive --obstacle-speed, or a robot with a greater --v-max"
+    made += [
+        read_any_track(p, scene.grid, tick, radius=radius, footprint=outline, faster=more_speed)
+        for p in options.tracks
+    ]
     fit = replace(scene, traffic=tuple(made))
     shape: dict[str, Any] = {"radius": radius, "footprint": outline}
     more = drawn_traffic(mobility, options.obstacles, scene.grid, seed, rate=rate, fit=fit, **shape)

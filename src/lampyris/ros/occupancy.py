@@ -34,7 +34,7 @@ def grid_of(fields: Fields, *, costs: bool = False, name: str = "") -> Grid:
     info = fields["info"]
     width, height = int(info["width"]), int(info["height"])
     data = np.asarray(fields["data"], dtype=np.int64)
-    resolution = round(float(info["resolution"]), 9)  # 32 bits in the message
+    resolution = float(str(np.float32(info["resolution"])))  # 32 bits in the message: the shortest number that it may be
     if not (width > 0 and height > 0 and data.size == width * height and math.isfinite(resolution)):
         what = f"{width} x {height} cells with {data.size:,} values"
         raise InputError("OCCUPANCY", what, where=name or "OccupancyGrid", allowed="one value a cell")

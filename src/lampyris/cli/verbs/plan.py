@@ -22,7 +22,7 @@ from lampyris.cli.option_groups import (
     RuleOptions,
     ViaOptions,
 )
-from lampyris.cli.options import Csv, Explain, Force, Json, Layer, NoTiming, Picture, Save
+from lampyris.cli.options import Bag, Csv, Explain, Export, Force, Json, Layer, NoTiming, Picture, Save
 from lampyris.cli.outputs import LAYERS, Outputs, print_written
 from lampyris.cli.progress import working
 from lampyris.cli.text import print_json, print_notes, word_counts
@@ -50,6 +50,8 @@ def plan(
     picture: Picture = None,
     layer: Layer = "luciferin",
     csv: Csv = None,
+    export: Export = None,
+    bag: Bag = None,
     save: Save = None,
     force: Force = False,
     time_limit: Annotated[
@@ -67,7 +69,7 @@ def plan(
     from lampyris.cli.request import Request, budget_of
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
+    out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, export=export, bag=bag)
     out.check()
     budget = budget_of("--time-limit", time_limit)
     raise typer.Exit(plan_scenario(request.through(request.scenario(), via), out, budget))
@@ -101,6 +103,7 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
 
             with outputs.place(out.csv) as place:
                 write_plan_csv(place, found, profile, scene.grid, nodes)
+    out.write_ros(found, scene, profile)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if out.json:
@@ -111,7 +114,7 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
     else:
         with outputs.text_beside(out.csv):
             print_plan(found, scene, profile, explain=out.explain, name=scenario.name)
-            print_written(out.picture, out.csv, out.save)
+            print_written(out.picture, out.csv, out.export, out.bag, out.save)
     if found.status is Status.LIMIT:
         return LimitError.exit_code
     return 0 if found else NO_ANSWER

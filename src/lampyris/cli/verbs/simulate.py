@@ -28,7 +28,7 @@ from lampyris.cli.option_groups import (
     TrafficOptions,
     settings_in,
 )
-from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
+from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
@@ -60,6 +60,8 @@ def simulate(
             "--csv", metavar="FILE", help="One row per tick: x_m, y_m, yaw, v, tick, cause, x, y, event."
         ),
     ] = None,
+    export: Export = None,
+    bag: Bag = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
@@ -86,7 +88,7 @@ def simulate(
             ends = replace(ends, goal=f"{moving[0][0]},{moving[0][1]}")
             codes.append("GOAL_OUTSIDE")
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, film=film)
+    out = Outputs(json_, not no_timing, csv, save, force, film=film, export=export, bag=bag)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     with _errors_in(goal_track, codes):
@@ -136,6 +138,7 @@ def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = 
 
         with outputs.place(out.csv) as place:
             write_trace_csv(place, trace)
+    out.write_ros(trace)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenarios.completed(scenario, trace), out.save))
     if out.json:
@@ -143,7 +146,7 @@ def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = 
     else:
         with outputs.text_beside(out.csv):
             print_trace(trace, name=scenario.name)
-            print_written(out.film, out.csv, out.save)
+            print_written(out.film, out.csv, out.export, out.bag, out.save)
     return 0 if trace.arrived else NO_ANSWER
 
 

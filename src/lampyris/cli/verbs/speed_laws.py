@@ -15,7 +15,7 @@ from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
 from lampyris.io.paths import UNITS, read_path_points
-from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.timed_tracks import read_any_track
 from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
@@ -24,7 +24,6 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene, check_obstacle
-from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.deviation import deviation, length_of
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, sample_with_corners
@@ -67,7 +66,7 @@ class TracksRequest:
         tick = scene.grid.resolution / scene.robot.v_max if self.tick is None else self.tick
         if not 1e-6 <= tick <= 1e6:
             raise SettingError("TICK", f"{tick!r}", where="--tick", allowed="1e-06 to 1e6 seconds")
-        obstacles = [Recorded(read_track(file), self.radius) for file in self.files]
+        obstacles = [read_any_track(file, scene.grid, tick, radius=self.radius) for file in self.files]
         for k, obstacle in enumerate(obstacles):
             check_obstacle(scene.grid, k, obstacle)
         return tuple(tracks_from_recorded(obstacles, tick, scene.grid.resolution))

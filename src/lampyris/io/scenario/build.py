@@ -21,6 +21,7 @@ from lampyris.io.text.csv_table import MAX_BYTES
 from lampyris.io.text.strict_yaml import KeyPath
 from lampyris.io.tracks import dob
 from lampyris.io.tracks.csv_tracks import MAX_TICKS, read_headed_track, read_track
+from lampyris.io.tracks.timed_tracks import TimedTrack, recorded_from, timed_track
 from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon, Robot
@@ -355,7 +356,10 @@ class _Build:
         path = self.files.path(spec.file, ("obstacles", k, "file"))
         data = read_regular(path, MAX_BYTES)
         if not dob.looks_like(data):
-            self._csv_only(spec, k)
+            timed = timed_track(path)
+            self._csv_only(spec, k, ("id",) if timed is not None else ("id", "tick_s"))
+            if timed is not None:
+                return () if grid is None else (self._timed(spec, timed, grid, robot, shape["footprint"]),)
             if shape["footprint"] is None:
                 made = (Recorded(read_track(path), spec.radius or 0.0),)
             else:
@@ -373,8 +377,19 @@ class _Build:
         if self.room < 0:
             raise LimitError("LIMIT", "longer tracks", allowed=f"{10 * MAX_TICKS:,} ticks in all files")
 
-    def _csv_only(self, spec: form.TrackFileTable, k: int) -> None:
-        for key in ("id", "tick_s"):
+    def _timed(
+        self, spec: form.TrackFileTable, found: TimedTrack, grid: Grid, robot: Robot, footprint: Polygon | None
+    ) -> ObstacleSpec:
+        tick_s = grid.resolution / robot.v_max if spec.tick_s is None else spec.tick_s
+        made = recorded_from(
+            found, grid, tick_s, name=spec.file, radius=spec.radius or 0.0, footprint=footprint,
+            faster="give a shorter tick_s",
+        )  # fmt: skip
+        self._count(made)
+        return made
+
+    def _csv_only(self, spec: form.TrackFileTable, k: int, keys: tuple[str, ...]) -> None:
+        for key in keys:
             if getattr(spec, key) is not None:
                 where = spot(self.parsed, ("obstacles", k, key))
                 raise FileError("KEY", f"`{key}` with a CSV", where=where, allowed="with a .dob file")

@@ -281,7 +281,7 @@ class TrackTable(Table):
 
 
 class TrackFileTable(Table):
-    """Recorded obstacles from a file: a CSV (columns x, y and perhaps tick), or a `.dob` file."""
+    """Recorded obstacles from a file: a CSV (columns x, y and perhaps tick, or t, x_m, y_m), or a `.dob` file."""
 
     kind: Literal["recorded"] = Field(description="A recorded obstacle.")
     file: FileName = Field(description="Its path, relative to the scenario file's folder.")
@@ -294,7 +294,7 @@ class TrackFileTable(Table):
     tick_s: Annotated[
         Annotated[float, Field(ge=1e-6, le=1e6)] | None, Rule("OBSTACLE_TIME", "1e-6 to 1e6 seconds")
     ] = Field(
-        None, description=".dob: seconds a tick; null: what the robot needs for a cell at its greatest speed."
+        None, description=".dob and CSV with t, x_m, y_m: seconds a tick; null: what the robot needs for a cell at its greatest speed."
     )
     footprint: Outline = Field(None, description=OUTLINE)
     rectangle: Rectangle = Field(None, description=RECTANGLE)

@@ -24,7 +24,7 @@ from lampyris.cli.option_groups import (
     TrafficOptions,
     settings_in,
 )
-from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
+from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
@@ -65,6 +65,8 @@ def drive(
             help="Draw what was driven on the map, of one or several controllers (.png or .svg).",
         ),
     ] = None,
+    export: Export = None,
+    bag: Bag = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
@@ -73,11 +75,11 @@ def drive(
 
     Several controllers, as in --controller exact,rpp,mppi, drive one after the other: one table, one picture.
     """
-    from lampyris.cli.request import Request, budget_of, parse_controllers, traffic_of
+    from lampyris.cli.request import Request, budget_of, parse_controllers, track_speed, traffic_of
     from lampyris.model.settings.drive import DriveSettings
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart, picture=picture)
+    out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart, picture=picture, export=export, bag=bag)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     given = settings_in(simulation, DriveSettings)
@@ -85,9 +87,13 @@ def drive(
         [n.strip() for n in given["controller"].split(",")], simulation.set_controller or []
     )
     given["controller"], given["controller_settings"] = next(iter(controllers.items()))
+    scenario, fastest = request.scenario(), track_speed(traffic)
+    if given["obstacle_speed"] is None and fastest > scenario.scene.robot.v_max:
+        given["obstacle_speed"] = fastest * (1.0 + 1e-6)
+        print_notes((f"obstacles move at up to {fastest:.4g} m/s a straight step, as the fastest track does",))
     settings = DriveSettings(**given)
-    scenario = request.scenario()
-    scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
+    moving = traffic_of(traffic, scenario.scene, request.seed, settings.obstacle_speed)
+    scene = replace(scenario.scene, traffic=moving)
     scenario = replace(scenario, scene=scene, drive=asdict(settings))
     if len(controllers) > 1:
         from lampyris.cli.verbs.drive.controllers import compare_controllers
@@ -111,6 +117,7 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
         _write_files(made, out)
     elif out.film or out.chart or out.csv or out.picture:
         print_notes(("the robot never set off, so no film, picture, chart or CSV was written",))
+    out.write_ros(made)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
     if out.json:
@@ -118,7 +125,7 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
     else:
         with outputs.text_beside(out.csv):
             print_drive(made, name=scenario.name)
-            print_written(out.film, out.picture, out.chart, out.csv, out.save)
+            print_written(out.film, out.picture, out.chart, out.csv, out.export, out.bag, out.save)
     return 0 if made.arrived else NO_ANSWER
 
 
