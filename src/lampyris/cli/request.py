@@ -278,7 +278,7 @@ def traffic_of(
     outline = _obstacle_outline(options)
     made: list[ObstacleSpec] = [replace(one, radius=radius, footprint=outline) for one in scene.traffic]
     tick = scene.grid.resolution / (obstacle_speed or scene.robot.v_max)
-    more_speed = "lampyris drive --obstacle-speed, or a robot with a greater --v-max"
+    more_speed = "use lampyris drive --obstacle-speed, or a robot with a greater --v-max"
     made += [
         read_any_track(p, scene.grid, tick, radius=radius, footprint=outline, faster=more_speed)
         for p in options.tracks

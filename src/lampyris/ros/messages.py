@@ -13,7 +13,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lampyris._core import elementary
 from lampyris.io.maps.formats.ros_write import occupancy_of
 from lampyris.model.grid import Grid
 from lampyris.model.profile import Profile
@@ -67,14 +66,14 @@ def point(x: float, y: float, z: float = 0.0) -> dict[str, float]:
 
 def quaternion(yaw: float) -> dict[str, float]:
     """geometry_msgs/Quaternion of a turn about the vertical axis."""
-    c, s = elementary.direction(0.5 * math.remainder(float(yaw), 2.0 * math.pi))
-    return {"x": 0.0, "y": 0.0, "z": s, "w": c}
+    half = 0.5 * math.remainder(float(yaw), 2.0 * math.pi)
+    return {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
 
 
 def yaw_of(q: Fields) -> float:
     """Yaw of a quaternion."""
     x, y, z, w = (float(q[k]) for k in "xyzw")
-    return float(elementary.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def pose(x: float, y: float, yaw: float) -> dict[str, Any]:

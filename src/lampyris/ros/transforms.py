@@ -6,7 +6,6 @@ import math
 from bisect import bisect_right, insort
 from typing import TypeAlias
 
-from lampyris._core import elementary
 from lampyris.ros.messages import Fields, pose_of, seconds
 
 PlanePose: TypeAlias = tuple[float, float, float]
@@ -18,14 +17,14 @@ KEPT = 10.0
 
 def compose(a: PlanePose, b: PlanePose) -> PlanePose:
     """The pose b, given in the frame that a is the pose of."""
-    c, s = elementary.direction(a[2])
+    c, s = math.cos(a[2]), math.sin(a[2])
     yaw = math.remainder(a[2] + b[2], 2.0 * math.pi)
     return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], yaw
 
 
 def inverse(a: PlanePose) -> PlanePose:
     """The pose of the parent in the frame of ``a``."""
-    c, s = elementary.direction(a[2])
+    c, s = math.cos(a[2]), math.sin(a[2])
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
