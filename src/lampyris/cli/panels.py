@@ -23,15 +23,16 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
             "time-limit", "plan-limit", "patience", "seconds", "iterations", "method",
             "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out",
-            "controller", "set-controller", "safety-filter",
+            "controller", "set-controller", "safety-filter", "margin", "goal-tolerance", "yaw-tolerance",
         ),
         "Obstacles": (
             "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-rectangle", "obstacle-speed", "track", "tick",
-            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
+            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "obstacle-timeout", "give-up", "on-hit", "ticks",
         ),
         "Execution and tasks": (
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",
         ),
+        "Node": ("transport", "name", "domain", "remap", "services", "stamped"),
         "Output": (
             "picture", "layer", "colour-by", "chart", "film", "csv", "export", "bag", "out", "save-scenario", "explain",
             "json", "no-timing", "force",

@@ -110,6 +110,7 @@ class Navigator:
         self._safety: Safety | None = None
         self._odom: tuple[PlanePose, float, float, str] | None = None  # pose, v, w, frame
         self._odom_stamp, self._odom_at = -math.inf, -math.inf
+        self.odometry_count = 0
         self._offset: PlanePose = (0.0, 0.0, 0.0)  # of the odometry's frame in the map, by /initialpose
         self._obstacles: dict[str, Seen] = {}
         self._obstacles_at: float | None = None
@@ -180,6 +181,7 @@ class Navigator:
         # A message that is sent again and again is no news.
         if stamp > self._odom_stamp or stamp == 0.0 or stamp < self._odom_stamp - 1.0:
             self._odom, self._odom_stamp, self._odom_at = (at, v, w, str(fields["header"]["frame_id"])), stamp, now
+            self.odometry_count += 1
 
     def _on_initial_pose(self, fields: Fields, now: float) -> None:
         at = pose_of(fields["pose"]["pose"])
