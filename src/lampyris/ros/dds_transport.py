@@ -188,7 +188,7 @@ class DdsTransport:
                     self._receive(topic.name, from_dds(sample))
 
     def serve(self, navigator: Any) -> None:
-        """Services and actions cannot be offered.
+        """Refuse to offer services and actions.
 
         Raises
         ------

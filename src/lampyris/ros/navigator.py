@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,8 @@ from lampyris.ros.follower import Command, Follower
 from lampyris.ros.messages import Fields, pose_of, seconds
 from lampyris.ros.occupancy import grid_of, updated
 from lampyris.ros.path_export import path_poses
-from lampyris.ros.route import Route, route_of_path, route_of_plan, widened
+from lampyris.ros.plan_answer import PlanAnswer
+from lampyris.ros.route import route_of_path, route_of_plan, widened
 from lampyris.ros.safety import Safety, Seen, moved
 from lampyris.ros.settings import NodeSettings
 from lampyris.ros.topics import Topic, Transport, topics_for
@@ -46,24 +47,6 @@ NAV2_ERRORS: Mapping[str, str] = {
     Status.LIMIT: "TIMEOUT", Status.NO_PATH: "NO_VALID_PATH", Status.HEMMED_IN: "NO_VALID_PATH",
 }  # fmt: skip
 """Names of the error codes of Nav2's ComputePathToPose."""
-
-
-@dataclass(frozen=True)
-class PlanAnswer:
-    """An answer to a question for a path.
-
-    Parameters
-    ----------
-    poses : float64 (n, 3): x, y, yaw in the map frame; None: there is no path.
-    error : the name of Nav2's error code; empty: none.
-    detail : a sentence.
-    route : for the follower.
-    """
-
-    poses: Floats | None
-    error: str = ""
-    detail: str = ""
-    route: Route | None = None
 
 
 class Navigator:
@@ -289,6 +272,13 @@ class Navigator:
             raise fault
         return last
 
+    def answer(self, start: PlanePose | None, goal: PlanePose, via: Sequence[PlanePose] = ()) -> PlanAnswer:
+        """:meth:`plan` for somebody who asks; a robot that drives is stopped first, because nothing watches it meanwhile."""
+        if self.goal is not None:
+            self.stop()
+        assert self.transport is not None
+        return self.plan(start, goal, via, self.transport.now())
+
     def _planned(
         self, grid: Grid, at: PlanePose, goal: PlanePose, via: Sequence[PlanePose], margin: float
     ) -> tuple[Plan, Scene]:
@@ -376,9 +366,12 @@ class Navigator:
         assert self._safety is not None and self._follower is not None
         period = 1.0 / self.settings.rate
         # No harder than the robot accelerates; what brakes is passed on.
+        age = min(max(now - self._odom_at, 0.0), self.settings.data_timeout)
         most = max(abs(v_now), abs(self.last.v)) + self.robot.a_max * period
+        if age > 0.5 * self.settings.data_timeout:  # no faster without news of the robot
+            most = abs(v_now)
         share = min(1.0, most / abs(wish.v)) if wish.v else 1.0
-        reaction = 2.0 * period + min(max(now - self._odom_at, 0.0), self.settings.data_timeout)
+        reaction = 2.0 * period + age
         v, w, cause = self._safety.allowed(
             at, share * wish.v, share * wish.w, reaction, self._obstacles, now, GAP
         )

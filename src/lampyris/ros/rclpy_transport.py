@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import array
 import importlib
+import queue
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from lampyris.errors import UsageError
 from lampyris.ros import messages
 from lampyris.ros.messages import Fields, pose_of
+from lampyris.ros.plan_answer import PlanAnswer
 from lampyris.ros.topics import Topic
 
 if TYPE_CHECKING:
-    from lampyris.ros.navigator import Navigator, PlanAnswer
+    from lampyris.ros.navigator import Navigator
 
 PLAN_SERVICE = "/lampyris/get_plan"
+T = TypeVar("T")
 
 
 def installed() -> bool:
@@ -74,16 +79,23 @@ class RclpyTransport:
     services = True
 
     def __init__(self, name: str = "lampyris") -> None:
-        import rclpy  # type: ignore[import-not-found, unused-ignore]
-        from rclpy.signals import SignalHandlerOptions  # type: ignore[import-not-found, unused-ignore]
-
+        try:
+            rclpy, signals = importlib.import_module("rclpy"), importlib.import_module("rclpy.signals")
+        except ImportError as fault:
+            what = str(fault).splitlines()[0]
+            raise UsageError(
+                "EXTRA", f"rclpy is installed and cannot be imported: {what}",
+                todo="source the setup file of the robot's ROS 2, or --transport dds",
+            ) from None  # fmt: skip
         self._rclpy = rclpy
         if not rclpy.ok():
-            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            rclpy.init(args=[], signal_handler_options=signals.SignalHandlerOptions.NO)
         self.node = rclpy.create_node(name)
         self._publishers: dict[str, Any] = {}
         self._servers: list[Any] = []
+        self._inbox: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._executor: Any = None
+        self._thread: threading.Thread | None = None
         self.offered: list[str] = []
 
     def open(self, topics: tuple[Topic, ...], receive: Callable[[str, Fields], None]) -> None:
@@ -97,7 +109,7 @@ class RclpyTransport:
             if topic.sent:
                 self._publishers[topic.name] = self.node.create_publisher(kind, topic.name, self._qos(topic))
             else:
-                self.node.create_subscription(kind, topic.name, _receiver(topic.name, receive), self._qos(topic))
+                self.node.create_subscription(kind, topic.name, self._receiver(topic.name, receive), self._qos(topic))
 
     def _qos(self, topic: Topic) -> Any:
         qos = importlib.import_module("rclpy.qos")
@@ -117,13 +129,40 @@ class RclpyTransport:
         """Seconds of the node's clock."""
         return 1e-9 * float(self.node.get_clock().now().nanoseconds)
 
+    def _receiver(self, name: str, receive: Callable[[str, Fields], None]) -> Callable[[Any], None]:
+        return lambda message: self._inbox.put(lambda: receive(name, from_ros(message)))
+
     def spin(self, seconds: float) -> None:
-        """Take in what arrives until some seconds are over, or something has."""
-        if self._executor is None:
+        """Do what has arrived until some seconds are over, or something has.
+
+        rclpy waits in a thread of its own, which fills an inbox, so that an action that lasts does not hold up the rest; the
+        core is called from here alone.
+        """
+        if self._thread is None:
             executors = importlib.import_module("rclpy.executors")
-            self._executor = executors.SingleThreadedExecutor()
+            self._executor = executors.MultiThreadedExecutor(num_threads=3)
             self._executor.add_node(self.node)
-        self._executor.spin_once(timeout_sec=seconds)
+            self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+            self._thread.start()
+        try:
+            self._inbox.get(timeout=max(seconds, 0.0) or 1e-4)()
+            while True:
+                self._inbox.get_nowait()()
+        except queue.Empty:
+            pass
+
+    def within(self, do: Callable[[], T]) -> T:
+        """Have something done where :meth:`spin` is called, and wait for what it returns."""
+        done: Future[T] = Future()
+
+        def call() -> None:
+            try:
+                done.set_result(do())
+            except BaseException as fault:
+                done.set_exception(fault)
+
+        self._inbox.put(call)
+        return done.result()
 
     def serve(self, navigator: Navigator) -> None:
         """Offer nav_msgs/srv/GetPlan, and Nav2's actions if nav2_msgs can be imported; ``offered`` names them."""
@@ -132,38 +171,46 @@ class RclpyTransport:
         def get_plan(request: Any, response: Any) -> Any:
             start, goal = pose_of(from_ros(request.start.pose)), pose_of(from_ros(request.goal.pose))
             given = bool(request.start.header.frame_id)
-            answer = navigator.plan(start if given else None, goal, now=self.now())
+            answer = self.within(lambda: navigator.answer(start if given else None, goal))
             if answer.poses is not None:
                 to_ros(response.plan, messages.path(self.now(), answer.poses))
             else:
                 self.node.get_logger().warning(f"no path: {answer.detail}")
             return response
 
-        self._servers.append(self.node.create_service(services.GetPlan, PLAN_SERVICE, get_plan))
+        group = importlib.import_module("rclpy.callback_groups").ReentrantCallbackGroup()
+        self._servers.append(
+            self.node.create_service(services.GetPlan, PLAN_SERVICE, get_plan, callback_group=group)
+        )
         self.offered.append(f"{PLAN_SERVICE} (nav_msgs/srv/GetPlan)")
         try:
             actions = importlib.import_module("nav2_msgs.action")
         except ImportError:
             return
         server = importlib.import_module("rclpy.action").ActionServer
-        handlers = Nav2Actions(navigator, self)
+        handlers = Nav2Actions(navigator, self, actions.FollowPath.Feedback)
         for name, kind, handle in (
             ("compute_path_to_pose", "ComputePathToPose", handlers.compute_path),
             ("compute_path_through_poses", "ComputePathThroughPoses", handlers.compute_path_through),
             ("follow_path", "FollowPath", handlers.follow_path),
         ):
-            self._servers.append(server(self.node, getattr(actions, kind), name, _executing(getattr(actions, kind), handle)))
+            of = getattr(actions, kind)
+            made = server(
+                self.node, of, name, _executing(of, handle), callback_group=group,
+                cancel_callback=lambda _: importlib.import_module("rclpy.action").CancelResponse.ACCEPT,
+            )  # fmt: skip
+            self._servers.append(made)
             self.offered.append(f"{name} (nav2_msgs/action/{kind})")
 
     def close(self) -> None:
         """Leave the graph."""
+        if self._executor is not None:
+            self._executor.shutdown()
+        if self._thread is not None:
+            self._thread.join(timeout=2.0)
         self.node.destroy_node()
         if self._rclpy.ok():
             self._rclpy.shutdown()
-
-
-def _receiver(name: str, receive: Callable[[str, Fields], None]) -> Callable[[Any], None]:
-    return lambda message: receive(name, from_ros(message))
 
 
 def _executing(kind: Any, handle: Callable[[Any, Any], None]) -> Callable[[Any], Any]:
@@ -184,10 +231,11 @@ class Nav2Actions:
     ----------
     navigator : the core.
     transport : its transport.
+    feedback : the class of FollowPath's feedback; None: none is given.
     """
 
-    def __init__(self, navigator: Navigator, transport: Any) -> None:
-        self._navigator, self._transport = navigator, transport
+    def __init__(self, navigator: Navigator, transport: Any, feedback: Callable[[], Any] | None = None) -> None:
+        self._navigator, self._transport, self._feedback = navigator, transport, feedback
 
     def compute_path(self, goal: Any, result: Any) -> None:
         """ComputePathToPose."""
@@ -204,7 +252,7 @@ class Nav2Actions:
 
     def _answer(self, goal: Any, result: Any, start: Any, goals: list[Any]) -> None:
         began = time.monotonic()
-        answer = self._navigator.plan(start, goals[-1], goals[:-1], now=self._transport.now())
+        answer = self._transport.within(lambda: self._navigator.answer(start, goals[-1], goals[:-1]))
         took = time.monotonic() - began
         to_ros(result.planning_time, messages.stamp(took))
         if answer.poses is not None:
@@ -214,33 +262,44 @@ class Nav2Actions:
         _fail(goal, result, answer)
 
     def follow_path(self, goal: Any, result: Any) -> None:
-        """FollowPath: the core drives at its own rate; this waits and gives feedback.
-
-        The executor is at work in this call, so messages are taken in and commands given from here.
-        """
+        """FollowPath: the core drives at its own rate; this waits for it, and gives feedback."""
         poses = np.array([pose_of(from_ros(one.pose)) for one in goal.request.path.poses]).reshape(-1, 3)
         navigator = self._navigator
         if len(poses) < 2:
-            from lampyris.ros.navigator import PlanAnswer
-
             _fail(goal, result, PlanAnswer(None, "INVALID_PATH", f"a path of {len(poses)} poses"))
             return
-        navigator.follow(poses)
-        watch = threading.Event()
-        while navigator.goal is not None:
+        within = self._transport.within
+        within(lambda: navigator.follow(poses))
+        while True:
+            goal_left, error, outcome = within(lambda: (navigator.goal is not None, navigator.error, navigator.outcome))
             if goal.is_cancel_requested:
-                navigator.cancel()
-                navigator.stop()
+                within(navigator.cancel)
+                within(navigator.stop)
                 goal.canceled()
                 return
-            if navigator.error:
-                from lampyris.ros.navigator import PlanAnswer
-
-                _fail(goal, result, PlanAnswer(None, navigator.error, navigator.status))
-                navigator.cancel()
+            if error:
+                detail = within(lambda: navigator.status)
+                within(navigator.cancel)
+                _fail(goal, result, PlanAnswer(None, error, detail))
                 return
-            watch.wait(0.1)
-        goal.succeed() if navigator.outcome == "arrived" else goal.abort()
+            if not goal_left:
+                break
+            self._report(goal)
+            time.sleep(0.1)
+        if outcome == "arrived":
+            goal.succeed()
+        else:
+            goal.abort()
+
+    def _report(self, goal: Any) -> None:
+        """FollowPath's feedback; its fields differ between distributions."""
+        if self._feedback is None:
+            return
+        made = self._feedback()
+        for name, value in (("distance_to_goal", self._navigator.left), ("speed", abs(self._navigator.last.v))):
+            if hasattr(made, name):
+                setattr(made, name, float(value))
+        goal.publish_feedback(made)
 
 
 def _fail(goal: Any, result: Any, answer: PlanAnswer) -> None:

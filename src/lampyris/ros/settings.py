@@ -30,7 +30,7 @@ class NodeSettings:
 
     rate: float = number(20.0, 1.0, 1000.0, unit="Hz")
     margin: float = number(0.05, 0.0, 10.0, unit="m")
-    data_timeout: float = number(0.5, 1e-3, 60.0, unit="s")
+    data_timeout: float = number(0.3, 1e-3, 60.0, unit="s")
     obstacle_timeout: float = number(2.0, 0.0, 3600.0, unit="s")
     patience: float = number(3.0, 0.0, 3600.0, unit="s")
     goal_tolerance: float = number(0.1, 1e-3, 10.0, unit="m")
