@@ -11,8 +11,8 @@ import pytest
 
 import lampyris
 from lampyris.errors import SettingError
-from lampyris.ros.navigator import Navigator
-from lampyris.ros.settings import NodeSettings
+from lampyris.ros.node.navigator import Navigator
+from lampyris.ros.node.settings import NodeSettings
 
 RESOLUTION, PERIOD = 0.1, 0.05
 
@@ -29,7 +29,10 @@ def rooms() -> np.ndarray:
 def grid_message(data: np.ndarray) -> dict[str, Any]:
     """An OccupancyGrid, written out by hand."""
     height, width = data.shape
-    pose = {"position": {"x": -1.0, "y": 2.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    pose = {
+        "position": {"x": -1.0, "y": 2.0, "z": 0.0},
+        "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+    }
     info = {"resolution": np.float32(RESOLUTION), "width": width, "height": height, "origin": pose}
     return {"header": {"frame_id": "map"}, "info": info, "data": data.ravel()}
 
@@ -111,14 +114,22 @@ def odom(robot: Robot, t: float) -> dict[str, Any]:
     return {
         "header": {"stamp": {"sec": int(sec), "nanosec": int(part * 1e9)}, "frame_id": "odom"},
         "child_frame_id": "base_link",
-        "pose": {"pose": {"position": {"x": robot.x, "y": robot.y, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": z, "w": w}}},
+        "pose": {
+            "pose": {
+                "position": {"x": robot.x, "y": robot.y, "z": 0.0},
+                "orientation": {"x": 0.0, "y": 0.0, "z": z, "w": w},
+            }
+        },
         "twist": {"twist": {"linear": {"x": robot.v, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": robot.w}}},
     }  # fmt: skip
 
 
 def goal(x: float, y: float, yaw: float = 0.0) -> dict[str, Any]:
     turned = {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-    return {"header": {"frame_id": "map"}, "pose": {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turned}}
+    return {
+        "header": {"frame_id": "map"},
+        "pose": {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turned},
+    }
 
 
 def started(**settings: Any) -> tuple[Navigator, Wire, Robot]:
@@ -138,7 +149,15 @@ def joined(wire: Wire, **settings: Any) -> Navigator:
 def marker(x: float, y: float, radius: float, number: int = 0) -> dict[str, Any]:
     pose = goal(x, y)["pose"]
     size = {"x": 2 * radius, "y": 2 * radius, "z": 1.0}
-    return {"header": {"frame_id": "map"}, "ns": "people", "id": number, "type": 3, "action": 0, "pose": pose, "scale": size}
+    return {
+        "header": {"frame_id": "map"},
+        "ns": "people",
+        "id": number,
+        "type": 3,
+        "action": 0,
+        "pose": pose,
+        "scale": size,
+    }
 
 
 def test_it_drives_through_the_door_to_the_goal() -> None:
@@ -170,7 +189,9 @@ def test_stale_odometry_stops_the_robot_within_its_braking_distance() -> None:
     v, before = robot.v, robot.driven
     wire.run(node, 5.0)
     assert robot.v == 0.0
-    assert robot.driven - before <= v * 2 * PERIOD + v * v / 2.0 + 1e-9  # a period until it is noticed, then d = 1 m/s2
+    assert (
+        robot.driven - before <= v * 2 * PERIOD + v * v / 2.0 + 1e-9
+    )  # a period until it is noticed, then d = 1 m/s2
     assert "no new /odom" in node.status
     robot.odometry = True
     wire.run(node, 60.0, lambda: node.goal is None)
@@ -274,7 +295,9 @@ def test_initial_pose_and_transforms_place_the_robot() -> None:
     node, wire, robot = started()
     robot.x, robot.y, robot.yaw = 0.0, 0.0, 0.0  # the odometry begins at zero
     wire.run(node, PERIOD)
-    wire.receive("/initialpose", {"header": {"frame_id": "map"}, "pose": {"pose": goal(0.5, 3.0, 1.0)["pose"]}})
+    wire.receive(
+        "/initialpose", {"header": {"frame_id": "map"}, "pose": {"pose": goal(0.5, 3.0, 1.0)["pose"]}}
+    )
     assert node.pose(wire.t) == pytest.approx((0.5, 3.0, 1.0))
     turned = goal(0, 0, 0.5)["pose"]["orientation"]
     one = {

@@ -27,7 +27,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "Obstacles": (
             "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-rectangle", "obstacle-speed", "track", "tick",
-            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "obstacle-timeout", "give-up", "on-hit", "ticks",
+            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "obstacle-timeout", "give-up", "on-hit",
+            "ticks",
         ),
         "Execution and tasks": (
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",

@@ -39,8 +39,8 @@ VERBS: Mapping[str, str] = {
     "app": "app:app",
     "warm": "warm:warm",
     "maps": "maps.command:app",
-    "bag": "bag:bag",
-    "ros": "ros:ros",
+    "bag": "ros.bag:bag",
+    "ros": "ros.node:ros",
     "study": "study.commands:app",
 }
 """Module of ``lampyris.cli.verbs`` and the function or the Typer in it, by verb, in the order of ``--help``."""

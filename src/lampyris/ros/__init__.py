@@ -6,8 +6,8 @@ with ROS 2 has, or the extra ``ros-live`` (cyclonedds and rosbags).
 
 from __future__ import annotations
 
-from lampyris.ros.bag_reader import Bag, BagPath, BagTrack, open_bag
-from lampyris.ros.bag_writer import write_bag
+from lampyris.ros.bags.reader import Bag, BagPath, BagTrack, open_bag
+from lampyris.ros.bags.writer import write_bag
 from lampyris.ros.path_export import export_path, path_poses
 
 __all__ = ["Bag", "BagPath", "BagTrack", "export_path", "open_bag", "path_poses", "write_bag"]

@@ -162,14 +162,14 @@ def marker(
 def obstacle_marker(t: float, number: int, x: float, y: float, yaw: float, radius: float) -> dict[str, Any]:
     """An obstacle as a cylinder; its id is its number."""
     size = 2.0 * radius
-    return marker(
-        t, "obstacles", number, CYLINDER, (x, y, yaw), (size, size, 0.5), (0.85, 0.35, 0.1, 0.9)
-    )
+    return marker(t, "obstacles", number, CYLINDER, (x, y, yaw), (size, size, 0.5), (0.85, 0.35, 0.1, 0.9))
 
 
 def deleted(t: float, ns: str, number: int) -> dict[str, Any]:
     """The marker that removes another."""
-    return marker(t, ns, number, CYLINDER, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), action=DELETE)
+    return marker(
+        t, ns, number, CYLINDER, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), action=DELETE
+    )
 
 
 def path_markers(t: float, poses: Floats, cause: str, at: Sequence[float], v: float) -> dict[str, Any]:

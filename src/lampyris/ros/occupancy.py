@@ -34,7 +34,9 @@ def grid_of(fields: Fields, *, costs: bool = False, name: str = "") -> Grid:
     info = fields["info"]
     width, height = int(info["width"]), int(info["height"])
     data = np.asarray(fields["data"], dtype=np.int64)
-    resolution = float(str(np.float32(info["resolution"])))  # 32 bits in the message: the shortest number that it may be
+    resolution = float(
+        str(np.float32(info["resolution"]))
+    )  # 32 bits in the message: the shortest number that it may be
     if not (width > 0 and height > 0 and data.size == width * height and math.isfinite(resolution)):
         what = f"{width} x {height} cells with {data.size:,} values"
         raise InputError("OCCUPANCY", what, where=name or "OccupancyGrid", allowed="one value a cell")
@@ -43,7 +45,9 @@ def grid_of(fields: Fields, *, costs: bool = False, name: str = "") -> Grid:
             "MAP_TOO_LARGE", f"{data.size:,} cells", where=name or "OccupancyGrid", allowed=f"{MAX_CELLS:,}"
         )
     if ((data < -1) | (data > 100)).any():
-        raise InputError("OCCUPANCY", f"value {data.max()}", where=name or "OccupancyGrid", allowed="-1 to 100")
+        raise InputError(
+            "OCCUPANCY", f"value {data.max()}", where=name or "OccupancyGrid", allowed="-1 to 100"
+        )
     data = data.reshape(height, width)[::-1]
     unknown = data < 0
     terrain = None
@@ -56,7 +60,9 @@ def grid_of(fields: Fields, *, costs: bool = False, name: str = "") -> Grid:
     try:
         return Grid(blocked, unknown, resolution, pose_of(info["origin"]), name, terrain)
     except SettingError as fault:
-        raise InputError("OCCUPANCY", fault.what, where=name or "OccupancyGrid", allowed=fault.allowed) from None
+        raise InputError(
+            "OCCUPANCY", fault.what, where=name or "OccupancyGrid", allowed=fault.allowed
+        ) from None
 
 
 def updated(fields: Fields, update: Fields) -> dict[str, object]:

@@ -37,7 +37,9 @@ def rosbags_module(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError as fault:
         raise UsageError(
-            "EXTRA", f"bags need rosbags, which is not installed ({fault.name})", todo="pip install 'lampyris[ros]'"
+            "EXTRA",
+            f"bags need rosbags, which is not installed ({fault.name})",
+            todo="pip install 'lampyris[ros]'",
         ) from None
 
 

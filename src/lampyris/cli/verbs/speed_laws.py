@@ -15,8 +15,8 @@ from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
 from lampyris.io.paths import UNITS, read_path_points
-from lampyris.io.tracks.timed_tracks import read_any_track
 from lampyris.io.tracks.obstacle_states import read_obstacle_states
+from lampyris.io.tracks.timed_tracks import read_any_track
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates, Track

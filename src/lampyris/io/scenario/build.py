@@ -378,7 +378,12 @@ class _Build:
             raise LimitError("LIMIT", "longer tracks", allowed=f"{10 * MAX_TICKS:,} ticks in all files")
 
     def _timed(
-        self, spec: form.TrackFileTable, found: TimedTrack, grid: Grid, robot: Robot, footprint: Polygon | None
+        self,
+        spec: form.TrackFileTable,
+        found: TimedTrack,
+        grid: Grid,
+        robot: Robot,
+        footprint: Polygon | None,
     ) -> ObstacleSpec:
         tick_s = grid.resolution / robot.v_max if spec.tick_s is None else spec.tick_s
         made = recorded_from(

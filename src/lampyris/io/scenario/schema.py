@@ -294,7 +294,8 @@ class TrackFileTable(Table):
     tick_s: Annotated[
         Annotated[float, Field(ge=1e-6, le=1e6)] | None, Rule("OBSTACLE_TIME", "1e-6 to 1e6 seconds")
     ] = Field(
-        None, description=".dob and CSV with t, x_m, y_m: seconds a tick; null: what the robot needs for a cell at its greatest speed."
+        None,
+        description=".dob and CSV with t, x_m, y_m: seconds a tick; null: what the robot needs for a cell at its greatest speed.",
     )
     footprint: Outline = Field(None, description=OUTLINE)
     rectangle: Rectangle = Field(None, description=RECTANGLE)

@@ -79,7 +79,18 @@ def drive(
     from lampyris.model.settings.drive import DriveSettings
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart, picture=picture, export=export, bag=bag)
+    out = Outputs(
+        json_,
+        not no_timing,
+        csv,
+        save,
+        force,
+        film=film,
+        chart=chart,
+        picture=picture,
+        export=export,
+        bag=bag,
+    )
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     given = settings_in(simulation, DriveSettings)
@@ -90,7 +101,9 @@ def drive(
     scenario, fastest = request.scenario(), track_speed(traffic)
     if given["obstacle_speed"] is None and fastest > scenario.scene.robot.v_max:
         given["obstacle_speed"] = fastest * (1.0 + 1e-6)
-        print_notes((f"obstacles move at up to {fastest:.4g} m/s a straight step, as the fastest track does",))
+        print_notes(
+            (f"obstacles move at up to {fastest:.4g} m/s a straight step, as the fastest track does",)
+        )
     settings = DriveSettings(**given)
     moving = traffic_of(traffic, scenario.scene, request.seed, settings.obstacle_speed)
     scene = replace(scenario.scene, traffic=moving)

@@ -37,7 +37,14 @@ def compare_controllers(
     from lampyris.cli.request import drive_notes
     from lampyris.report.data.serialize import drive_record
 
-    one_only = {"--film": out.film, "--chart": out.chart, "--csv": out.csv, "--export": out.export, "--bag": out.bag, "--save-scenario": out.save}
+    one_only = {
+        "--film": out.film,
+        "--chart": out.chart,
+        "--csv": out.csv,
+        "--export": out.export,
+        "--bag": out.bag,
+        "--save-scenario": out.save,
+    }
     for option, path in one_only.items():
         if path is not None:
             raise UsageError(

@@ -14,7 +14,7 @@ from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import PlannerOptions, RobotOptions, group_of, settings_in
 from lampyris.cli.options import Law, SetLaw
 from lampyris.errors import UsageError
-from lampyris.ros.settings import NodeSettings
+from lampyris.ros.node.settings import NodeSettings
 
 if TYPE_CHECKING:
     NodeOptions: TypeAlias = Any
@@ -33,23 +33,31 @@ def ros(
     transport: Annotated[
         str,
         typer.Option(
-            "--transport", metavar="auto|rclpy|dds", help="rclpy, or Cyclone DDS (topics only); auto: rclpy if it is there."
+            "--transport",
+            metavar="auto|rclpy|dds",
+            help="rclpy, or Cyclone DDS (topics only); auto: rclpy if it is there.",
         ),
     ] = TRANSPORTS[0],
     name: Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the node.")] = "lampyris",
     domain: Annotated[
-        int | None, typer.Option("--domain", metavar="N", min=0, max=232, help="DDS domain (default: ROS_DOMAIN_ID).")
+        int | None,
+        typer.Option("--domain", metavar="N", min=0, max=232, help="DDS domain (default: ROS_DOMAIN_ID)."),
     ] = None,
     remap: Annotated[
         list[str] | None,
-        typer.Option("--remap", metavar="FROM:=TO", help="Another name of a topic, as /odom:=/robot/odom; repeatable."),
+        typer.Option(
+            "--remap", metavar="FROM:=TO", help="Another name of a topic, as /odom:=/robot/odom; repeatable."
+        ),
     ] = None,
     services: Annotated[
         bool | None,
-        typer.Option("--services/--no-services", help="Offer GetPlan and Nav2's actions (default: with rclpy)."),
+        typer.Option(
+            "--services/--no-services", help="Offer GetPlan and Nav2's actions (default: with rclpy)."
+        ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option("--seconds", metavar="S", help="End after this time (default: run until interrupted).")
+        float | None,
+        typer.Option("--seconds", metavar="S", help="End after this time (default: run until interrupted)."),
     ] = None,
 ) -> None:
     """Run a node of ROS 2: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out."""
@@ -57,8 +65,8 @@ def ros(
     from lampyris.cli.request import parse_law, parse_settings
     from lampyris.io.scenario.robot_file import read_robot
     from lampyris.model.robot import Robot
-    from lampyris.ros.navigator import LAW, Navigator
-    from lampyris.ros.node import run, transport_named
+    from lampyris.ros.node.navigator import LAW, Navigator
+    from lampyris.ros.node.process import run, transport_named
 
     given = settings_in(robot_options, Robot)
     if robot_options.robot_file is not None:
@@ -75,20 +83,33 @@ def ros(
             carried.serve(navigator)
         topics = ", ".join(one.name for one in navigator.topics)
         offered = getattr(carried, "offered", [])
-        print(f"node /{name} by {type(carried).__name__}: {topics}", *offered, sep="\n  ", file=sys.stderr, flush=True)
-        run(navigator, carried, seconds=seconds, said=lambda status: print(status, file=sys.stderr, flush=True))
+        print(
+            f"node /{name} by {type(carried).__name__}: {topics}",
+            *offered,
+            sep="\n  ",
+            file=sys.stderr,
+            flush=True,
+        )
+        run(
+            navigator,
+            carried,
+            seconds=seconds,
+            said=lambda status: print(status, file=sys.stderr, flush=True),
+        )
     finally:
         carried.close()
 
 
 def _renamed(words: list[str]) -> dict[str, str]:
-    from lampyris.ros.topics import TOPICS
+    from lampyris.ros.node.topics import TOPICS
 
     names = [one.name for one in TOPICS]
     made: dict[str, str] = {}
     for word in words:
         old, mark, new = word.partition(":=")
         if not mark or old not in names or not new.startswith("/"):
-            raise UsageError("TOPIC", repr(word), where="--remap", allowed=f"FROM:=TO, FROM one of {', '.join(names)}")
+            raise UsageError(
+                "TOPIC", repr(word), where="--remap", allowed=f"FROM:=TO, FROM one of {', '.join(names)}"
+            )
         made[old] = new
     return made

@@ -18,7 +18,7 @@ from lampyris.cli.text import print_json, print_notes
 from lampyris.errors import UsageError
 
 if TYPE_CHECKING:
-    from lampyris.ros.bag_reader import Bag
+    from lampyris.ros.bags.reader import Bag
 
 VALUES = ("occupancy", "costmap")
 
@@ -26,32 +26,42 @@ VALUES = ("occupancy", "costmap")
 def bag(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A bag: a folder, .mcap or .db3.")],
     topic: Annotated[
-        str | None, typer.Option("--topic", metavar="NAME", help="The topic to take; else the usual or only one.")
+        str | None,
+        typer.Option("--topic", metavar="NAME", help="The topic to take; else the usual or only one."),
     ] = None,
     map_out: Annotated[
-        Path | None, typer.Option("--map", metavar="FILE", help="Write the last map (.yaml, .npy, .png, ...).")
+        Path | None,
+        typer.Option("--map", metavar="FILE", help="Write the last map (.yaml, .npy, .png, ...)."),
     ] = None,
     values: Annotated[
         str,
         typer.Option(
-            "--values", metavar="occupancy|costmap", help="How numbers in the map are read: occupancy or costmap."
+            "--values",
+            metavar="occupancy|costmap",
+            help="How numbers in the map are read: occupancy or costmap.",
         ),
     ] = VALUES[0],
     export: Annotated[
         Path | None,
-        typer.Option("--export", metavar="FILE", help="Write the last path as nav_msgs/Path (.json or .yaml)."),
+        typer.Option(
+            "--export", metavar="FILE", help="Write the last path as nav_msgs/Path (.json or .yaml)."
+        ),
     ] = None,
     track: Annotated[
         Path | None,
         typer.Option(
-            "--track", metavar="FILE", help="Write tracks of obstacles (.csv): t,x_m,y_m[,radius_m]; one file each."
+            "--track",
+            metavar="FILE",
+            help="Write tracks of obstacles (.csv): t,x_m,y_m[,radius_m]; one file each.",
         ),
     ] = None,
     radius: Annotated[
-        float | None, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles in the tracks.")
+        float | None,
+        typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles in the tracks."),
     ] = None,
     poses: Annotated[
-        Path | None, typer.Option("--poses", metavar="FILE", help="Write poses of the robot (.csv): t,x_m,y_m,yaw.")
+        Path | None,
+        typer.Option("--poses", metavar="FILE", help="Write poses of the robot (.csv): t,x_m,y_m,yaw."),
     ] = None,
     json_: Json = False,
     force: Force = False,
@@ -59,14 +69,18 @@ def bag(
     """List the topics of a bag of ROS 2, and turn them into a map, a path, tracks of obstacles, poses of the robot."""
     check_choice("VALUES", "--values", values, VALUES)
     check_outputs(force, map_out, export=export, csv=poses)
-    wanted = [name for name, one in (("--map", map_out), ("--export", export), ("--track", track), ("--poses", poses)) if one]
+    wanted = [
+        name
+        for name, one in (("--map", map_out), ("--export", export), ("--track", track), ("--poses", poses))
+        if one
+    ]
     if topic is not None and len(wanted) != 1:
         what = f"--topic with {len(wanted)} outputs"
         raise UsageError("OPTIONS", what, allowed="one of --map, --export, --track, --poses")
     if radius is not None and (track is None or not 0.0 <= radius <= 1e6):
         allowed = "with --track, 0 to 1e6 metres"
         raise UsageError("OPTIONS", f"--obstacle-radius {radius:g}", allowed=allowed)
-    from lampyris.ros.bag_reader import open_bag
+    from lampyris.ros.bags.reader import open_bag
 
     written: list[Path] = []
     with open_bag(file) as found:
@@ -120,7 +134,9 @@ def _tracks(found: Bag, topic: str | None, out: Path, radius: float | None, forc
 
     made = found.tracks(topic, radius=radius)
     if not made:
-        raise UsageError("TOPIC", "no obstacle in that topic", where=str(out), allowed="a topic with obstacles")
+        raise UsageError(
+            "TOPIC", "no obstacle in that topic", where=str(out), allowed="a topic with obstacles"
+        )
     names = ["".join(c if c.isalnum() or c in "-_" else "_" for c in one.name) for one in made]
     files = [out] if len(made) == 1 else [out.with_name(f"{out.stem}-{name}{out.suffix}") for name in names]
     for one in files:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 from lampyris.errors import UsageError
-from lampyris.ros import rclpy_transport
-from lampyris.ros.dds_transport import DdsTransport
-from lampyris.ros.navigator import Navigator
+from lampyris.ros.node import rclpy_transport
+from lampyris.ros.node.dds_transport import DdsTransport
+from lampyris.ros.node.navigator import Navigator
 
 TRANSPORTS = ("auto", "rclpy", "dds")
 
@@ -22,7 +22,9 @@ def transport_named(name: str, node: str = "lampyris", domain: int | None = None
     UsageError : ``EXTRA``: what it needs is not installed.
     """
     if name == "rclpy" and not rclpy_transport.installed():
-        raise UsageError("EXTRA", "rclpy is not installed", todo="source the robot's ROS 2, or --transport dds")
+        raise UsageError(
+            "EXTRA", "rclpy is not installed", todo="source the robot's ROS 2, or --transport dds"
+        )
     if name == "rclpy" or (name == "auto" and rclpy_transport.installed()):
         return rclpy_transport.RclpyTransport(node)
     return DdsTransport(node, domain)
@@ -42,7 +44,7 @@ def run(
     Parameters
     ----------
     navigator, transport : the core and what carries its messages.
-    seconds : how long; None: for ever.
+    seconds : how long; None: until interrupted.
     said : called with each new status.
     """
     navigator.connect(transport)

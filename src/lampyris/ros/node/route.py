@@ -22,7 +22,7 @@ AHEAD, REVERSE = 1, -1
 
 
 @dataclass(frozen=True)
-class Section:
+class RouteSection:
     """A part of a route that is driven in one go; the robot stands before and after it.
 
     Parameters
@@ -55,7 +55,7 @@ class Route:
     poses : float64 (n, 3): the path, for others to see.
     """
 
-    sections: tuple[Section, ...]
+    sections: tuple[RouteSection, ...]
     goal: tuple[float, float, float | None]
     profile: Profile
     poses: Floats
@@ -98,9 +98,7 @@ def route_of_plan(scene: Scene, plan: Plan, law: str, yaw: float | None, **setti
     return route_of_path(scene, api.smooth(scene, plan), law, yaw, **settings)
 
 
-def route_of_path(
-    scene: Scene, path: SampledPath, law: str, yaw: float | None, **settings: object
-) -> Route:
+def route_of_path(scene: Scene, path: SampledPath, law: str, yaw: float | None, **settings: object) -> Route:
     """The route of a sampled path, driven ahead."""
     profile = api.speed_profile(scene, path, law, law_settings=settings)
     if not profile.metric:
@@ -116,14 +114,14 @@ def route_of_path(
             along = angles[a : b + 1].copy()
             along[-1] = along[-2] if path.stop[b] else along[-1]  # the last heading is that of the turn
             sections.append(
-                Section(profile.s[a : b + 1], xy[a : b + 1], along, profile.v[a : b + 1], AHEAD, a)
+                RouteSection(profile.s[a : b + 1], xy[a : b + 1], along, profile.v[a : b + 1], AHEAD, a)
             )
     return Route(tuple(sections), (*xy[-1].tolist(), yaw), profile, np.column_stack((xy, angles)))
 
 
-def _by_gear(profile: Profile, xy: Floats, yaw: Floats, gear: Floats) -> tuple[Section, ...]:
+def _by_gear(profile: Profile, xy: Floats, yaw: Floats, gear: Floats) -> tuple[RouteSection, ...]:
     """Sections of one gear; turns in place are what lies between two of them."""
-    sections: list[Section] = []
+    sections: list[RouteSection] = []
     n, a = len(xy), 0
     while a < n - 1:
         b = a + 1
@@ -131,7 +129,9 @@ def _by_gear(profile: Profile, xy: Floats, yaw: Floats, gear: Floats) -> tuple[S
             b += 1
         if gear[a] != 0:
             part = slice(a, b + 1)
-            sections.append(Section(profile.s[part], xy[part], yaw[part], profile.v[part], int(gear[a]), a))
+            sections.append(
+                RouteSection(profile.s[part], xy[part], yaw[part], profile.v[part], int(gear[a]), a)
+            )
         a = b
     return tuple(sections)
 

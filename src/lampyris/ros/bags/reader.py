@@ -28,7 +28,7 @@ _OBSTACLES = (messages.MARKERS, messages.ODOMETRY, messages.POSE, messages.POSE_
 _SOLID = (messages.CUBE, messages.SPHERE, messages.CYLINDER)
 
 
-class Topic(NamedTuple):
+class BagTopic(NamedTuple):
     """A topic of a bag: its name, the type and the number of its messages."""
 
     name: str
@@ -68,13 +68,13 @@ class Bag:
         for one in reader.connections:
             key = (one.topic, one.msgtype)
             names[key] = names.get(key, 0) + one.msgcount
-        self.topics = tuple(Topic(name, kind, count) for (name, kind), count in names.items())
+        self.topics = tuple(BagTopic(name, kind, count) for (name, kind), count in names.items())
         self._start = reader.start_time if reader.message_count else 0
         self.start = 1e-9 * self._start
         self.duration = 1e-9 * max(reader.duration - 1, 0)
 
     def read(self, *topics: str) -> Iterator[tuple[str, str, float, Fields]]:
-        """Topic, type, seconds from the start, and fields of each message of some topics (none: all), in order of time.
+        """BagTopic, type, seconds from the start, and fields of each message of some topics (none: all), in order of time.
 
         Raises
         ------
@@ -89,7 +89,7 @@ class Bag:
                 raise FileError("BAG", what, where=str(self._path)) from None
             yield connection.topic, connection.msgtype, 1e-9 * (t - self._start), held
 
-    def topic(self, name: str | None, kinds: tuple[str, ...], usual: tuple[str, ...] = ()) -> Topic:
+    def topic(self, name: str | None, kinds: tuple[str, ...], usual: tuple[str, ...] = ()) -> BagTopic:
         """The topic of that name; without one the usual one, or the only one of these types.
 
         Raises
@@ -167,7 +167,9 @@ class Bag:
         rows: list[tuple[float, float, float, float]] = []
         if topic == "/tf":
             for _, _, t, fields in self.read("/tf"):
-                if any(str(one["child_frame_id"]).lstrip("/") == messages.BASE for one in fields["transforms"]):
+                if any(
+                    str(one["child_frame_id"]).lstrip("/") == messages.BASE for one in fields["transforms"]
+                ):
                     when = next(
                         seconds(one["header"]["stamp"]) for one in fields["transforms"]
                         if str(one["child_frame_id"]).lstrip("/") == messages.BASE
@@ -177,7 +179,11 @@ class Bag:
                         rows.append((t, *at))
             return np.array(rows).reshape(-1, 4)
         usual = next(
-            (n for n in ("/pose", "/amcl_pose", "/odom") if any(o.name == n and o.kind in _POSES for o in self.topics)),
+            (
+                n
+                for n in ("/pose", "/amcl_pose", "/odom")
+                if any(o.name == n and o.kind in _POSES for o in self.topics)
+            ),
             "",
         )
         found = self.topic(topic, _POSES, (usual,))
@@ -247,17 +253,24 @@ class Bag:
 
 def _pose_in(pose: Fields) -> Fields:
     """The pose within PoseWithCovariance, or itself."""
-    inner: Fields = pose["pose"] if "pose" in pose else pose
+    inner: Fields = pose.get("pose", pose)
     return inner
 
 
-def _seen(kind: str, fields: Fields, topic: str) -> Iterator[tuple[str, Fields, tuple[float, float, float], float]]:
+def _seen(
+    kind: str, fields: Fields, topic: str
+) -> Iterator[tuple[str, Fields, tuple[float, float, float], float]]:
     """Name, header, pose and radius of each obstacle of a message."""
     if kind == messages.MARKERS:
         for one in fields["markers"]:
             if one["action"] == messages.ADD and one["type"] in _SOLID:
                 size = 0.5 * max(float(one["scale"]["x"]), float(one["scale"]["y"]))
-                yield f"{one['ns']}-{one['id']}" if one["ns"] else f"{one['id']}", one["header"], pose_of(one["pose"]), size
+                yield (
+                    f"{one['ns']}-{one['id']}" if one["ns"] else f"{one['id']}",
+                    one["header"],
+                    pose_of(one["pose"]),
+                    size,
+                )
     elif kind == messages.POSE_ARRAY:
         for k, pose in enumerate(fields["poses"]):
             yield f"{k}", fields["header"], pose_of(pose), 0.0
@@ -279,7 +292,9 @@ def open_bag(path: str | os.PathLike[str]) -> Iterator[Bag]:
     if not place.exists():
         raise FileError("FILE_MISSING", "no such file", where=repr(str(place)))
     if place.is_file() and place.suffix.lower() not in SUFFIXES:
-        raise FileError("BAG", "not a bag", where=str(place), allowed="a folder with metadata.yaml, .mcap or .db3")
+        raise FileError(
+            "BAG", "not a bag", where=str(place), allowed="a folder with metadata.yaml, .mcap or .db3"
+        )
     reader = None
     try:
         try:
@@ -308,4 +323,3 @@ def _types(reader: Any) -> Any:
     store = types.get_typestore(types.Stores.EMPTY)
     store.register({**usual.fielddefs, **found})
     return store
-

@@ -23,15 +23,15 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.registry import pose_names
 from lampyris.ros import messages
-from lampyris.ros.follower import Command, Follower
 from lampyris.ros.messages import Fields, pose_of, seconds
+from lampyris.ros.node.follower import Velocity, Follower
+from lampyris.ros.node.plan_answer import PlanAnswer
+from lampyris.ros.node.route import route_of_path, route_of_plan, widened
+from lampyris.ros.node.safety import Safety, ObservedObstacle, moved
+from lampyris.ros.node.settings import NodeSettings
+from lampyris.ros.node.topics import Topic, Transport, topics_for
 from lampyris.ros.occupancy import grid_of, updated
 from lampyris.ros.path_export import path_poses
-from lampyris.ros.plan_answer import PlanAnswer
-from lampyris.ros.route import route_of_path, route_of_plan, widened
-from lampyris.ros.safety import Safety, Seen, moved
-from lampyris.ros.settings import NodeSettings
-from lampyris.ros.topics import Topic, Transport, topics_for
 from lampyris.ros.transforms import KEPT, PlanePose, Transforms, compose, inverse
 from lampyris.typing import Floats
 
@@ -95,7 +95,7 @@ class Navigator:
         self._odom_stamp, self._odom_at = -math.inf, -math.inf
         self.odometry_count = 0
         self._offset: PlanePose = (0.0, 0.0, 0.0)  # of the odometry's frame in the map, by /initialpose
-        self._obstacles: dict[str, Seen] = {}
+        self._obstacles: dict[str, ObservedObstacle] = {}
         self._obstacles_at: float | None = None
         self._e_stop = False
         self.goal: PlanePose | None = None
@@ -109,7 +109,7 @@ class Navigator:
         self.status = ""
         self.outcome = ""
         self.error = ""
-        self.last = Command(0.0, 0.0, "idle")
+        self.last = Velocity(0.0, 0.0, "idle")
 
     # What arrives.
 
@@ -163,7 +163,11 @@ class Navigator:
             raise InputError("ODOMETRY", "a number that is not finite", allowed="finite numbers")
         # A message that is sent again and again is no news.
         if stamp > self._odom_stamp or stamp == 0.0 or stamp < self._odom_stamp - 1.0:
-            self._odom, self._odom_stamp, self._odom_at = (at, v, w, str(fields["header"]["frame_id"])), stamp, now
+            self._odom, self._odom_stamp, self._odom_at = (
+                (at, v, w, str(fields["header"]["frame_id"])),
+                stamp,
+                now,
+            )
             self.odometry_count += 1
 
     def _on_initial_pose(self, fields: Fields, now: float) -> None:
@@ -178,7 +182,9 @@ class Navigator:
         if frame not in ("", messages.MAP):
             of = self._known.between(frame, messages.MAP)
             if of is None:
-                raise InputError("GOAL", f"a goal in the frame {frame}", allowed="map, or a frame that /tf leads from")
+                raise InputError(
+                    "GOAL", f"a goal in the frame {frame}", allowed="map, or a frame that /tf leads from"
+                )
             at = compose(of, at)
         self.go_to(at)
 
@@ -202,10 +208,14 @@ class Navigator:
 
     def _on_obstacles(self, fields: Fields, now: float) -> None:
         self._obstacles_at = now
-        seen: dict[str, Seen] = {}
+        seen: dict[str, ObservedObstacle] = {}
         for one in fields["markers"]:
             key = f"{one['ns']}-{one['id']}"
-            if one["action"] == messages.ADD and one["type"] in (messages.CUBE, messages.SPHERE, messages.CYLINDER):
+            if one["action"] == messages.ADD and one["type"] in (
+                messages.CUBE,
+                messages.SPHERE,
+                messages.CYLINDER,
+            ):
                 size = 0.5 * max(float(one["scale"]["x"]), float(one["scale"]["y"]))
                 seen[key] = self._seen(key, one["header"], pose_of(one["pose"]), size, now)
         other = {key: one for key, one in self._obstacles.items() if key.startswith("odom ")}
@@ -214,10 +224,12 @@ class Navigator:
     def _on_obstacle_odom(self, fields: Fields, now: float) -> None:
         self._obstacles_at = now
         key = f"odom {fields['child_frame_id']}"
-        size = max(float(fields["pose"]["covariance"][0]) ** 0.5 if "covariance" in fields["pose"] else 0.0, 0.3)
+        size = max(
+            float(fields["pose"]["covariance"][0]) ** 0.5 if "covariance" in fields["pose"] else 0.0, 0.3
+        )
         self._obstacles[key] = self._seen(key, fields["header"], pose_of(fields["pose"]["pose"]), size, now)
 
-    def _seen(self, key: str, head: Fields, at: PlanePose, radius: float, now: float) -> Seen:
+    def _seen(self, key: str, head: Fields, at: PlanePose, radius: float, now: float) -> ObservedObstacle:
         frame = str(head["frame_id"]).lstrip("/")
         if frame not in ("", messages.MAP):
             at = compose(self._frame_in_map(frame), at)
@@ -225,7 +237,7 @@ class Navigator:
         vx = vy = 0.0
         if old is not None and now > old.t:
             vx, vy = (at[0] - old.x) / (now - old.t), (at[1] - old.y) / (now - old.t)
-        return Seen(at[0], at[1], radius, vx, vy, now)
+        return ObservedObstacle(at[0], at[1], radius, vx, vy, now)
 
     def _frame_in_map(self, frame: str) -> PlanePose:
         of = self._known.between(frame, messages.MAP)
@@ -245,11 +257,15 @@ class Navigator:
         if self._odom is None:
             return None
         at, v, w, frame = self._odom
-        of = self._known.between(frame, messages.MAP) if frame.lstrip("/") != messages.MAP else (0.0, 0.0, 0.0)
+        of = (
+            self._known.between(frame, messages.MAP) if frame.lstrip("/") != messages.MAP else (0.0, 0.0, 0.0)
+        )
         age = min(max(now - self._odom_at, 0.0), self.settings.data_timeout)
         return moved(compose(self._offset if of is None else of, at), v, w, age)
 
-    def plan(self, start: PlanePose | None, goal: PlanePose, via: Sequence[PlanePose] = (), now: float = 0.0) -> PlanAnswer:
+    def plan(
+        self, start: PlanePose | None, goal: PlanePose, via: Sequence[PlanePose] = (), now: float = 0.0
+    ) -> PlanAnswer:
         """A path from a pose (None: where the robot is) to another, in the map frame."""
         at = start if start is not None else self.pose(now)
         if self.grid is None:
@@ -263,7 +279,9 @@ class Navigator:
                 found, scene = self._planned(grid, at, goal, via, margin)
                 if found.path is not None:
                     route = route_of_plan(scene, found, self.law, goal[2], **self._law_settings)
-                    return PlanAnswer(path_poses(found) if found.pose_path is not None else route.poses, route=route)
+                    return PlanAnswer(
+                        path_poses(found) if found.pose_path is not None else route.poses, route=route
+                    )
                 last = PlanAnswer(None, NAV2_ERRORS.get(found.status, "UNKNOWN"), found.sentence)
             except LampyrisError as raised:
                 fault = raised
@@ -273,7 +291,7 @@ class Navigator:
         return last
 
     def answer(self, start: PlanePose | None, goal: PlanePose, via: Sequence[PlanePose] = ()) -> PlanAnswer:
-        """:meth:`plan` for somebody who asks; a robot that drives is stopped first, because nothing watches it meanwhile."""
+        """:meth:`plan` for another node; a robot that drives is stopped first, because nothing watches it meanwhile."""
         if self.goal is not None:
             self.stop()
         assert self.transport is not None
@@ -290,14 +308,19 @@ class Navigator:
         if via:
             scene = scene.through([grid.to_cell(*one[:2]) for one in via])
         budget = Budget(seconds=60.0)
-        return api.plan(scene, self.planner, record=False, budget=budget, planner_settings=self._planner_settings), scene
+        return api.plan(
+            scene, self.planner, record=False, budget=budget, planner_settings=self._planner_settings
+        ), scene
 
     def _among(self, grid: Grid, at: PlanePose, now: float) -> Grid:
         """The map with obstacles that stand as blocked cells; those the robot touches are left out."""
         blocked = grid.blocked.copy()
         for one in self._obstacles.values():
             dx, dy = one.x - at[0], one.y - at[1]
-            if max(abs(one.vx), abs(one.vy)) > 0.05 or dx * dx + dy * dy < (one.radius + self.robot.radius) ** 2:
+            if (
+                max(abs(one.vx), abs(one.vy)) > 0.05
+                or dx * dx + dy * dy < (one.radius + self.robot.radius) ** 2
+            ):
                 continue
             angle = np.arange(16) * (2.0 * math.pi / 16)
             wide = one.radius / math.cos(math.pi / 16)  # the polygon is around the disc
@@ -321,30 +344,30 @@ class Navigator:
         if self.goal is None and not self._e_stop:
             self._say("idle" if not self.outcome else f"idle: {self.outcome}", now)
 
-    def _decide(self, now: float) -> Command:
+    def _decide(self, now: float) -> Velocity:
         stop = self._why_stop(now)
         if stop:
             self._say(f"stopped: {stop}", now)
-            return Command(0.0, 0.0, stop)
+            return Velocity(0.0, 0.0, stop)
         at = self.pose(now)
         if self.goal is None or at is None or self._odom is None:
-            return Command(0.0, 0.0, "idle")
+            return Velocity(0.0, 0.0, "idle")
         _, v, w, _ = self._odom
         if self._follower is None or self._dirty:
             if abs(v) > STILL or abs(w) > 0.05:
-                return Command(0.0, 0.0, "stands to plan")
+                return Velocity(0.0, 0.0, "stands to plan")
             if now - self._failed_at < 1.0:
-                return Command(0.0, 0.0, "no path")
+                return Velocity(0.0, 0.0, "no path")
             self._publish("/cmd_vel", self._zero(now))
             self._replan(at, now)
-            return Command(0.0, 0.0, "planned")
+            return Velocity(0.0, 0.0, "planned")
         made = self._follower.command(at, w)
         if made.done:
             self.goal, self._follower, self.outcome = None, None, "arrived"
-            return Command(0.0, 0.0, "arrived")
+            return Velocity(0.0, 0.0, "arrived")
         if made.lost:
             self._dirty = True
-            return Command(0.0, 0.0, "off the path")
+            return Velocity(0.0, 0.0, "off the path")
         return self._safe(made, at, v, now)
 
     def _why_stop(self, now: float) -> str:
@@ -356,14 +379,19 @@ class Navigator:
         if self.grid is None:
             return "no map"
         if now - self._odom_at > self.settings.data_timeout:
-            return f"no new {self._name('/odom')} for {self.settings.data_timeout:g} s" if self._odom else "no odometry"
+            return (
+                f"no new {self._name('/odom')} for {self.settings.data_timeout:g} s"
+                if self._odom
+                else "no odometry"
+            )
         limit = self.settings.obstacle_timeout
         if self._obstacles_at is not None and limit > 0 and now - self._obstacles_at > limit:
             return f"no message about obstacles for {limit:g} s"
         return ""
 
-    def _safe(self, wish: Command, at: PlanePose, v_now: float, now: float) -> Command:
-        assert self._safety is not None and self._follower is not None
+    def _safe(self, wish: Velocity, at: PlanePose, v_now: float, now: float) -> Velocity:
+        assert self._safety is not None
+        assert self._follower is not None
         period = 1.0 / self.settings.rate
         # No harder than the robot accelerates; what brakes is passed on.
         age = min(max(now - self._odom_at, 0.0), self.settings.data_timeout)
@@ -375,7 +403,7 @@ class Navigator:
         v, w, cause = self._safety.allowed(
             at, share * wish.v, share * wish.w, reaction, self._obstacles, now, GAP
         )
-        made = Command(v, w, cause or wish.cause)
+        made = Velocity(v, w, cause or wish.cause)
         self._say(f"driving: {made.cause}", now)
         if v == 0.0 and w == 0.0 and cause:
             self._stands_since = now if self._stands_since is None else self._stands_since

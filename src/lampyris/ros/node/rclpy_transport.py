@@ -16,11 +16,11 @@ import numpy as np
 from lampyris.errors import UsageError
 from lampyris.ros import messages
 from lampyris.ros.messages import Fields, pose_of
-from lampyris.ros.plan_answer import PlanAnswer
-from lampyris.ros.topics import Topic
+from lampyris.ros.node.plan_answer import PlanAnswer
+from lampyris.ros.node.topics import Topic
 
 if TYPE_CHECKING:
-    from lampyris.ros.navigator import Navigator
+    from lampyris.ros.node.navigator import Navigator
 
 PLAN_SERVICE = "/lampyris/get_plan"
 T = TypeVar("T")
@@ -99,7 +99,7 @@ class RclpyTransport:
         self.offered: list[str] = []
 
     def open(self, topics: tuple[Topic, ...], receive: Callable[[str, Fields], None]) -> None:
-        """See :class:`lampyris.ros.topics.Transport`; a topic whose type is not installed is left out with a note."""
+        """See :class:`lampyris.ros.node.topics.Transport`; a topic whose type is not installed is left out with a note."""
         for topic in topics:
             try:
                 kind = message_class(topic.kind)
@@ -109,18 +109,24 @@ class RclpyTransport:
             if topic.sent:
                 self._publishers[topic.name] = self.node.create_publisher(kind, topic.name, self._qos(topic))
             else:
-                self.node.create_subscription(kind, topic.name, self._receiver(topic.name, receive), self._qos(topic))
+                self.node.create_subscription(
+                    kind, topic.name, self._receiver(topic.name, receive), self._qos(topic)
+                )
 
     def _qos(self, topic: Topic) -> Any:
         qos = importlib.import_module("rclpy.qos")
         return qos.QoSProfile(
             depth=topic.depth,
-            reliability=qos.ReliabilityPolicy.RELIABLE if topic.reliable else qos.ReliabilityPolicy.BEST_EFFORT,
-            durability=qos.DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else qos.DurabilityPolicy.VOLATILE,
+            reliability=qos.ReliabilityPolicy.RELIABLE
+            if topic.reliable
+            else qos.ReliabilityPolicy.BEST_EFFORT,
+            durability=qos.DurabilityPolicy.TRANSIENT_LOCAL
+            if topic.latched
+            else qos.DurabilityPolicy.VOLATILE,
         )
 
     def publish(self, topic: Topic, fields: Fields) -> None:
-        """See :class:`lampyris.ros.topics.Transport`."""
+        """See :class:`lampyris.ros.node.topics.Transport`."""
         publisher = self._publishers.get(topic.name)
         if publisher is not None:
             publisher.publish(to_ros(publisher.msg_type(), fields))
@@ -234,7 +240,9 @@ class Nav2Actions:
     feedback : the class of FollowPath's feedback; None: none is given.
     """
 
-    def __init__(self, navigator: Navigator, transport: Any, feedback: Callable[[], Any] | None = None) -> None:
+    def __init__(
+        self, navigator: Navigator, transport: Any, feedback: Callable[[], Any] | None = None
+    ) -> None:
         self._navigator, self._transport, self._feedback = navigator, transport, feedback
 
     def compute_path(self, goal: Any, result: Any) -> None:
@@ -271,7 +279,9 @@ class Nav2Actions:
         within = self._transport.within
         within(lambda: navigator.follow(poses))
         while True:
-            goal_left, error, outcome = within(lambda: (navigator.goal is not None, navigator.error, navigator.outcome))
+            goal_left, error, outcome = within(
+                lambda: (navigator.goal is not None, navigator.error, navigator.outcome)
+            )
             if goal.is_cancel_requested:
                 within(navigator.cancel)
                 within(navigator.stop)
@@ -296,7 +306,10 @@ class Nav2Actions:
         if self._feedback is None:
             return
         made = self._feedback()
-        for name, value in (("distance_to_goal", self._navigator.left), ("speed", abs(self._navigator.last.v))):
+        for name, value in (
+            ("distance_to_goal", self._navigator.left),
+            ("speed", abs(self._navigator.last.v)),
+        ):
             if hasattr(made, name):
                 setattr(made, name, float(value))
         goal.publish_feedback(made)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lampyris.ros.route import Route
+from lampyris.ros.node.route import Route
 from lampyris.typing import Floats
 
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.ros.messages import Fields
-from lampyris.ros.stores import USUAL, rosbags_module, typestore
-from lampyris.ros.topics import Topic
+from lampyris.ros.node.topics import Topic
+from lampyris.ros.stores import USUAL, typestore
 
 GRAPH_TOPIC, GRAPH_KIND = "ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo"
 NO_SERVICES = (
@@ -129,7 +129,7 @@ class DdsTransport:
         self._graph: Any = None
 
     def open(self, topics: tuple[Topic, ...], receive: Callable[[str, Fields], None]) -> None:
-        """See :class:`lampyris.ros.topics.Transport`."""
+        """See :class:`lampyris.ros.node.topics.Transport`."""
         pub, sub = dds_module("cyclonedds.pub"), dds_module("cyclonedds.sub")
         listeners = dds_module("cyclonedds.core")
         self._receive = receive
@@ -170,7 +170,7 @@ class DdsTransport:
         self._graph.write(to_dds(GRAPH_KIND, fields, self._distribution))
 
     def publish(self, topic: Topic, fields: Fields) -> None:
-        """See :class:`lampyris.ros.topics.Transport`."""
+        """See :class:`lampyris.ros.node.topics.Transport`."""
         self._writers[topic.name].write(to_dds(topic.kind, fields, self._distribution))
 
     def now(self) -> float:

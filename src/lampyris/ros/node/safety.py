@@ -21,7 +21,7 @@ SHARES = (1.0, 0.75, 0.5, 0.25, 0.1)
 """Of the speed that was asked for, which are tried."""
 
 
-class Seen(NamedTuple):
+class ObservedObstacle(NamedTuple):
     """An obstacle as it was seen last: place (m), radius (m), velocity (m/s), time (s)."""
 
     x: float
@@ -46,7 +46,14 @@ class Safety:
         self._outline = _outline(robot, 0.5 * grid.resolution)
 
     def allowed(
-        self, at: PlanePose, v: float, w: float, reaction: float, obstacles: Mapping[str, Seen], now: float, gap: float
+        self,
+        at: PlanePose,
+        v: float,
+        w: float,
+        reaction: float,
+        obstacles: Mapping[str, ObservedObstacle],
+        now: float,
+        gap: float,
     ) -> tuple[float, float, str]:
         """The command, or a slower one on the same arc that is safe, and what limits it ("": nothing).
 
@@ -72,7 +79,14 @@ class Safety:
         return self._walls(np.array([at]))
 
     def _conflict(
-        self, at: PlanePose, v: float, w: float, reaction: float, obstacles: Mapping[str, Seen], now: float, gap: float
+        self,
+        at: PlanePose,
+        v: float,
+        w: float,
+        reaction: float,
+        obstacles: Mapping[str, ObservedObstacle],
+        now: float,
+        gap: float,
     ) -> str:
         # The time to stop of whichever motion takes longer to stop; turns on the spot have no speed of their own.
         stop = abs(v) / self._robot.d_max
@@ -104,7 +118,9 @@ class Safety:
         x, y = poses[:, 0, None] + c * ox - s * oy, poses[:, 1, None] + s * ox + c * oy
         cells = np.floor(self._grid.to_points(x.ravel(), y.ravel()) + 0.5).astype(np.int64)
         grid = self._grid
-        on = (cells[:, 0] >= 0) & (cells[:, 0] < grid.width) & (cells[:, 1] >= 0) & (cells[:, 1] < grid.height)
+        on = (
+            (cells[:, 0] >= 0) & (cells[:, 0] < grid.width) & (cells[:, 1] >= 0) & (cells[:, 1] < grid.height)
+        )
         return bool(grid.blocked[cells[on, 1], cells[on, 0]].any())
 
 
@@ -117,9 +133,7 @@ def _arc(at: PlanePose, v: float, w: float, t: Floats) -> Floats:
         return np.column_stack((x + v * t * c, y + v * t * s, yaws))
     c, s = math.cos(yaw), math.sin(yaw)
     radius = v / w
-    return np.column_stack(
-        (x + radius * (np.sin(yaws) - s), y - radius * (np.cos(yaws) - c), yaws)
-    )
+    return np.column_stack((x + radius * (np.sin(yaws) - s), y - radius * (np.cos(yaws) - c), yaws))
 
 
 def moved(at: PlanePose, v: float, w: float, t: float) -> PlanePose:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lampyris.model.robot import Robot
-from lampyris.ros.route import Route, Section, wrapped
-from lampyris.ros.settings import NodeSettings
+from lampyris.ros.node.route import Route, RouteSection, wrapped
+from lampyris.ros.node.settings import NodeSettings
 from lampyris.ros.transforms import PlanePose
 
 OFFSET_GAIN, HEADING_GAIN = 8.0, 4.0
@@ -29,7 +29,7 @@ LOST = 0.5
 """Metres: who is farther from the route needs a new one."""
 
 
-class Command(NamedTuple):
+class Velocity(NamedTuple):
     """A velocity with what limits it; ``done``: the route is finished; ``lost``: the robot is not on it."""
 
     v: float
@@ -60,7 +60,7 @@ class Follower:
         """Metres that are left."""
         return max(self.route.length - self.s, 0.0)
 
-    def command(self, at: PlanePose, w_now: float) -> Command:
+    def command(self, at: PlanePose, w_now: float) -> Velocity:
         """The command for a pose.
 
         Parameters
@@ -85,13 +85,13 @@ class Follower:
             turn = self._turn(at[2], yaw, w_now)
             if turn is not None:
                 return turn
-        return Command(0.0, 0.0, "goal", done=True)
+        return Velocity(0.0, 0.0, "goal", done=True)
 
     @property
     def _can_turn(self) -> bool:
         return self._robot.drive != "ackermann"
 
-    def _turn(self, yaw: float, to: float, w_now: float) -> Command | None:
+    def _turn(self, yaw: float, to: float, w_now: float) -> Velocity | None:
         """A turn on the spot; None: it is done, or this robot cannot."""
         error = wrapped(to - yaw)
         still = abs(w_now) < 0.2
@@ -99,18 +99,20 @@ class Follower:
             return None
         period = 1.0 / self._settings.rate
         # Slow enough to stop at the heading, and not past it within a period.
-        most = min(self._yaw_rate, math.sqrt(2.0 * 0.5 * YAW_ACCELERATION * abs(error)), 0.5 * abs(error) / period)
+        most = min(
+            self._yaw_rate, math.sqrt(2.0 * 0.5 * YAW_ACCELERATION * abs(error)), 0.5 * abs(error) / period
+        )
         rate = min(most, abs(w_now) + YAW_ACCELERATION * period)
-        return Command(0.0, math.copysign(rate, error), "turn")
+        return Velocity(0.0, math.copysign(rate, error), "turn")
 
-    def _along(self, section: Section, at: PlanePose) -> Command | None:
+    def _along(self, section: RouteSection, at: PlanePose) -> Velocity | None:
         """The command on a section; None: its end is reached."""
         x, y, yaw = at
         node, share, offset = self._project(section, x, y)
         s = float(section.s[node] + share * (section.s[node + 1] - section.s[node]))
         self._node, self.s = node, s
         if abs(offset) > LOST:
-            return Command(0.0, 0.0, "off the path", lost=True)
+            return Velocity(0.0, 0.0, "off the path", lost=True)
         left = float(section.s[-1]) - s
         tolerance = self._settings.goal_tolerance if self._k == len(self.route.sections) - 1 else 0.02
         if left <= min(tolerance, 0.02):
@@ -128,9 +130,9 @@ class Follower:
         most = self._robot.yaw_rate_max or max(2.0 * self._yaw_rate, 1.0)
         if self._robot.turn_radius > 0:
             most = min(most, v / self._robot.turn_radius)
-        return Command(signed, max(-most, min(most, w)), cause)
+        return Velocity(signed, max(-most, min(most, w)), cause)
 
-    def _project(self, section: Section, x: float, y: float) -> tuple[int, float, float]:
+    def _project(self, section: RouteSection, x: float, y: float) -> tuple[int, float, float]:
         """The nearest place from here on: node before it, share of its piece, offset to the left (metres)."""
         reach = section.s[self._node] + LOST + 0.2
         last = int(np.searchsorted(section.s, reach))
@@ -145,9 +147,13 @@ class Follower:
         cosine, sine = math.cos(yaw), math.sin(yaw)
         offset = float(off[k, 1] * cosine - off[k, 0] * sine)
         far = float(np.sqrt((off[k] * off[k]).sum()))
-        return self._node + k, float(share[k]), offset if abs(offset) > 0.5 * far else math.copysign(far, offset)
+        return (
+            self._node + k,
+            float(share[k]),
+            offset if abs(offset) > 0.5 * far else math.copysign(far, offset),
+        )
 
-    def _speed(self, section: Section, s: float, left: float) -> tuple[float, int]:
+    def _speed(self, section: RouteSection, s: float, left: float) -> tuple[float, int]:
         """The speed that the profile has one period on, and the node that limits it."""
         period, a = 1.0 / self._settings.rate, self._robot.a_max
         v = float(np.interp(s, section.s, section.v))

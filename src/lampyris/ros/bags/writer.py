@@ -116,7 +116,9 @@ def _write(rows: list[Stamped], target: Path, store: Any, start: float) -> int:
     single = target.suffix != ""
     try:
         if not single and target.exists():
-            raise FileError("FILE_WRITE", "it exists", where=str(target), allowed="a folder that does not exist")
+            raise FileError(
+                "FILE_WRITE", "it exists", where=str(target), allowed="a folder that does not exist"
+            )
         place = Path(os.path.realpath(target)).parent
         with tempfile.TemporaryDirectory(prefix=".lampyris-bag-", dir=place) as folder:
             bag = Path(folder) / target.stem
@@ -136,7 +138,9 @@ def _write(rows: list[Stamped], target: Path, store: Any, start: float) -> int:
                 shutil.move(bag, target)
     except OSError as problem:
         why = problem.strerror or str(problem)
-        raise FileError("FILE_WRITE", why, where=str(target), allowed="a place that can be written to") from None
+        raise FileError(
+            "FILE_WRITE", why, where=str(target), allowed="a place that can be written to"
+        ) from None
     return len(rows)
 
 
@@ -217,7 +221,9 @@ def _drive(drive: Drive) -> Iterator[Stamped]:
     causes = [drive.why(int(one)) for one in k]
     yield from _robot(times, poses, speed, rate)
     now = np.clip(np.searchsorted([t for t, _ in curves], times, side="right") - 1, 0, None)
-    for t, at, v, cause, leg in zip(times.tolist(), poses.tolist(), speed.tolist(), causes, now.tolist(), strict=True):
+    for t, at, v, cause, leg in zip(
+        times.tolist(), poses.tolist(), speed.tolist(), causes, now.tolist(), strict=True
+    ):
         marks = messages.path_markers(t, curves[leg][1], cause, at, v)
         if t != curves[leg][0]:  # the line is there already
             marks = {"markers": marks["markers"][-1:]}
@@ -271,19 +277,21 @@ def _trace(trace: Trace) -> Iterator[Stamped]:
 def _robot(times: Floats, poses: Floats, speed: Floats, rate: Floats) -> Iterator[Stamped]:
     rows = zip(times.tolist(), poses.tolist(), speed.tolist(), rate.tolist(), strict=True)
     for t, at, v, w in rows:
-        yield Stamped(t, "/tf", messages.TF, {"transforms": [messages.transform(t, messages.ODOM, messages.BASE, at)]})
+        yield Stamped(
+            t, "/tf", messages.TF, {"transforms": [messages.transform(t, messages.ODOM, messages.BASE, at)]}
+        )
         yield Stamped(t, "/pose", messages.POSE, messages.pose_stamped(t, at))
         yield Stamped(t, "/odom", messages.ODOMETRY, messages.odometry(t, at, v, w))
         yield Stamped(t, "/cmd_vel", messages.TWIST_STAMPED, messages.twist_stamped(t, v, w))
 
 
 def _obstacles(scene: Scene, tracks: tuple[Track, ...], times: Floats) -> Iterator[Stamped]:
-    """All obstacles at each time, and at each time at which a track bends: interpolation gives the tracks back."""
+    """All obstacles at each time, and at each time at which a track changes direction: interpolation gives the tracks back."""
     if not tracks:
         return
     end = float(times[-1])
-    bends = np.concatenate([one.t for one in tracks])
-    when = np.unique(np.concatenate((times, bends[bends <= end])))
+    changes = np.concatenate([one.t for one in tracks])
+    when = np.unique(np.concatenate((times, changes[changes <= end])))
     places = [scene.grid.to_metres(one.at(when)) for one in tracks]
     yaws = [one.heading(when) + scene.grid.origin[2] for one in tracks]
     for j, t in enumerate(when.tolist()):
