@@ -33,7 +33,7 @@ class BagTopic(NamedTuple):
 
     name: str
     kind: str
-    count: int
+    messages: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,8 +226,8 @@ class Bag:
         made = []
         for name, row in rows.items():
             array = np.array(row)
-            size = radius if radius is not None else wide[name] or None
-            made.append(BagTrack(name, TimedTrack(array[:, 0].copy(), array[:, 1:].copy(), size)))
+            given = radius if radius is not None else wide[name] or None
+            made.append(BagTrack(name, TimedTrack(array[:, 0].copy(), array[:, 1:].copy(), given)))
         return tuple(made)
 
     def transforms(self) -> Transforms:

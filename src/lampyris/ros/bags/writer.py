@@ -247,7 +247,7 @@ def _trace(trace: Trace) -> Iterator[Stamped]:
     if trace.path is not None and len(trace.path.cells) > 1:
         yield Stamped(0.0, "/plan", messages.PATH, path_fields(trace))
     n = len(trace.robot)
-    times = np.arange(n) * tick
+    times: Floats = np.arange(n, dtype=np.float64) * tick
     xy = grid.to_metres(trace.robot)
     d = np.diff(xy, axis=0)
     moved = (d != 0).any(axis=1)
@@ -296,7 +296,7 @@ def _obstacles(scene: Scene, tracks: tuple[Track, ...], times: Floats) -> Iterat
     yaws = [one.heading(when) + scene.grid.origin[2] for one in tracks]
     for j, t in enumerate(when.tolist()):
         marks = [
-            messages.obstacle_marker(t, k, *places[k][j].tolist(), float(yaws[k][j]), one.radius)
+            messages.obstacle_marker(t, k, float(places[k][j, 0]), float(places[k][j, 1]), float(yaws[k][j]), one.radius)
             for k, one in enumerate(tracks) if one.t[0] <= t
         ]  # fmt: skip
         yield Stamped(t, "/obstacles", messages.MARKERS, {"markers": marks})

@@ -24,10 +24,10 @@ from lampyris.planning.base import Budget
 from lampyris.planning.registry import pose_names
 from lampyris.ros import messages
 from lampyris.ros.messages import Fields, pose_of, seconds
-from lampyris.ros.node.follower import Velocity, Follower
+from lampyris.ros.node.follower import Follower, Velocity
 from lampyris.ros.node.plan_answer import PlanAnswer
 from lampyris.ros.node.route import route_of_path, route_of_plan, widened
-from lampyris.ros.node.safety import Safety, ObservedObstacle, moved
+from lampyris.ros.node.safety import ObservedObstacle, Safety, moved
 from lampyris.ros.node.settings import NodeSettings
 from lampyris.ros.node.topics import Topic, Transport, topics_for
 from lampyris.ros.occupancy import grid_of, updated

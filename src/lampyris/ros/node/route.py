@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris import api
 from lampyris._core import elementary
@@ -119,7 +120,7 @@ def route_of_path(scene: Scene, path: SampledPath, law: str, yaw: float | None, 
     return Route(tuple(sections), (*xy[-1].tolist(), yaw), profile, np.column_stack((xy, angles)))
 
 
-def _by_gear(profile: Profile, xy: Floats, yaw: Floats, gear: Floats) -> tuple[RouteSection, ...]:
+def _by_gear(profile: Profile, xy: Floats, yaw: Floats, gear: NDArray[np.int64]) -> tuple[RouteSection, ...]:
     """Sections of one gear; turns in place are what lies between two of them."""
     sections: list[RouteSection] = []
     n, a = len(xy), 0

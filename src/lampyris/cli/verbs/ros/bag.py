@@ -111,7 +111,7 @@ def bag(
 
 def _list(record: dict[str, Any]) -> None:
     text.line(f"{record['bag']}: {record['duration_s']:.3f} s", style="bold")
-    rows = [(one["name"], one["kind"], str(one["count"])) for one in record["topics"]]
+    rows = [(one["name"], one["kind"], str(one["messages"])) for one in record["topics"]]
     text.table("", ("topic", "type", "messages"), rows, right=("messages",))
 
 
@@ -139,8 +139,8 @@ def _tracks(found: Bag, topic: str | None, out: Path, radius: float | None, forc
         )
     names = ["".join(c if c.isalnum() or c in "-_" else "_" for c in one.name) for one in made]
     files = [out] if len(made) == 1 else [out.with_name(f"{out.stem}-{name}{out.suffix}") for name in names]
-    for one in files:
-        check_outputs(force, csv=one)
+    for file in files:
+        check_outputs(force, csv=file)
     for one, file in zip(made, files, strict=True):
         write_timed_track(file, one.track)
     return files
