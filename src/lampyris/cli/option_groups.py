@@ -83,6 +83,7 @@ class LawOptions:
     law: options.Law = None
     set_law: options.SetLaw = None
     zones: options.Zones = None
+    keepout: options.Keepout = None
 
 
 @dataclass(frozen=True)

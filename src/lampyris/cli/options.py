@@ -194,6 +194,10 @@ Zones = Annotated[
         help="Speed zones: a Nav2 speed mask (.yaml), or m/s per cell (.npy, .csv).",
     ),
 ]
+Keepout = Annotated[
+    Path | None,
+    typer.Option("--keepout", metavar="FILE", help="Where the robot must not be: a Nav2 keepout mask (.yaml)."),
+]
 ObstacleRadius = Annotated[
     float, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles (0: one cell).")
 ]

@@ -9,7 +9,7 @@ from typing import Any
 PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "Map": (
-            "resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones",
+            "resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones", "keepout",
             "inflation-radius", "cost-scaling-factor",
         ),
         "Ends": ("start", "goal", "start-m", "goal-m", "goal-track", "via", "via-m", "via-order", "path", "units", "scen",

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
 from typing import Any
 
+import numpy as np
+
 from lampyris._core.defaults import VIA_ORDERS
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE
@@ -29,8 +31,9 @@ from lampyris.errors import SceneError, SettingError, UnknownSettingError, Usage
 from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
-from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, Scenario
+from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, MapSource, Scenario
 from lampyris.io.tracks.timed_tracks import read_any_track, timed_track
+from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Polygon, Robot, rectangle_of
@@ -111,6 +114,20 @@ class Request:
 
         return read_zones(zones, grid, self.robot().v_max, allow_outside=self.map.allow_outside)
 
+    def kept_out(self, grid: Grid) -> tuple[Grid, tuple[Edit, ...], tuple[str, ...]]:
+        """The map with the costs of a keepout mask, the mask's cells as an edit before the first plan, and notes."""
+        file = self.law_options.keepout
+        if file is None:
+            return grid, (), ()
+        from lampyris.io.maps.keepout import read_keepout
+
+        kept, costs, notes = read_keepout(file, grid, allow_outside=self.map.allow_outside)
+        if costs.any():
+            terrain = costs if grid.terrain is None else np.maximum(costs, grid.terrain)
+            grid = replace(grid, terrain=terrain)
+        cells = np.argwhere(kept)[:, ::-1].tolist()
+        return grid, (Edit(0, blocked=cells),) if cells else (), notes
+
     def load(self) -> MapDocument:
         """The map."""
         return load_document(self.map)
@@ -129,8 +146,9 @@ class Request:
         settings, law_settings = self.planner_settings(), self.law_settings()
         robot, document = self.robot(), self.load()
         zones, notes = self.read_zones(document.grid)
+        grid, edits, kept_notes = self.kept_out(document.grid)
         scene = Scene(
-            document.grid,
+            grid,
             **self._end("start", self.ends.start, self.ends.start_m, document),
             **self._end("goal", self.ends.goal, self.ends.goal_m, document),
             moves=moves,
@@ -140,11 +158,13 @@ class Request:
         )
         name, where = self.map.map_, self.law_options.zones
         bundled = name in library.names()
-        source = Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
+        source: MapSource | None = Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
+        if grid is not document.grid:  # the costs of the mask are in no file of the map
+            source = None
         return Scenario(
             scene, self.planner, settings, law, law_settings, self.seed, map=source,
-            notes=(*document.notes, *notes), zones=None if where is None else str(where),
-            inflation=Inflation(**settings_in(self.map, Inflation)),
+            notes=(*document.notes, *notes, *kept_notes), zones=None if where is None else str(where),
+            inflation=Inflation(**settings_in(self.map, Inflation)), edits=edits,
         )  # fmt: skip
 
     def through(self, scenario: Scenario, options: ViaOptions) -> Scenario:
