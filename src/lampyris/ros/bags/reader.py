@@ -318,7 +318,7 @@ def _types(reader: Any) -> Any:
         if one.msgdef.format == kinds.MessageDefinitionFormat.MSG:
             found.update(types.get_types_from_msg(one.msgdef.data, one.msgtype))
     usual = typestore(USUAL)
-    if not found:
+    if all(usual.fielddefs.get(kind) == fields for kind, fields in found.items()):
         return usual
     store = types.get_typestore(types.Stores.EMPTY)
     store.register({**usual.fielddefs, **found})

@@ -96,7 +96,9 @@ def route_of_plan(scene: Scene, plan: Plan, law: str, yaw: float | None, **setti
         sections = _by_gear(profile, xy, np.unwrap(poses.yaw_at(profile.s, arm)), gear)
         end = poses.poses[-1]
         return Route(sections, (*end[:2].tolist(), yaw), profile, poses.poses)
-    return route_of_path(scene, api.smooth(scene, plan), law, yaw, **settings)
+    # A path that is pulled straight would pass by its via points.
+    path = api.smooth(scene, plan, method="arcs" if plan.via else "straight")
+    return route_of_path(scene, path, law, yaw, **settings)
 
 
 def route_of_path(scene: Scene, path: SampledPath, law: str, yaw: float | None, **settings: object) -> Route:
