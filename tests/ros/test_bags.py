@@ -15,7 +15,7 @@ import lampyris
 from lampyris import ros
 from lampyris.errors import FileError, UsageError
 from lampyris.io.paths import read_path_points
-from lampyris.io.tracks.timed_tracks import read_timed_track, write_timed_track
+from lampyris.io.tracks.timed_tracks import read_timed_track
 from lampyris.ros import messages
 from lampyris.ros.bags.writer import Stamped, _write
 from lampyris.ros.stores import typestore
@@ -196,13 +196,3 @@ def test_without_rosbags_one_sentence_names_the_command(
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "pip install 'lampyris[ros]'" in done.stderr
-
-
-def test_tracks_are_written_as_they_are_read(tmp_path: Path) -> None:
-    file = tmp_path / "t.csv"
-    file.write_text("t,x_m,y_m,radius_m\n0,1e-3,2.25,0.3\n0.1,7,0.1,0.4\n")
-    found = read_timed_track(file)
-    assert (found.t.tolist(), found.radius) == ([0.0, 0.1], 0.4)
-    write_timed_track(file, found)
-    again = read_timed_track(file)
-    assert (again.t.tolist(), again.xy.tolist(), again.radius) == (found.t.tolist(), found.xy.tolist(), 0.4)

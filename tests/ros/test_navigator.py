@@ -237,6 +237,7 @@ def test_a_restarted_node_gets_the_latched_map_and_drives_on() -> None:
     assert (node.outcome, robot.hits) == ("arrived", 0)
 
 
+@pytest.mark.nightly
 def test_a_restarted_robot_with_a_new_odometry_is_driven_on() -> None:
     node, wire, robot = started(data_timeout=0.2)
     wire.receive("/goal_pose", goal(2.5, 2.5))
