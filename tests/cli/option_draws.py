@@ -119,6 +119,7 @@ SLOW: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--folder", "empty"),
     ),
     "reproduce": (("--out", "empty"), ("--workers", "0"), ("--out", "loop")),
+    "ros": (("--seconds", "0"), ("--remap", "x"), ("--transport", "x")),
     "warm": (("--help",), ("--jsn",), ("x",)),
 }
 """Verbs that run for minutes or for ever: with words that they refuse."""

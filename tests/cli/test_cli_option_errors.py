@@ -38,10 +38,13 @@ CALLS: dict[str, tuple[str, ...]] = {
     "swarm": ("guide", "--robots", "3", "--iterations", "2"),
     "primitives": ("--out", "p.json", "--resolution", "0.1"),
     "warm": (),
+    "ros": ("--seconds", "1"),
+    "bag": ("b.mcap",),
     "uncertain": ("guide", "--vary", "v_max=0.8:1.2"),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
+    ("bag", "--obstacle-radius"): ("--track", "people.csv"),
     ("speed", "--tick"): ("--track", "t.csv"),
     ("simulate", "--field-of-view"): ("--sensor-range", "3"),
     ("swarm", "--source-count"): ("--sources", "drawn"),

@@ -11,8 +11,8 @@ import pytest
 
 import lampyris
 from lampyris.errors import SettingError
+from lampyris.model.settings.ros_node import NodeSettings
 from lampyris.ros.node.navigator import Navigator
-from lampyris.ros.node.settings import NodeSettings
 
 RESOLUTION, PERIOD = 0.1, 0.05
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from lampyris.ros.messages import Fields, pose_of, seconds
 
 PlanePose: TypeAlias = tuple[float, float, float]
-MAX_DEPTH = 100
+_CIRCLE = 100
 """Frames between two; more is a circle."""
 KEPT = 10.0
 """Seconds of transforms that a running node keeps, as tf2 does."""
@@ -75,7 +75,7 @@ class Transforms:
 
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]
-        while chain[-1] in self._parent and len(chain) < MAX_DEPTH:
+        while chain[-1] in self._parent and len(chain) < _CIRCLE:
             chain.append(self._parent[chain[-1]])
         return chain
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, UsageError, plural
 from lampyris.io.files import read_regular
 from lampyris.io.maps.formats.document import FileSource, byte_limit
@@ -20,7 +21,6 @@ from lampyris.model.grid import MAX_TERRAIN, Grid, frozen
 from lampyris.typing import BoolGrid, ByteGrid
 
 SUFFIXES = (".yaml", ".yml")
-_MOST = 2**24
 
 
 def read_keepout(
@@ -50,7 +50,7 @@ def read_keepout(
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
         raise UsageError("SUFFIX", repr(suffix), where=name, allowed=", ".join(SUFFIXES))
-    reading = read_ros(FileSource(read_regular(name, byte_limit(_MOST)), name, _MOST, allow_outside))
+    reading = read_ros(FileSource(read_regular(name, byte_limit(MAX_CELLS)), name, MAX_CELLS, allow_outside))
     assert reading.occupancy is not None
     mask = Grid(np.zeros(reading.occupancy.shape, bool), None, reading.resolution or 1.0, reading.origin)
     y, x = np.indices(grid.blocked.shape)
@@ -59,7 +59,12 @@ def read_keepout(
     on = (cells >= 0).all(axis=1) & (cells[:, 0] < mask.width) & (cells[:, 1] < mask.height)
     if not on.any():
         place = f"origin [{', '.join(f'{v:g}' for v in mask.origin)}]"
-        raise FileError("KEEPOUT_MAP", f"no cell of the map, {place}", where=name, allowed="a mask that covers cells of it")
+        raise FileError(
+            "KEEPOUT_MAP",
+            f"no cell of the map, {place}",
+            where=name,
+            allowed="a mask that covers cells of it",
+        )
     value = np.zeros(grid.blocked.size, dtype=np.int64)
     value[on] = reading.occupancy[cells[on, 1], cells[on, 0]]
     value = np.maximum(value, 0).reshape(grid.blocked.shape)
@@ -68,7 +73,9 @@ def read_keepout(
     costs[kept | grid.blocked] = 0
     words = [f"{plural(int(kept.sum()), 'free cell')} kept out"]
     if costs.any():
-        words.append(f"{plural(int((costs > 0).sum()), 'cell')} with a cost of {int(costs[costs > 0].min())} to {costs.max()}")
+        words.append(
+            f"{plural(int((costs > 0).sum()), 'cell')} with a cost of {int(costs[costs > 0].min())} to {costs.max()}"
+        )
     left = int((~on).sum())
     if left:
         words.append(f"{plural(left, 'cell')} beyond the mask")

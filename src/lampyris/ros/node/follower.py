@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lampyris.model.robot import Robot
+from lampyris.model.settings.ros_node import NodeSettings
 from lampyris.ros.node.route import Route, RouteSection, wrapped
-from lampyris.ros.node.settings import NodeSettings
 from lampyris.ros.transforms import PlanePose
 
 OFFSET_GAIN, HEADING_GAIN = 8.0, 4.0

@@ -20,6 +20,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.ros_node import NodeSettings
 from lampyris.planning.base import Budget
 from lampyris.planning.registry import pose_names
 from lampyris.ros import messages
@@ -28,7 +29,6 @@ from lampyris.ros.node.follower import Follower, Velocity
 from lampyris.ros.node.plan_answer import PlanAnswer
 from lampyris.ros.node.route import route_of_path, route_of_plan, widened
 from lampyris.ros.node.safety import ObservedObstacle, Safety, moved
-from lampyris.ros.node.settings import NodeSettings
 from lampyris.ros.node.topics import Topic, Transport, topics_for
 from lampyris.ros.occupancy import grid_of, updated
 from lampyris.ros.path_export import path_poses

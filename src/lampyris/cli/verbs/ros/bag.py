@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from lampyris._core import defaults
 from lampyris.cli import text
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.options import Force, Json
@@ -19,8 +20,6 @@ from lampyris.errors import UsageError
 
 if TYPE_CHECKING:
     from lampyris.ros.bags.reader import Bag
-
-VALUES = ("occupancy", "costmap")
 
 
 def bag(
@@ -40,7 +39,7 @@ def bag(
             metavar="occupancy|costmap",
             help="How numbers in the map are read: occupancy or costmap.",
         ),
-    ] = VALUES[0],
+    ] = defaults.VALUES,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -67,6 +66,8 @@ def bag(
     force: Force = False,
 ) -> None:
     """List the topics of a bag of ROS 2, and turn them into a map, a path, tracks of obstacles, poses of the robot."""
+    from lampyris.io.maps.load import VALUES
+
     check_choice("VALUES", "--values", values, VALUES)
     check_outputs(force, map_out, export=export, csv=poses)
     wanted = [
@@ -77,9 +78,10 @@ def bag(
     if topic is not None and len(wanted) != 1:
         what = f"--topic with {len(wanted)} outputs"
         raise UsageError("OPTIONS", what, allowed="one of --map, --export, --track, --poses")
-    if radius is not None and (track is None or not 0.0 <= radius <= 1e6):
-        allowed = "with --track, 0 to 1e6 metres"
-        raise UsageError("OPTIONS", f"--obstacle-radius {radius:g}", allowed=allowed)
+    if radius is not None and not 0.0 <= radius <= 1e6:
+        raise UsageError("TRAFFIC_RADIUS", f"{radius:g}", where="--obstacle-radius", allowed="0 to 1e6 metres")
+    if radius is not None and track is None:
+        raise UsageError("OPTIONS", "--obstacle-radius without --track", allowed="with --track")
     from lampyris.ros.bags.reader import open_bag
 
     written: list[Path] = []

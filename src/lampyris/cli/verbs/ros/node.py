@@ -14,7 +14,7 @@ from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import PlannerOptions, RobotOptions, group_of, settings_in
 from lampyris.cli.options import Law, SetLaw
 from lampyris.errors import UsageError
-from lampyris.ros.node.settings import NodeSettings
+from lampyris.model.settings.ros_node import NodeSettings
 
 if TYPE_CHECKING:
     NodeOptions: TypeAlias = Any
@@ -62,6 +62,8 @@ def ros(
 ) -> None:
     """Run a node of ROS 2: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out."""
     check_choice("TRANSPORT", "--transport", transport, TRANSPORTS)
+    if seconds is not None and not seconds > 0.0:
+        raise UsageError("SECONDS", f"{seconds:g}", where="--seconds", allowed="more than 0")
     from lampyris.cli.request import parse_law, parse_settings
     from lampyris.io.scenario.robot_file import read_robot
     from lampyris.model.robot import Robot
