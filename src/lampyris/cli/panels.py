@@ -33,7 +33,6 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Execution and tasks": (
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",
         ),
-        "Node": ("transport", "name", "domain", "remap", "services", "stamped"),
         "Output": (
             "picture", "layer", "colour-by", "chart", "film", "csv", "export", "bag", "out", "save-scenario", "explain",
             "json", "no-timing", "force",
