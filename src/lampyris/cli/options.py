@@ -196,7 +196,9 @@ Zones = Annotated[
 ]
 Keepout = Annotated[
     Path | None,
-    typer.Option("--keepout", metavar="FILE", help="Where the robot must not be: a Nav2 keepout mask (.yaml)."),
+    typer.Option(
+        "--keepout", metavar="FILE", help="Where the robot must not be: a Nav2 keepout mask (.yaml)."
+    ),
 ]
 ObstacleRadius = Annotated[
     float, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles (0: one cell).")

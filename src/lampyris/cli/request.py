@@ -158,7 +158,9 @@ class Request:
         )
         name, where = self.map.map_, self.law_options.zones
         bundled = name in library.names()
-        source: MapSource | None = Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
+        source: MapSource | None = (
+            Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
+        )
         if grid is not document.grid:  # the costs of the mask are in no file of the map
             source = None
         return Scenario(

@@ -67,9 +67,9 @@ def read_keepout(
         )
     value = np.zeros(grid.blocked.size, dtype=np.int64)
     value[on] = reading.occupancy[cells[on, 1], cells[on, 0]]
-    value = np.maximum(value, 0).reshape(grid.blocked.shape)
-    kept = (value == 100) & ~grid.blocked
-    costs = np.minimum((254 * value + 50) // 100, MAX_TERRAIN)  # halves upwards, as std::round
+    at = np.maximum(value, 0).reshape(grid.blocked.shape)
+    kept = (at == 100) & ~grid.blocked
+    costs = np.minimum((254 * at + 50) // 100, MAX_TERRAIN)  # halves upwards, as std::round
     costs[kept | grid.blocked] = 0
     words = [f"{plural(int(kept.sum()), 'free cell')} kept out"]
     if costs.any():

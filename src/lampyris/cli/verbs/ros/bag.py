@@ -79,7 +79,9 @@ def bag(
         what = f"--topic with {len(wanted)} outputs"
         raise UsageError("OPTIONS", what, allowed="one of --map, --export, --track, --poses")
     if radius is not None and not 0.0 <= radius <= 1e6:
-        raise UsageError("TRAFFIC_RADIUS", f"{radius:g}", where="--obstacle-radius", allowed="0 to 1e6 metres")
+        raise UsageError(
+            "TRAFFIC_RADIUS", f"{radius:g}", where="--obstacle-radius", allowed="0 to 1e6 metres"
+        )
     if radius is not None and track is None:
         raise UsageError("OPTIONS", "--obstacle-radius without --track", allowed="with --track")
     from lampyris.ros.bags.reader import open_bag
