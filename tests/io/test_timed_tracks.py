@@ -81,3 +81,15 @@ def test_a_fast_person_sets_the_speed_of_obstacles_in_a_drive(tmp_path: Path) ->
     slow = in_process.call("simulate", *words)
     assert slow.returncode == 3
     assert "lampyris drive --obstacle-speed" in slow.stderr
+
+
+def test_a_scenario_file_names_one(tmp_path: Path) -> None:
+    track(tmp_path, "t,x_m,y_m,radius_m\n0,0.25,4.75,0.3\n2,2.25,4.75,0.3\n")
+    np.save(tmp_path / "m.npy", np.zeros((10, 20), dtype=bool))
+    file = tmp_path / "s.yaml"
+    file.write_text(
+        "version: 1\nmap: {file: m.npy, resolution: 0.5}\nstart: [1, 6]\ngoal: [9, 6]\n"
+        "obstacles: [{kind: recorded, file: track.csv, tick_s: 0.5}]\nsimulate: {}\n"
+    )
+    (one,) = lampyris.load_scenario(file).scene.traffic
+    assert one == lampyris.Recorded(((0, 0), (1, 0), (2, 0), (3, 0), (4, 0)), 0.3)
