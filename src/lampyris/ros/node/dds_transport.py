@@ -117,8 +117,8 @@ class DdsTransport:
     def __init__(self, name: str = "lampyris", domain: int | None = None, distribution: str = USUAL) -> None:
         import os
 
-        typestore(distribution)  # rosbags is there, or a sentence says that it is not
         domains = dds_module("cyclonedds.domain")
+        typestore(distribution)  # rosbags is there, or a sentence says that it is not
         self._name, self._distribution = name, distribution
         number = int(os.environ.get("ROS_DOMAIN_ID") or 0) if domain is None else domain
         self._participant = domains.DomainParticipant(number)
