@@ -26,14 +26,13 @@ extensions = [
     "sphinx_design",
     "sphinx_external_toc",
     "sphinx_gallery.gen_gallery",
-    "sphinx_mathjax_offline",
 ]
 external_toc_path = str(SITE / "toc.yml")
 exclude_patterns = ["gallery/src", "**/README.txt"]
 nitpicky = False
 maximum_signature_line_length = 88
 
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4
 
 autosummary_generate = True
@@ -60,7 +59,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/plot_",
     "within_subsection_order": "FileNameSortKey",
-    "plot_gallery": True,
+    "plot_gallery": "LAMPYRIS_NO_GALLERY" not in os.environ,
     "abort_on_example_error": True,
     "download_all_examples": False,
     "min_reported_time": 1000,
@@ -70,4 +69,5 @@ sphinx_gallery_conf = {
     "thumbnail_size": (420, 300),
     "default_thumb_file": str(SITE.parent / "docs" / "img" / "env-1.png"),
 }
-suppress_warnings = ["config.cache"]
+# Lists of public names make a page for each, beside the table of contents in toc.yml.
+suppress_warnings = ["config.cache", "etoc.toctree"]

@@ -39,6 +39,18 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """The public names by topic; :func:`write_python` refuses to leave one out."""
 MODULES = ("curves", "plot", "uncertainty", "testing")
+INTRODUCTIONS = {
+    "python": "Every public name, with shapes, units and errors. How they work together: [Python](../docs/python.md).",
+    "commands/index": "Exit codes: 0 done, 2 wrong arguments, 3 a bad file, 4 no path or not arrived, 5 limit, 6 internal fault, "
+    "130 Ctrl-C.",
+    "planners": "`--planner NAME` and `planner=` take these names; settings are given by `--set KEY=VALUE` or as keywords.",
+    "laws": "`--law NAME` and `law=` take these names; settings are given by `--set-law KEY=VALUE`. What each computes: "
+    "[speed laws](../docs/speed/README.md).",
+    "settings": "Keys of robot files, scenario and study files, and keywords in Python; on the command line with dashes.",
+    "errors": "Every message reads `error[CODE]: WHERE: what is wrong (value); allowed: what is; what to do`. Codes do not "
+    "change between releases.",
+}
+"""The first paragraph of each page."""
 TITLES = {"cells": "Planners on cells", "poses": "Planners of poses", "fleets": "Planners of fleets"}
 
 
@@ -64,9 +76,14 @@ def write_python(folder: Path) -> None:
     public = set(lampyris.__all__) - {"__version__", *MODULES}
     if named != public:
         raise SystemExit(f"site/reference.py, GROUPS: {sorted(named ^ public)} stand on one side only")
-    lines = ["# Python", "", "Every public name, with shapes, units and errors. How they work together: [Python](../docs/python.md).", ""]
+    lines = ["# Python", "", INTRODUCTIONS["python"], ""]
     for topic, names in GROUPS.items():
-        lines += [f"## {topic}", "", *_autosummary([f"lampyris.{name}" for name in names if name != "MOVES"]), ""]
+        lines += [
+            f"## {topic}",
+            "",
+            *_autosummary([f"lampyris.{name}" for name in names if name != "MOVES"]),
+            "",
+        ]
         if "MOVES" in names:
             sets = ", ".join(f"`{name}`" for name in lampyris.MOVES)
             lines += [f"`lampyris.MOVES` is a mapping from names to `Moves`: {sets}.", ""]
@@ -75,8 +92,17 @@ def write_python(folder: Path) -> None:
 
 
 def _autosummary(names: Sequence[str], template: str = "") -> list[str]:
-    options = [":toctree: api", ":nosignatures:"] + ([f":template: autosummary/{template}.rst"] if template else [])
-    return ["```{eval-rst}", ".. autosummary::", *(f"   {one}" for one in options), "", *(f"   {n}" for n in names), "```"]
+    options = [":toctree: api", ":nosignatures:"] + (
+        [f":template: autosummary/{template}.rst"] if template else []
+    )
+    return [
+        "```{eval-rst}",
+        ".. autosummary::",
+        *(f"   {one}" for one in options),
+        "",
+        *(f"   {n}" for n in names),
+        "```",
+    ]
 
 
 def write_commands(folder: Path) -> None:
@@ -86,7 +112,7 @@ def write_commands(folder: Path) -> None:
     from lampyris.cli.app import app
 
     group: Any = typer.main.get_command(app)
-    lines = ["# Commands", "", "Exit codes: 0 done, 2 wrong arguments, 3 a bad file, 4 no path or not arrived, 5 limit, 6 internal fault,", "130 Ctrl-C.", ""]
+    lines = ["# Commands", "", INTRODUCTIONS["commands/index"], ""]
     rows = []
     for name in group.list_commands(None):
         verb = group.get_command(None, name)
@@ -106,7 +132,11 @@ def _verb(called: str, verb: Any, level: int) -> list[str]:
     context = type(verb).context_class(verb, info_name=called, terminal_width=10_000)
     usage = " ".join(verb.collect_usage_pieces(context))
     lines += ["```text", f"{called} {usage}", "```", ""]
-    sections: dict[str, list[tuple[str, str]]] = {"Arguments": [], **{panel: [] for panel in PANELS}, REST: []}
+    sections: dict[str, list[tuple[str, str]]] = {
+        "Arguments": [],
+        **{panel: [] for panel in PANELS},
+        REST: [],
+    }
     for parameter in verb.params:
         record = parameter.get_help_record(context)
         if record is not None:
@@ -120,11 +150,15 @@ def _verb(called: str, verb: Any, level: int) -> list[str]:
 
 def write_planners(folder: Path) -> None:
     """Write all planners with what they promise, their sources and settings."""
-    lines = ["# Planners", "", "`--planner NAME` and `planner=` take these names; settings are given by `--set KEY=VALUE` or as keywords.", ""]
+    lines = ["# Planners", "", INTRODUCTIONS["planners"], ""]
     for kind, title in TITLES.items():
         lines += [f"## {title}", ""]
         for name, row in registry.list_planners(kind).items():  # type: ignore[call-overload]
-            traits = [word.replace("_", " ") for word in row.traits.__dataclass_fields__ if getattr(row.traits, word) is True]
+            traits = [
+                word.replace("_", " ")
+                for word in row.traits.__dataclass_fields__
+                if getattr(row.traits, word) is True
+            ]
             lines += [f"### {name}", "", row.summary, "", f"Source: {row.source}", ""]
             lines += [f"Traits: {', '.join(traits) or 'none'}.", "", *_settings(registry.any_class(name)), ""]
     _write(folder / "planners.md", lines)
@@ -134,10 +168,19 @@ def write_laws(folder: Path) -> None:
     """Write all speed laws with their settings."""
     from lampyris.motion.laws import registry as laws
 
-    lines = ["# Speed laws", "", "`--law NAME` and `law=` take these names; settings are given by `--set-law KEY=VALUE`. What each computes: [speed laws](../docs/speed/README.md).", ""]
+    lines = ["# Speed laws", "", INTRODUCTIONS["laws"], ""]
     for row in laws.LAWS.values():
         rows = [(f"`{key}`", f"`{value}`") for key, value in laws.settings_of(row.name).items()]
-        lines += [f"## {row.name}", "", row.summary, "", f"Source: {row.source}", "", *_table(("setting", "default"), rows), ""]
+        lines += [
+            f"## {row.name}",
+            "",
+            row.summary,
+            "",
+            f"Source: {row.source}",
+            "",
+            *_table(("setting", "default"), rows),
+            "",
+        ]
     _write(folder / "laws.md", lines)
 
 
@@ -148,8 +191,13 @@ def write_settings(folder: Path) -> None:
     from lampyris.model.settings.sensor import Sensor
     from lampyris.model.settings.simulation import SimulationSettings
 
-    lines = ["# Settings", "", "Keys of robot files, scenario and study files, and keywords in Python; on the command line with dashes.", ""]
-    for title, kind in (("Robot", Robot), ("Sensor", Sensor), ("Simulation", SimulationSettings), ("Drive", DriveSettings)):
+    lines = ["# Settings", "", INTRODUCTIONS["settings"], ""]
+    for title, kind in (
+        ("Robot", Robot),
+        ("Sensor", Sensor),
+        ("Simulation", SimulationSettings),
+        ("Drive", DriveSettings),
+    ):
         lines += [f"## {title}", "", *_settings(kind), ""]
     _write(folder / "settings.md", lines)
 
@@ -167,7 +215,16 @@ def _default(kind: Any, name: str) -> object:
     return kind.__dataclass_fields__[name].default
 
 
-ERRORS = ("UsageError", "BusyError", "InputError", "FileError", "SceneError", "SettingError", "UnknownSettingError", "LimitError")
+ERRORS = (
+    "UsageError",
+    "BusyError",
+    "InputError",
+    "FileError",
+    "SceneError",
+    "SettingError",
+    "UnknownSettingError",
+    "LimitError",
+)
 
 
 def write_errors(folder: Path) -> None:
@@ -180,13 +237,17 @@ def write_errors(folder: Path) -> None:
                 code, what = node.args[0], node.args[1] if len(node.args) > 1 else None
                 if isinstance(code, ast.Constant) and re.fullmatch(r"[A-Z][A-Z0-9_]+", str(code.value)):
                     found[str(code.value)][kind].add(_text(what))
-    lines = ["# Errors", "", "Every message reads `error[CODE]: WHERE: what is wrong (value); allowed: what is; what to do`. Codes do not change between releases.", "", "```text"]
+    lines = ["# Errors", "", INTRODUCTIONS["errors"], "", "```text"]
     from lampyris import errors
 
     lines += [line[4:] for line in (errors.__doc__ or "").splitlines() if line.startswith("    ")]
     lines += ["```", ""]
     rows = [
-        (f"`{code}`", ", ".join(sorted(kinds)), "; ".join(sorted({t for ts in kinds.values() for t in ts if t})[:2]))
+        (
+            f"`{code}`",
+            ", ".join(sorted(kinds)),
+            "; ".join(sorted({t for ts in kinds.values() for t in ts if t})[:2]),
+        )
         for code, kinds in sorted(found.items())
     ]
     _write(folder / "errors.md", [*lines, *_table(("code", "class", "says, for example"), rows)])
@@ -195,7 +256,13 @@ def write_errors(folder: Path) -> None:
 def _error(called: ast.expr) -> str:
     if isinstance(called, ast.Attribute) and called.attr == "of":
         called = called.value
-    name = called.id if isinstance(called, ast.Name) else called.attr if isinstance(called, ast.Attribute) else ""
+    name = (
+        called.id
+        if isinstance(called, ast.Name)
+        else called.attr
+        if isinstance(called, ast.Attribute)
+        else ""
+    )
     return name if name in ERRORS else ""
 
 

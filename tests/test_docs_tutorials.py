@@ -28,5 +28,9 @@ def test_the_commands_run(page: Path, tmp_path: Path) -> None:
             cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert done.returncode == 0, (block, done.returncode, done.stdout[-600:], done.stderr[-600:])
-        missing = [name for name in re.findall(r"[\w-]+\.(?:png|webp|csv|html)\b", block) if not (tmp_path / name).exists()]
+        missing = [
+            name
+            for name in re.findall(r"[\w-]+\.(?:png|webp|csv|html)\b", block)
+            if not (tmp_path / name).exists()
+        ]
         assert not missing, (block, missing)

@@ -16,6 +16,8 @@ found = [plan for plan in plans if plan.gap is not None and plan.expansions]
 figure, ax = plt.subplots(figsize=(9, 5), constrained_layout=True)
 for plan in found:
     ax.plot(plan.expansions, 100 * plan.gap, "o", color="#1f7a5c")
-    ax.annotate(plan.planner, (plan.expansions, 100 * plan.gap), xytext=(3, 3), textcoords="offset points", fontsize=7)
+    ax.annotate(
+        plan.planner, (plan.expansions, 100 * plan.gap), xytext=(3, 3), textcoords="offset points", fontsize=7
+    )
 ax.set(xscale="log", xlabel="expansions", ylabel="above the optimum (%)")
 plt.show()

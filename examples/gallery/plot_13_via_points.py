@@ -16,5 +16,7 @@ ax = lampyris.plot.scene(scene)
 lampyris.plot.path(tour, ax=ax)
 for k, cell in enumerate(tour.via, start=1):
     x, y = scene.grid.to_metres(cell)
-    ax.annotate(str(k), (x, y), weight="bold", ha="center", va="center", bbox={"boxstyle": "circle", "fc": "white"})
+    ax.annotate(
+        str(k), (x, y), weight="bold", ha="center", va="center", bbox={"boxstyle": "circle", "fc": "white"}
+    )
 plt.show()
