@@ -17,13 +17,15 @@ BACKEND := $(shell grep -E '^(hatchling|editables|pathspec|pluggy|tomlkit|trove-
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
-.PHONY: demo test lint unit check-nightly check-floors coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint unit dist check-nightly check-floors coverage audit docs bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
 	@echo "make test           lint, types, floors, the whole test suite, every promise at its smallest size"
 	@echo "make test ROOM=planning  only the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), in seconds"
 	@echo "make lint           only the first part; make unit: only the tests"
+	@echo "make docs           the site, with every gallery picture, in build/site/html"
+	@echo "make dist           wheels and source archives of both distributions"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings compared with other libraries (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
 	@echo "make bench-quick    the same in under two minutes, printed and not written"
@@ -63,6 +65,11 @@ $(VENV)/.nightly: $(VENV)/.dev requirements/nightly.txt
 $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
 	@echo "installing the libraries to compare with ..."
 	@$(PIP) -r requirements/bench.txt
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.run requirements/docs.txt
+	@echo "installing what the site is built with ..."
+	@$(PIP) -r requirements/docs.txt
 	@touch $@
 
 demo: $(VENV)/.run
@@ -141,6 +148,16 @@ test-wheel: $(VENV)/.dev
 	@# Run from a copy of tests/ alone, so that src/ cannot be what is tested.
 	@rm -rf build/wheel-tests && mkdir build/wheel-tests && cp -r tests pyproject.toml examples README.md build/wheel-tests/
 	cd build/wheel-tests && LAMPYRIS_SHARED="$(abspath ../shared)" ../wheel-venv/bin/python -m pytest -q -n $(TESTERS) --dist worksteal -m "not nightly and not source"
+
+docs: $(VENV)/.docs
+	$(BIN)/python site/build.py
+
+# Both distributions, checked as an index would check them.
+dist: $(VENV)/.dev
+	@rm -rf dist
+	$(BIN)/python -m build --no-isolation --outdir dist . >/dev/null
+	$(BIN)/python -m build --no-isolation --outdir dist selfcheck >/dev/null
+	@ls -l dist
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks $(ONLY) --page docs/benchmarks.md --json docs/benchmarks.json

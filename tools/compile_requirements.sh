@@ -14,3 +14,4 @@ compile run.txt
 compile dev.txt --constraint requirements/run.txt --extra dev
 compile bench.txt --constraint requirements/run.txt --extra bench
 compile nightly.txt --constraint requirements/run.txt --constraint requirements/dev.txt --extra nightly
+compile docs.txt --constraint requirements/run.txt --constraint requirements/dev.txt --extra docs

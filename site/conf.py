@@ -1,0 +1,73 @@
+"""Settings of Sphinx; `make docs` calls it on the folder that `site/build.py` has put together."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import lampyris
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+SITE = Path(__file__).resolve().parent
+
+project = "lampyris"
+author = "The lampyris founders"
+project_copyright = "2026, the lampyris founders"
+release = version = lampyris.__version__
+root_doc = "index"
+language = "en"
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx_external_toc",
+    "sphinx_gallery.gen_gallery",
+]
+external_toc_path = str(SITE / "toc.yml")
+exclude_patterns = ["gallery/src", "**/README.txt"]
+nitpicky = False
+maximum_signature_line_length = 88
+
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 4
+
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+html_theme = "furo"
+html_title = "lampyris"
+html_static_path = [str(SITE / "static")]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#1f5f4a", "color-brand-content": "#1a6b52"},
+    "dark_css_variables": {"color-brand-primary": "#8fd3a8", "color-brand-content": "#8fd3a8"},
+}
+templates_path = [str(SITE / "templates")]
+
+sphinx_gallery_conf = {
+    "examples_dirs": [str(SITE.parent / "examples" / "gallery")],
+    "gallery_dirs": ["gallery"],
+    "filename_pattern": r"/plot_",
+    "within_subsection_order": "FileNameSortKey",
+    "plot_gallery": "LAMPYRIS_NO_GALLERY" not in os.environ,
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "min_reported_time": 1000,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "reset_modules": ("matplotlib",),
+    "thumbnail_size": (420, 300),
+    "default_thumb_file": str(SITE.parent / "docs" / "img" / "env-1.png"),
+}
+# Lists of public names make a page for each, beside the table of contents in toc.yml.
+suppress_warnings = ["config.cache", "etoc.toctree"]
