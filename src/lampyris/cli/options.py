@@ -128,6 +128,14 @@ NoTiming = Annotated[
     bool, typer.Option("--no-timing", help="Omit timings, so that repeated calls print identical JSON.")
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+GoalTrack = Annotated[
+    Path | None,
+    typer.Option(
+        "--goal-track",
+        metavar="FILE",
+        help="The goal moves: a CSV with columns x,y, its cell at each tick.",
+    ),
+]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
 ]

@@ -129,7 +129,7 @@ class _Build:
             file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
             inflation=Inflation(**file.inflation.model_dump()), sensor_range=simulation.sensor_range,
-            field_of_view=simulation.field_of_view, goal_track=goal_track,
+            field_of_view=simulation.field_of_view, unseen_cost=simulation.unseen_cost, goal_track=goal_track,
         )  # fmt: skip
 
     def _simulation(self, how: Any) -> Any:
