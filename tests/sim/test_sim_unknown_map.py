@@ -16,7 +16,7 @@ from lampyris.errors import SettingError
 from lampyris.model.trace import Outcome
 from lampyris.planning import registry
 from lampyris.sim.grid import fast_simulation, loop
-from lampyris.sim.grid.seen_map import SeenMap
+from lampyris.sim.world.seen_map import SeenMap
 from sizes import sized
 
 WATCHED = (("dstar-lite", {}), ("ad-gso", {"choice": "exact"}), ("astar", {}))

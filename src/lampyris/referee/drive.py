@@ -34,6 +34,7 @@ from lampyris.referee.meetings import (
     meetings_violation,
     tracks_violation,
 )
+from lampyris.referee.simulations.drive_sensing import drive_sensing_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -52,7 +53,8 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``planned times`` (ahead of them), ``lateral`` (not
-    for the laws of :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle shape``, ``obstacle size``,
+    for the laws of :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of a robot without
+    the map ``seen``, ``sight``, ``unseen``; of obstacles ``obstacle shape``, ``obstacle size``,
     ``obstacle speed``, ``obstacle heading``, ``collision`` (contact while the robot moves), ``yield`` (one that
     yields ran into it), ``unreported contact``, ``reported contact``, ``obstacles apart`` (two obstacles overlap:
     :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
@@ -76,6 +78,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _lateral(drive, motion)
         or yaw_rate_violation(drive, motion)
         or _walls(drive)
+        or drive_sensing_violation(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
         or obstacles_violation(

@@ -264,6 +264,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
         **({} if drive.goal_tolerance is None else _followed(drive)),
+        **({} if drive.sensor is None or drive.seen is None else {"sensor": asdict(drive.sensor), "seen": drive.seen.tolist()}),
         "obstacle_specs": [
             {
                 "kind": obstacle.kind,

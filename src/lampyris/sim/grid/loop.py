@@ -12,7 +12,7 @@ From tick t to t + 1, in this order:
    again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
    asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
 4. **The tick is recorded**, with the robot's speed and what bound it. A robot with a sensor looks around from its new
-   cell (:mod:`lampyris.sim.grid.seen_map`); it is asked again in the next tick where a new wall is in its path.
+   cell (:mod:`lampyris.sim.world.seen_map`); it is asked again in the next tick where a new wall is in its path.
 
 Legal, for every two obstacles: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow

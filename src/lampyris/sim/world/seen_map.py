@@ -50,6 +50,7 @@ class SeenMap:
     ----------
     scene : as it really is.
     sensor : what sees.
+    near : columns and rows within which every cell is seen; None: those that the next step of a simulation in ticks can touch.
 
     Attributes
     ----------
@@ -59,12 +60,12 @@ class SeenMap:
     cells : how many have been seen.
     """
 
-    def __init__(self, scene: Scene, sensor: Sensor) -> None:
+    def __init__(self, scene: Scene, sensor: Sensor, near: int | None = None) -> None:
         grid = scene.grid
         self._opaque = frozen(grid.blocked.ravel())
         self._width, self._height = grid.width, grid.height
         self.seen = np.full(grid.blocked.size, -1, dtype=np.int32)
-        self._near = bumper_reach(scene)
+        self._near = bumper_reach(scene) if near is None else near
         # What is a whole number of cells, but for rounding, is within the range; no map is wider than the rest.
         far = min(sensor.range_m / grid.resolution, float(grid.width + grid.height))
         self._limit = int(far * far * (1.0 + 1e-9))
