@@ -232,7 +232,10 @@ def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], 
     if kind == "drive":
         from lampyris.model.settings.drive import DriveSettings
 
-        tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
+        made = tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
+        if made is not None and made.sensor_range is not None:
+            fault = FileError("KEY", "`sensor_range` in a study of drives", allowed="`sensors`, with kind simulate")
+            tried.refuse(("drive", "sensor_range"), fault)
 
 
 def _check_sensors(kind: Kind, sensed: bool, moving: bool, inflation: Inflation, tried: Tried) -> None:
@@ -301,4 +304,6 @@ def _drive(file: StudyFile) -> dict[str, Any]:
     """Every setting of a drive."""
     from lampyris.model.settings.drive import DriveSettings
 
-    return asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))
+    settings = asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))
+    # No study has drives with a sensor: keys of runs do not speak of it.
+    return {key: value for key, value in settings.items() if key not in ("sensor_range", "field_of_view", "unseen_cost")}
