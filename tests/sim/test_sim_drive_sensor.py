@@ -119,7 +119,7 @@ def test_a_goal_that_walls_enclose_is_found_out() -> None:
     walls[3, 9] = False
     drive = lampyris.drive(lampyris.Scene(lampyris.Grid(walls), (0, 3), (9, 3)), "dstar-lite", sensor_range=3.0)
     assert drive.outcome is Outcome.STOPPED
-    assert "By what the robot has seen there is no way." in drive.detail
+    assert "By what the robot has seen there is no path." in drive.detail
 
 
 @pytest.mark.parametrize(

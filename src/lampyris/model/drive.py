@@ -24,7 +24,7 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.steering import BRAKING, EXACT
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
-from lampyris.typing import Cells, Floats, Points
+from lampyris.typing import Cell, Cells, Floats, Points
 
 if TYPE_CHECKING:
     import pandas
@@ -145,6 +145,7 @@ class Drive(Value, Tabular):
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the number of the period at whose beginning each cell was first seen, -1 never. None without a
         sensor.
+    via : the scene's via points in the order of visits; ``via_times``: seconds at which the robot stood on each, as far as it did.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -181,6 +182,8 @@ class Drive(Value, Tabular):
     timetables: tuple[PlannedTimes | None, ...] = ()
     sensor: Sensor | None = None
     seen: Cells | None = None
+    via: tuple[Cell, ...] = ()
+    via_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if self.seen is not None:

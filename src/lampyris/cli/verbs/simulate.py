@@ -23,6 +23,7 @@ from lampyris.cli.option_groups import (
     RuleOptions,
     SimulationOptions,
     TrafficOptions,
+    ViaOptions,
     settings_in,
 )
 from lampyris.cli.options import Film, Force, GoalTrack, Json, NoTiming, PlanLimit, Save
@@ -42,6 +43,7 @@ def simulate(
     map_options: MapOptions,
     ends: EndOptions,
     robot: RobotOptions,
+    via: ViaOptions,
     rules: RuleOptions,
     planning: PlannerOptions,
     law_options: LawOptions,
@@ -71,7 +73,7 @@ def simulate(
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     with file_errors(goal_track, codes):
-        scenario = request.scenario()
+        scenario = request.through(request.scenario(), via)
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(
         scenario,
@@ -150,6 +152,9 @@ def print_trace(run: Trace, *, name: str = "") -> None:
         share = f"{seen:,} of {run.seen.size:,} cells seen"
         cost = "" if run.sensor.unseen_cost == 1.0 else f"; unseen cells cost {run.sensor.unseen_cost:g}"
         rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}{cost}"))
+    if run.via:
+        reached = f"{len(run.via_ticks)} of {len(run.via)} reached"
+        rows.insert(3, ("via", f"{text.some(run.via)}; {reached}"))
     if run.goal_track is not None:
         rows.insert(3, ("goal", f"moves; at {run.goal_at(run.ticks)} at the end"))
     if run.edits:

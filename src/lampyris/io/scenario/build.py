@@ -298,10 +298,6 @@ class _Build:
 
     def _via(self, grid: Grid) -> list[Cell]:
         """The via points, each a cell of the map."""
-        runs: tuple[Any, ...] = (self.file.simulate, self.file.drive)
-        if self.file.via and any(one is not None for one in runs):
-            what = "via points in a simulation or a drive"
-            self.faults.keep(("via",), FileError("VIA", what, allowed="none; a plan passes via points"))
         cells: list[Cell] = []
         for k, given in enumerate(self.file.via):
             cell = grid.to_cell(*given.m) if isinstance(given, form.Point) else (given[0], given[1])

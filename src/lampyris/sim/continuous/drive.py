@@ -52,6 +52,7 @@ from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris.sim.world.trajectory import Trajectory
+from lampyris.sim.world.visits import REACHED, Visits, aimed
 from lampyris.sim.world.waiting import WAITS, Waiting
 
 SEEN = "Walls seen on the path."
@@ -156,6 +157,8 @@ class DriveSimulation(Exclusive):
         self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster, poses=poses, known=known)
         kind = TimedReplanner if timed else PoseReplanner if poses else Replanner
         opened = scene if self.sight is None else self.sight.map.given
+        self.visits = self._visits_of(planner, opened)
+        opened = aimed(opened, self.visits.target)
         self.replanner = kind(opened, planner, self.seed, one.smooth, one.spacing, budget)
         if self.sight is not None:
             self.replanner.learn(self.sight.scene, [], ())
@@ -168,7 +171,7 @@ class DriveSimulation(Exclusive):
         self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
         self._begin()
         self.others.open(sources, None if self.state.leg.nowhere else self.state.leg.route)
-        self.optimum = self.state.leg.seconds if not self.state.leg.nowhere else None
+        self.optimum = self.state.leg.seconds if not (self.state.leg.nowhere or self.visits.via) else None
         self._cut: tuple[str, ...] = ()
         limit = self._ample() if one.time_limit is None else one.time_limit
         self.time_limit = self._within_decisions(limit)
@@ -217,18 +220,30 @@ class DriveSimulation(Exclusive):
             )  # fmt: skip
         return Sight(self.scene, one.map_sensor, spacing_of(one.spacing, self.scene))
 
+    def _visits_of(self, planner: Planner, scene: Scene) -> Visits:
+        """The via points and the goal, in the order of visits.
+
+        Raises
+        ------
+        UsageError : ``VIA``: a planner of poses.
+        """
+        visits = Visits(scene, planner)
+        visits.reach(scene.start, 0.0)
+        return visits
+
     def _known(self) -> Scene:
         """The scene as far as it has been seen."""
         assert self.sight is not None
         return self.sight.scene
 
     def _ample(self) -> float:
-        """A time limit that no drive needs: of a robot without the map, time to look for its way."""
+        """A time limit that no drive needs: of a robot without the map, or with via points, time for ways not yet planned."""
         limit = 60.0 + 10.0 * self.state.leg.seconds
-        if self.sight is None:
+        if self.sight is None and not self.visits.via:
             return limit
         grid, robot = self.scene.grid, self.scene.robot
-        return limit + 10.0 * (grid.width + grid.height) * grid.resolution / robot.v_max
+        across = (grid.width + grid.height) * grid.resolution / robot.v_max
+        return limit + 10.0 * across * (1 + len(self.visits.via))
 
     # ---- paths --------------------
 
@@ -240,7 +255,8 @@ class DriveSimulation(Exclusive):
             if self.others.roster.obstacles:
                 verdict = self.replanner.without_traffic()
             if verdict.status in _NEVER:
-                self._end(_NEVER[verdict.status], verdict.sentence)
+                own = self.visits.done or verdict.status is Status.START_OCCUPIED
+                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
@@ -254,7 +270,7 @@ class DriveSimulation(Exclusive):
             self._know_goal(verdict)
             there = curve is not None and self.state.leg.nowhere
         else:
-            there = self.scene.start == self.scene.goal
+            there = self.scene.start == self.scene.goal and self.visits.done
         if there:
             self._arrive()
 
@@ -355,10 +371,11 @@ class DriveSimulation(Exclusive):
         """End the drive if an update of the map has left no path."""
         if not plan and self.replanner.blocked and plan.status in _NEVER:
             self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
-        elif not plan and self.sight is not None and plan.status in _NEVER:
+        elif not plan and (self.sight is not None or self.visits.via) and plan.status in _NEVER:
             verdict = self.replanner.without_traffic() if self.others.roster.obstacles else plan
             if verdict.status in _NEVER:
-                self._end(Outcome.STOPPED, f"By what the robot has seen there is no way. {verdict.sentence}")
+                seen = "By what the robot has seen there is no path." if self.sight else "From there no path leads on."
+                self._end(Outcome.STOPPED, f"{seen} {verdict.sentence}")
 
     def _demand_room(self) -> None:
         """Refuse, before anything is planned, what the straight line to the goal alone makes too much.
@@ -522,7 +539,7 @@ class DriveSimulation(Exclusive):
         if isinstance(route, PoseLookup):
             left = (route.length - s) / self.scene.grid.resolution
             return not self.state.leg.nowhere and left <= AT_GOAL
-        (x, y), (gx, gy) = self.state.leg.route.at(s), self.scene.goal
+        (x, y), (gx, gy) = self.state.leg.route.at(s), self.visits.target
         return not self.state.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
     def _contacts(self, trajectory: Trajectory) -> None:
@@ -565,11 +582,22 @@ class DriveSimulation(Exclusive):
         if self.state.outcome is not None:
             return
         if self.state.v == 0.0 and self._at_goal(self.state.s):
-            self._arrive()
+            if self.visits.done:
+                self._arrive()
+            else:
+                self._pass()
         elif self.state.t >= self.time_limit:
             self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.state.t:.6g} s, the limit.")
         else:
             self._wait(self.state.t - before)
+
+    def _pass(self) -> None:
+        """Turn to the next target from the via point that the robot stands on."""
+        here = self.visits.target
+        self.visits.reach(here, self.state.t)
+        self.log.tell(self.state.t, "via", self.xy, REACHED)
+        self.replanner.aim(self.visits.target)
+        self._replan(REACHED)
 
     def _wait(self, seconds: float) -> None:
         """Ask again, or give up, when obstacles have kept the robot from getting on for long."""
@@ -654,6 +682,8 @@ class DriveSimulation(Exclusive):
             goal_tolerance=self.state.goal_tolerance,
             timetables=tuple(self.state.timetables) if any(self.state.timetables) else (),
             sensor=None if self.sight is None else self.settings.map_sensor,
+            via=self.visits.via,
+            via_times=tuple(self.visits.times),
             seen=None if self.sight is None else self.sight.map.seen.reshape(self.scene.grid.blocked.shape),
         )
 

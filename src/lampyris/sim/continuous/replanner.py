@@ -27,6 +27,7 @@ from lampyris.sim.continuous.leg import (
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.motion_sources import stream
 from lampyris.sim.world.notes import Notes
+from lampyris.sim.world.visits import aimed
 from lampyris.typing import Cell, Floats
 
 
@@ -57,7 +58,7 @@ class Replanner:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
         self.spacing = spacing_of(spacing, scene)
         self.budget = budget
-        self.session = planner.open(scene, stream(seed, 0))
+        self.session = planner.open(self.scene, stream(seed, 0))
         self.replans = self.expansions = 0
         self.seconds = 0.0
         self.blocked: list[Cell] = []
@@ -123,6 +124,12 @@ class Replanner:
                 self._free[y, x] = False
         return bool(fresh)
 
+    def aim(self, target: Cell) -> None:
+        """Plan to another target from now on, by a new session."""
+        self.scene = aimed(self.scene, target)
+        self.session = self.planner.open(self.scene, stream(self.seed, 0))
+        self._unreported = list(self.blocked)
+
     def learn(self, known: Scene, walls: list[Cell], ground: Sequence[tuple[Cell, int]]) -> None:
         """Take in what a robot without the map has seen.
 
@@ -131,7 +138,7 @@ class Replanner:
         known : the scene as it is known now.
         walls, ground : new walls, and free cells with their terrain value where unseen cells cost more.
         """
-        self.scene = known
+        self.scene = aimed(known, self.scene.goal)
         self._unreported += walls
         self._ground |= dict(ground)
         if walls:

@@ -22,6 +22,7 @@ from lampyris.cli.option_groups import (
     RobotOptions,
     RuleOptions,
     TrafficOptions,
+    ViaOptions,
     settings_in,
 )
 from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
@@ -39,6 +40,7 @@ def drive(
     map_options: MapOptions,
     ends: EndOptions,
     robot: RobotOptions,
+    via: ViaOptions,
     rules: RuleOptions,
     planning: PlannerOptions,
     law_options: LawOptions,
@@ -86,7 +88,7 @@ def drive(
     )
     given["controller"], given["controller_settings"] = next(iter(controllers.items()))
     settings = DriveSettings(**given)
-    scenario = request.scenario()
+    scenario = request.through(request.scenario(), via)
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(scenario, scene=scene, drive=asdict(settings))
     if len(controllers) > 1:
@@ -180,6 +182,11 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
         ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
     ]
+    if run.sensor is not None and run.seen is not None:
+        seen = int((run.seen >= 0).sum())
+        rows.append(("sensor", f"{run.sensor.range_m:g} m; {seen:,} of {run.seen.size:,} cells seen"))
+    if run.via:
+        rows.append(("via", f"{text.some(run.via)}; {len(run.via_times)} of {len(run.via)} reached"))
     if run.error > 0:
         rows.append(("off its path", f"at most {run.error:.3g} m from where it was commanded to be"))
     if poses:
