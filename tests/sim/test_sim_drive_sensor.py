@@ -59,9 +59,14 @@ def test_no_robot_relies_on_what_it_has_not_seen() -> None:
 
 @pytest.mark.nightly
 def test_hundreds_of_drives() -> None:
-    drives = [judged(seed, LAWS[seed % 4], ("dstar-lite", "astar", "ad-gso")[seed % 3]) for seed in range(1000, 1400)]
+    drives = [
+        judged(seed, LAWS[seed % 4], ("dstar-lite", "astar", "ad-gso")[seed % 3])
+        for seed in range(1000, 1400)
+    ]
     arrived = sum(drive.arrived for drive, _ in drives)
-    print(f"400 drives, {arrived} arrived, {sum(path for _, path in drives)} can, {sum(d.replans for d, _ in drives)} replans")
+    print(
+        f"400 drives, {arrived} arrived, {sum(path for _, path in drives)} can, {sum(d.replans for d, _ in drives)} replans"
+    )
     assert all(path or not drive.arrived for drive, path in drives)
     assert arrived > 0.97 * sum(path for _, path in drives)
 
@@ -84,7 +89,9 @@ def test_a_short_view_makes_a_fast_robot_slow() -> None:
     assert seen.sensor == lampyris.Sensor(2.0)
 
 
-def test_the_referee_refuses_a_robot_that_drives_too_fast_for_what_it_sees(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_referee_refuses_a_robot_that_drives_too_fast_for_what_it_sees(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scene, _ = corridor()
     monkeypatch.setattr(Sight, "capped", lambda self, leg, ceiling, brake: leg)
     drive = driving.drive(scene, registry.make("astar", {}), law="optimum", sensor_range=2.0)
@@ -117,7 +124,9 @@ def test_a_goal_that_walls_enclose_is_found_out() -> None:
     walls = np.zeros((7, 12), dtype=bool)
     walls[2:5, 8:11] = True
     walls[3, 9] = False
-    drive = lampyris.drive(lampyris.Scene(lampyris.Grid(walls), (0, 3), (9, 3)), "dstar-lite", sensor_range=3.0)
+    drive = lampyris.drive(
+        lampyris.Scene(lampyris.Grid(walls), (0, 3), (9, 3)), "dstar-lite", sensor_range=3.0
+    )
     assert drive.outcome is Outcome.STOPPED
     assert "By what the robot has seen there is no path." in drive.detail
 

@@ -17,6 +17,7 @@ from lampyris.planning import registry
 
 ENV = lampyris.Scene(lampyris.load_grid("env-1"), (37, 8), (5, 38))
 VIA = [(20, 30), (44, 44), (37, 8)]
+NEAR = [(2, 2), (5, 0), (0, 0)]
 
 
 def legs(scene, via):
@@ -51,10 +52,12 @@ def test_the_start_and_the_same_cell_twice_are_visited_at_once() -> None:
     assert trace.via_ticks == (0, 3, 3, 6)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_via_points_with_a_sensor_and_among_obstacles(seed: int) -> None:
     scene = replace(ENV.through(VIA[:2]), traffic=(lampyris.RandomWalk(10),) if seed % 2 else ())
-    trace = judged(scene, registry.make("dstar-lite", {}), sensor=lampyris.Sensor(5.0, unseen_cost=1.5), seed=seed)
+    trace = judged(
+        scene, registry.make("dstar-lite", {}), sensor=lampyris.Sensor(5.0, unseen_cost=1.5), seed=seed
+    )
     assert trace.arrived
     assert len(trace.via_ticks) == 2
 
@@ -68,14 +71,15 @@ def test_a_via_point_that_cannot_be_reached_ends_the_run() -> None:
 
 
 def test_a_drive_stands_on_each_via_point() -> None:
-    for more in ({}, {"sensor_range": 6.0}):
-        drive = lampyris.drive(ENV.through(VIA), "dstar-lite", **more)
+    scene = lampyris.Scene(grid_of("........", ".####...", "........"), (0, 0), (7, 2)).through(NEAR)
+    for more in ({}, {"sensor_range": 2.0}):
+        drive = lampyris.drive(scene, "dstar-lite", **more)
         assert drive.arrived
         assert len(drive.via_times) == 3
         xy, v = drive.at(np.array(drive.via_times))
-        assert np.abs(xy - VIA).max() < 1e-6
+        assert np.abs(xy - NEAR).max() < 1e-6
         assert (v == 0.0).all()
-        assert (drive.optimum, drive.via) == (None, tuple(VIA))
+        assert (drive.optimum, drive.via) == (None, tuple(NEAR))
     late = replace(drive, via_times=(drive.via_times[0] + 1.0, *drive.via_times[1:]))
     assert referee.check_drive(late).rule == "via"
     assert referee.check_drive(replace(drive, via=drive.via[::-1])).rule == "via"

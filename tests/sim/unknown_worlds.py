@@ -51,7 +51,9 @@ class Watched:
     def open(self, scene, rng, *, record=False):
         self.scene, self.walls = scene, scene.grid.blocked.copy()
         ground = scene.grid.terrain
-        self.terrain = np.zeros(self.walls.shape, dtype=np.int64) if ground is None else ground.astype(np.int64)
+        self.terrain = (
+            np.zeros(self.walls.shape, dtype=np.int64) if ground is None else ground.astype(np.int64)
+        )
         self.session = self.inner.open(scene, rng, record=record)
         return self
 

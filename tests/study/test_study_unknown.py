@@ -47,7 +47,9 @@ def results(study: Study) -> list[dict[str, Any]]:
 
     jobs = [dict(job.plain) for job in study.jobs()]
     grounds = {hash_: pack(ground.grid) for hash_, ground in study.grounds.items()}
-    found: list[dict[str, Any]] = json.loads(work(canonical({"grounds": grounds, "jobs": jobs, "memory": False})))["results"]
+    found: list[dict[str, Any]] = json.loads(
+        work(canonical({"grounds": grounds, "jobs": jobs, "memory": False}))
+    )["results"]
     return found
 
 

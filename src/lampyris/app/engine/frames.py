@@ -124,7 +124,10 @@ def seen_frame(seen: NDArray[np.int32], first: int, last: int) -> bytes | None:
     cells = np.flatnonzero((seen >= first) & (seen <= last))
     if not len(cells):
         return None
-    return frame("U", struct.pack("<I", len(cells)) + cells.astype("<u4").tobytes() + seen[cells].astype("<u4").tobytes())
+    return frame(
+        "U",
+        struct.pack("<I", len(cells)) + cells.astype("<u4").tobytes() + seen[cells].astype("<u4").tobytes(),
+    )
 
 
 def caps_frame(first: int, ticks: Sequence[Sequence[tuple[str, float]]]) -> bytes | None:

@@ -127,7 +127,10 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
             if news:
                 yield _events(news, run.traffic.obstacles[obstacles:])
             part = since(run, ticks)
-            if run.walls.seen is not None and (fresh := seen_frame(run.walls.seen.seen, ticks, run.now)) is not None:
+            if (
+                run.walls.seen is not None
+                and (fresh := seen_frame(run.walls.seen.seen, ticks, run.now)) is not None
+            ):
                 yield fresh
             yield _ticks(part, ticks)
             if (allowed := caps_frame(ticks, caps[: part.ticks + 1])) is not None:

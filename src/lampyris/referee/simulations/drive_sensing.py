@@ -83,7 +83,9 @@ def _relied(drive: Drive, seen: NDArray[np.int32], pieces: Pieces) -> Violation 
     for before in (False, True):
         t = np.minimum((np.arange(many) + before) * drive.period, drive.duration)
         at, begin, v = _state(drive, t, before)
-        leg, s, k = _along(at, begin, np.maximum(0.5 * v * v / robot.d_max - GIVE * grid.resolution, 0.0), step)
+        leg, s, k = _along(
+            at, begin, np.maximum(0.5 * v * v / robot.d_max - GIVE * grid.resolution, 0.0), step
+        )
         found = _unknown(drive, seen, _place(pieces, leg, s, grid.resolution)[0], k, True)
         if found is not None:
             return found

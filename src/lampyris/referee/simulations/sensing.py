@@ -70,7 +70,12 @@ def _sights(trace: Trace, sensor: Sensor, seen: Ints | NDArray[np.int32]) -> Vio
     steps = np.diff(trace.robot.astype(np.int64), axis=0, prepend=trace.robot[:1])
     last = np.maximum.accumulate(np.where(steps.any(axis=1), np.arange(len(steps)), 0))
     return sight_violation(
-        trace.scene.grid, sensor, seen, trace.robot.astype(np.float64), steps[last].astype(np.float64), _near(trace)
+        trace.scene.grid,
+        sensor,
+        seen,
+        trace.robot.astype(np.float64),
+        steps[last].astype(np.float64),
+        _near(trace),
     )
 
 
@@ -92,7 +97,13 @@ def sight_violation(
     cells = np.stack((columns, rows), axis=1)
     first: Violation | None = None
     left = np.arange(len(cells))
-    for nudge in ((0.0, 0.0), (_BORDER, _BORDER), (-_BORDER, -_BORDER), (_BORDER, -_BORDER), (-_BORDER, _BORDER)):
+    for nudge in (
+        (0.0, 0.0),
+        (_BORDER, _BORDER),
+        (-_BORDER, -_BORDER),
+        (_BORDER, -_BORDER),
+        (-_BORDER, _BORDER),
+    ):
         at = np.floor(xy[ticks[left]] + 0.5 + nudge).astype(np.int64)
         wrong, words = _wrong(grid, sensor, cells[left], at, heading[ticks[left]], near, give)
         if not wrong.any():
@@ -100,7 +111,9 @@ def sight_violation(
         if first is None:
             k = int(wrong.argmax())
             (x, y), (u, v) = cells[left][k], at[k]
-            first = Violation("sight", f"tick {ticks[left][k]}", f"({x}, {y}) is {words[k]} of the robot at ({u}, {v})")
+            first = Violation(
+                "sight", f"tick {ticks[left][k]}", f"({x}, {y}) is {words[k]} of the robot at ({u}, {v})"
+            )
             if (np.abs(xy - np.floor(xy)) == 0.0).all():
                 return first  # in the middle of cells there is nothing to be rounded
         left = left[wrong]

@@ -22,7 +22,9 @@ def trace_visits_violation(trace: Trace) -> Violation | None:
         tick = cells.index(cell, tick)
         found.append(tick)
     if tuple(found) != trace.via_ticks:
-        return Violation("via", "trace", f"claims visits at ticks {trace.via_ticks}; they are at {tuple(found)}")
+        return Violation(
+            "via", "trace", f"claims visits at ticks {trace.via_ticks}; they are at {tuple(found)}"
+        )
     return None
 
 
@@ -34,7 +36,9 @@ def drive_visits_violation(drive: Drive) -> Violation | None:
     before = 0.0
     for cell, t in zip(drive.via, drive.via_times, strict=False):
         if not before <= t <= drive.duration:
-            return Violation("via", f"{t:.6g} s", f"after a visit at {before:.6g} s, of {drive.duration:.6g} s")
+            return Violation(
+                "via", f"{t:.6g} s", f"after a visit at {before:.6g} s, of {drive.duration:.6g} s"
+            )
         before = t
         (at, *_), (v, *_) = drive.at([t])  # type: ignore[arg-type]
         if max(abs(float(at[0]) - cell[0]), abs(float(at[1]) - cell[1])) > AT_GOAL + 1e-9 or v > 1e-9:

@@ -374,7 +374,11 @@ class DriveSimulation(Exclusive):
         elif not plan and (self.sight is not None or self.visits.via) and plan.status in _NEVER:
             verdict = self.replanner.without_traffic() if self.others.roster.obstacles else plan
             if verdict.status in _NEVER:
-                seen = "By what the robot has seen there is no path." if self.sight else "From there no path leads on."
+                seen = (
+                    "By what the robot has seen there is no path."
+                    if self.sight
+                    else "From there no path leads on."
+                )
                 self._end(Outcome.STOPPED, f"{seen} {verdict.sentence}")
 
     def _demand_room(self) -> None:

@@ -172,7 +172,9 @@ class Replanner:
 
     def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
         ground = tuple(self._ground.items())
-        return self._answer(Change(robot=robot, obstacles=shut - {robot}, blocked=self._news(), terrain=ground))
+        return self._answer(
+            Change(robot=robot, obstacles=shut - {robot}, blocked=self._news(), terrain=ground)
+        )
 
     def _news(self) -> tuple[Cell, ...]:
         """Cells that the map's updates have blocked since the planner was last asked."""

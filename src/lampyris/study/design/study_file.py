@@ -234,7 +234,9 @@ def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], 
 
         made = tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
         if made is not None and made.sensor_range is not None:
-            fault = FileError("KEY", "`sensor_range` in a study of drives", allowed="`sensors`, with kind simulate")
+            fault = FileError(
+                "KEY", "`sensor_range` in a study of drives", allowed="`sensors`, with kind simulate"
+            )
             tried.refuse(("drive", "sensor_range"), fault)
 
 
@@ -306,4 +308,8 @@ def _drive(file: StudyFile) -> dict[str, Any]:
 
     settings = asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))
     # No study has drives with a sensor: keys of runs do not speak of it.
-    return {key: value for key, value in settings.items() if key not in ("sensor_range", "field_of_view", "unseen_cost")}
+    return {
+        key: value
+        for key, value in settings.items()
+        if key not in ("sensor_range", "field_of_view", "unseen_cost")
+    }
