@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ NEAR = [(2, 2), (5, 0), (0, 0)]
 def legs(scene, via):
     """The exact cost of the shortest path through some cells, by a plain search."""
     free, cells = ~scene.grid.blocked, (scene.start, *via, scene.goal)
-    return sum(exact_costs(free, scene.moves, b)[tuple(a)] for a, b in zip(cells, cells[1:], strict=False))
+    return sum(exact_costs(free, scene.moves, b)[tuple(a)] for a, b in pairwise(cells))
 
 
 @pytest.mark.parametrize("name", ["astar", "dstar-lite", "sipp"])

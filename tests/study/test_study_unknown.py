@@ -20,8 +20,8 @@ from lampyris.study.analysis.table import table_of
 from lampyris.study.design.serialize import study_of, study_plain
 from lampyris.study.design.study import Study, canonical
 from lampyris.study.design.study_file import load_study
-from lampyris.study.execution.evidence import pack_arrays, unpack_arrays
 from lampyris.study.execution.evidence import _TRACE as form
+from lampyris.study.execution.evidence import pack_arrays, unpack_arrays
 from lampyris.study.execution.verify import ResultVerifier
 from lampyris.study.execution.worker import work
 

@@ -145,7 +145,8 @@ class Drive(Value, Tabular):
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the number of the period at whose beginning each cell was first seen, -1 never. None without a
         sensor.
-    via : the scene's via points in the order of visits; ``via_times``: seconds at which the robot stood on each, as far as it did.
+    via : the scene's via points in the order of visits; ``via_times``: seconds at which the robot stood on each, as far as it
+        did.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """

@@ -30,9 +30,9 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event
 from lampyris.model.traffic import Recorded
 from lampyris.planning.field.layers import free_cells
-from lampyris.sim.world.seen_map import FOUND, PRICED, SeenMap
 from lampyris.sim.traffic.traffic import Traffic
 from lampyris.sim.world.cell_index import Shape
+from lampyris.sim.world.seen_map import FOUND, PRICED, SeenMap
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell
 

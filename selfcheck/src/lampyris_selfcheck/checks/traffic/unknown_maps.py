@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -152,7 +153,7 @@ def _via(ask: Ask, part: Part, tally: Tally, number: int) -> None:
     ground = np.zeros(grid.blocked.shape) if grid.terrain is None else grid.terrain
     legs = [
         _costs(grid.blocked, ground, scene.moves.name, b).get(a)
-        for a, b in zip(cells, cells[1:], strict=False)
+        for a, b in pairwise(cells)
     ]
     can = None not in legs
     if trace.arrived != can:
