@@ -30,8 +30,8 @@ def check_trace(trace: Trace) -> Violation | None:
     ``knight``, ``sweep``; of a robot with a sensor ``seen``, ``unseen`` (it stood beside a cell that it did not know) and
     ``sight`` (:mod:`lampyris.referee.simulations.sensing`); of a goal that moves ``goal``; of via points
     ``via``; of each obstacle ``appear``, ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every
-    two obstacles ``together``, ``swap``, ``cross``, ``through`` (a long step over an obstacle); then ``outcome``, ``path``, ``moves``, ``steps``,
-    ``cost``, ``waits``, ``replans``, ``numbers``, ``events``, ``speed``.
+    two obstacles ``together``, ``swap``, ``cross``, ``through`` (a long step over an obstacle); then ``outcome``, ``path``,
+    ``moves``, ``steps``, ``cost``, ``waits``, ``replans``, ``numbers``, ``events``, ``speed``.
 
     Walls are those of the tick: a step is judged by the map of the tick at which it ends.
 

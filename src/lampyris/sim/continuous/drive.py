@@ -51,8 +51,8 @@ from lampyris.sim.sensor import FaultySensor, ObstacleSensor, PerfectSensor, Sen
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
 from lampyris.sim.world.pose_lookup import PoseLookup
+from lampyris.sim.world.targets import REACHED, Targets, aimed
 from lampyris.sim.world.trajectory import Trajectory
-from lampyris.sim.world.visits import REACHED, Visits, aimed
 from lampyris.sim.world.waiting import WAITS, Waiting
 
 SEEN = "Walls seen on the path."
@@ -220,14 +220,14 @@ class DriveSimulation(Exclusive):
             )  # fmt: skip
         return Sight(self.scene, one.map_sensor, spacing_of(one.spacing, self.scene))
 
-    def _visits_of(self, planner: Planner, scene: Scene) -> Visits:
+    def _visits_of(self, planner: Planner, scene: Scene) -> Targets:
         """The via points and the goal, in the order of visits.
 
         Raises
         ------
         UsageError : ``VIA``: a planner of poses.
         """
-        visits = Visits(scene, planner)
+        visits = Targets(scene, planner)
         visits.reach(scene.start, 0.0)
         return visits
 

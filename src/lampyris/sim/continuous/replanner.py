@@ -27,7 +27,7 @@ from lampyris.sim.continuous.leg import (
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.motion_sources import stream
 from lampyris.sim.world.notes import Notes
-from lampyris.sim.world.visits import aimed
+from lampyris.sim.world.targets import aimed
 from lampyris.typing import Cell, Floats
 
 

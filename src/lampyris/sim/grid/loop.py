@@ -4,7 +4,7 @@ From tick t to t + 1, in this order:
 
 0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`). A goal that
    moves does so now (:mod:`lampyris.sim.grid.pursuit`). Via points are driven to one after the other, each by a new
-   session of the planner; the goal is the last (:mod:`lampyris.sim.world.visits`).
+   session of the planner; the goal is the last (:mod:`lampyris.sim.world.targets`).
 1. **Obstacles move**: recorded ones (whatever the others do), crossing ones, patrols, random walkers; within
    a kind in order of index. Each sees the new places of those that have moved and the old places of the
    rest.
@@ -72,7 +72,7 @@ from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.notes import Notes
-from lampyris.sim.world.visits import REACHED, Visits, aimed
+from lampyris.sim.world.targets import REACHED, Targets, aimed
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
@@ -162,7 +162,7 @@ class Simulation(Exclusive):
         self.traffic = open_traffic(scene, self.world, self.seed)
         self.walls = Walls(scene, self.world, self.traffic, sensor)
         self.tick_speed = TickSpeed(scene if sensor is None else self.walls.scene, law)
-        self.visits = Visits(self.walls.known, planner, goal_track is not None)
+        self.visits = Targets(self.walls.known, planner, goal_track is not None)
         self.visits.reach(scene.start, 0)
         self.goal = self._aim = self.visits.target
         self.session = planner.open(aimed(self.walls.known, self.goal), self._stream())

@@ -28,8 +28,8 @@ from lampyris_selfcheck.reference.paths import terrain as reference
 
 KINDS = {
     "simulate": Kind(
-        "a random map of up to 9 x 9 cells, with terrain or not, a sensor, unseen cells free or dearer; D* Lite, AD-GSO's "
-        "repaired field and A* in turn: every answer costs what a plain search finds on what is known, the robot arrives "
+        "a random map of up to 9 x 9 cells, with terrain or not, a sensor, unseen cells free or at a higher price; D* Lite, "
+        "AD-GSO's repaired field and A* in turn: every answer costs what a plain search finds on what is known, the robot arrives "
         "exactly if it can, and the referee accepts the run",
         commit=20, nightly=3_000, release=30_000, chunk=20, least={"arrived": 0.3, "asked again": 0.2},
     ),
@@ -43,7 +43,11 @@ KINDS = {
         commit=20, nightly=3_000, release=30_000, chunk=20, least={"arrived": 0.3},
     ),
 }  # fmt: skip
-PLANNERS = (("dstar-lite", {}), ("ad-gso", {"choice": "exact"}), ("astar", {}))
+PLANNERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("dstar-lite", {}),
+    ("ad-gso", {"choice": "exact"}),
+    ("astar", {}),
+)
 STEPS = ("octile", "four-connected", "dissertation")
 
 
@@ -63,13 +67,14 @@ def _sensor(rng: np.random.Generator) -> Sensor:
 
 def _costs(blocked: Any, ground: Any, moves: str, goal: Cell) -> dict[Cell, float]:
     """The least cost from each cell to a goal, cells, by the definition."""
-    found, _ = reference.field((~blocked).tolist(), ground.tolist(), moves, goal)
+    search: Any = reference.field
+    found, _ = search((~blocked).tolist(), ground.tolist(), moves, goal)
     return {cell: float(cost.n) + float(cost.m) * math.sqrt(2.0) for cell, cost in found.items()}
 
 
 @dataclass
 class _Watched:
-    """A planner whose every answer is compared with a plain search on the map as it has been told of it."""
+    """A planner whose every answer is compared with a plain search on the map as it has been reported."""
 
     inner: Planner
     asked: int = 0
@@ -151,10 +156,7 @@ def _via(ask: Ask, part: Part, tally: Tally, number: int) -> None:
         tally.fail(number, str(fault))
     grid, cells = scene.grid, (scene.start, *trace.via, scene.goal)
     ground = np.zeros(grid.blocked.shape) if grid.terrain is None else grid.terrain
-    legs = [
-        _costs(grid.blocked, ground, scene.moves.name, b).get(a)
-        for a, b in pairwise(cells)
-    ]
+    legs = [_costs(grid.blocked, ground, scene.moves.name, b).get(a) for a, b in pairwise(cells)]
     can = None not in legs
     if trace.arrived != can:
         tally.fail(number, f"{trace.outcome.value}; paths between the points there are: {can}")

@@ -1,4 +1,4 @@
-"""Visits: via points that a robot passes one after the other, and which of them is next."""
+"""Targets: via points that a robot passes one after the other, and which of them is next."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lampyris.typing import Cell
 REACHED = "A via point was reached; planned on to the next."
 
 
-class Visits:
+class Targets:
     """The targets of a run: the via points in the order of visits, then the goal.
 
     Parameters
