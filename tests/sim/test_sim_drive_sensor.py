@@ -15,7 +15,7 @@ from lampyris.model.trace import Outcome
 from lampyris.planning import registry
 from lampyris.planning.field.layers import free_cells
 from lampyris.sim.continuous import drive as driving
-from lampyris.sim.continuous.sight import CAUSE, Sight
+from lampyris.sim.continuous.sight import CAUSE, MOST_SPACING, Sight
 
 FAST = lampyris.Robot(radius=0.3, v_max=3.0, a_max=2.0, d_max=1.0)
 LAWS = ("physical", "optimum", "blind", "constant")
@@ -145,3 +145,8 @@ def test_what_does_not_go_together_is_refused(more, message) -> None:
     scene = lampyris.Scene(lampyris.Grid(np.zeros((3, 9), dtype=bool)), (0, 1), (8, 1))
     with pytest.raises(LampyrisError, match=message):
         lampyris.drive(scene, more.pop("planner", "astar"), **{"sensor_range": 2.0, **more})
+
+
+def test_nodes_may_be_half_a_cell_apart() -> None:
+    scene = lampyris.Scene(lampyris.Grid(np.zeros((3, 9), dtype=bool)), (0, 1), (8, 1))
+    assert lampyris.drive(scene, "astar", sensor_range=2.0, spacing=MOST_SPACING).arrived

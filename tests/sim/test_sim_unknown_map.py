@@ -13,6 +13,7 @@ from unknown_worlds import drawn_world, judged, watched_run
 import lampyris
 from lampyris import referee
 from lampyris.errors import SettingError
+from lampyris.model.settings.sensor import MOST_UNSEEN
 from lampyris.model.trace import Outcome
 from lampyris.planning import registry
 from lampyris.sim.grid import fast_simulation, loop
@@ -272,6 +273,9 @@ def test_a_sensor_that_cannot_be() -> None:
         lampyris.Sensor(1.0, 7.0)
     with pytest.raises(SettingError, match="UNSEEN_COST"):
         lampyris.Sensor(1.0, unseen_cost=0.9)
+    with pytest.raises(SettingError, match="UNSEEN_COST"):
+        lampyris.Sensor(1.0, unseen_cost=MOST_UNSEEN + 0.1)
+    assert lampyris.Sensor(1.0, unseen_cost=MOST_UNSEEN).unseen_cost == 5.0
     with pytest.raises(SettingError, match=r"TYPE.*sensor"):
         lampyris.simulate(lampyris.Scene(ROOM, (0, 0), (7, 2)), "astar", sensor=3.0)
 

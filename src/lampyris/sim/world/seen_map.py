@@ -164,4 +164,5 @@ class SeenMap:
 def priced(terrain: ByteGrid, factor: float) -> ByteGrid:
     """The terrain value at which each cell costs ``factor`` times what it does, to the nearest 63rd, at most the highest."""
     costs = np.floor((TERRAIN_UNIT + terrain.astype(np.float64)) * factor + 0.5) - TERRAIN_UNIT
-    return np.minimum(costs, MAX_TERRAIN).astype(np.uint8)
+    values: ByteGrid = np.minimum(costs, MAX_TERRAIN).astype(np.uint8)
+    return values

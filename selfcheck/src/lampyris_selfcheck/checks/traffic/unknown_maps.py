@@ -29,8 +29,8 @@ from lampyris_selfcheck.reference.paths import terrain as reference
 KINDS = {
     "simulate": Kind(
         "a random map of up to 9 x 9 cells, with terrain or not, a sensor, unseen cells free or at a higher price; D* Lite, "
-        "AD-GSO's repaired field and A* in turn: every answer costs what a plain search finds on what is known, the robot arrives "
-        "exactly if it can, and the referee accepts the run",
+        "AD-GSO's repaired field and A* in turn: every answer costs what a plain search finds on what is known, the robot "
+        "arrives exactly if it can, and the referee accepts the run",
         commit=20, nightly=3_000, release=30_000, chunk=20, least={"arrived": 0.3, "asked again": 0.2},
     ),
     "drive": Kind(
