@@ -36,7 +36,7 @@ def drive_sensing_violation(drive: Drive) -> Violation | None:
     if seen.shape != drive.scene.grid.blocked.shape or seen.min() < -1 or seen.max() >= many:
         return Violation("seen", "drive", f"not one period from -1 to {many - 1} for each cell")
     pieces = pieces_of(drive.curves, drive.scene.grid.resolution)
-    begin: Floats = np.arange(many) * drive.period
+    begin = np.asarray(np.arange(many) * drive.period, dtype=np.float64)
     leg, s, _ = _state(drive, begin)
     xy, heading = _place(pieces, leg, s, drive.scene.grid.resolution)
     heading[np.maximum.accumulate((s > 0.0) | (leg > 0)) == 0] = 0.0
