@@ -315,6 +315,8 @@ ASKED: dict[str, str] = {
     "planning.spacetime.session.MAX_HORIZON": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
     "model.settings.drive.MAX_PASSED": "sim/test_sim_drive.py",
+    "model.settings.sensor.MOST_UNSEEN": "sim/test_sim_unknown_map.py",
+    "sim.continuous.sight.MOST_SPACING": "sim/test_sim_drive_sensor.py",
     "sim.sensor._MOST": "sim/test_sim_feed.py",
     "study.execution.batches.MAX_JOBS": NOT_INPUT + "jobs of a batch",
     "study.analysis.compare.MAX_DRAWN": "study/test_study_compare.py",

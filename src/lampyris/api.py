@@ -457,7 +457,7 @@ def simulate(
 
     Parameters
     ----------
-    scene : where; its edits come to pass.
+    scene : where; its edits come to pass, its via points are visited one after the other.
     planner : a name or a planner object.
     traffic : moving obstacles; None: the scene's own.
     seed : seed of all random draws; the same seed gives the same trace.
@@ -481,7 +481,7 @@ def simulate(
     UsageError : ``SETTING_CLASH``: an argument that might be the planner's setting.
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     SceneError : ``GOAL_TRACK``: a track of the goal that leaves the map, meets a wall, jumps or begins elsewhere.
-    SettingError : ``VIA``: a scene with via points. ``SENSOR_EDITS``, ``GOAL_EDITS``: a sensor, or a goal that moves,
+    SettingError : ``VIA``: via points and a goal that moves. ``SENSOR_EDITS``, ``GOAL_EDITS``: a sensor, or a goal that moves,
         together with edits.
     InternalFault : the referee refused the trace; a bug of ours.
     """
@@ -542,10 +542,10 @@ def drive(
     Raises
     ------
     UsageError : ``SETTING_CLASH``: a setting that might be the drive's or the planner's; ``CONTROLLER``: a controller that
-        steers, and a planner that plans no headings.
+        steers, and a planner that plans no headings; ``VIA``: via points and a planner of poses.
     SceneError : obstacles that do not fit the map.
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
-        change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions; ``VIA``: via points.
+        change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
     InternalFault : the referee refused the drive; a bug of ours.
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
@@ -583,14 +583,7 @@ def among(
     Parameters
     ----------
     poses : whether the robot has a heading: then it may stand where the circle around it does not fit.
-
-    Raises
-    ------
-    SettingError : ``VIA``: a scene with via points.
     """
-    if scene.via:
-        what = f"{len(scene.via)} via points in a simulation or a drive"
-        raise SettingError("VIA", what, where="scene.via", allowed="none; lampyris.plan passes via points")
     if traffic is not None:
         given: Any = traffic if isinstance(traffic, tuple | list) else (traffic,)
         scene = replace(scene, traffic=tuple(given))

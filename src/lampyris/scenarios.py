@@ -177,10 +177,13 @@ def sensor_of(scenario: Scenario) -> Sensor | None:
 
     Raises
     ------
-    SettingError : ``SENSOR_RANGE``, ``FIELD_OF_VIEW``; ``SENSOR_INFLATION``: costs near walls that nobody has seen.
+    SettingError : ``SENSOR_RANGE``, ``FIELD_OF_VIEW``, ``UNSEEN_COST``; ``SENSOR_INFLATION``: costs near walls that nobody has
+        seen.
     """
     sensor = SimulationSettings(
-        sensor_range=scenario.sensor_range, field_of_view=scenario.field_of_view
+        sensor_range=scenario.sensor_range,
+        field_of_view=scenario.field_of_view,
+        unseen_cost=scenario.unseen_cost,
     ).sensor
     if sensor is not None and scenario.inflation.inflation_radius > 0:
         raise SettingError.of(

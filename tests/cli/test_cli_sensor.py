@@ -28,7 +28,7 @@ def test_a_sensor_is_printed_recorded_and_saved(tmp_path: Path, monkeypatch) -> 
     assert "sensor: 2 m, 120 degrees; " in text.out
     made = run(*SEES, "--json", "--no-timing", "--save-scenario", "s.yaml")
     found = json.loads(made.out)
-    assert found["sensor"] == {"range_m": 2.0, "field_of_view": 2.0943951023931953}
+    assert found["sensor"] == {"range_m": 2.0, "field_of_view": 2.0943951023931953, "unseen_cost": 1.0}
     assert {len(row) for row in found["seen"]} == {10}
     assert found["goals"] is None
     again = run("run", "s.yaml", "--json", "--no-timing")

@@ -13,10 +13,11 @@ from unknown_worlds import drawn_world, judged, watched_run
 import lampyris
 from lampyris import referee
 from lampyris.errors import SettingError
+from lampyris.model.settings.sensor import MOST_UNSEEN
 from lampyris.model.trace import Outcome
 from lampyris.planning import registry
 from lampyris.sim.grid import fast_simulation, loop
-from lampyris.sim.grid.seen_map import SeenMap
+from lampyris.sim.world.seen_map import SeenMap
 from sizes import sized
 
 WATCHED = (("dstar-lite", {}), ("ad-gso", {"choice": "exact"}), ("astar", {}))
@@ -158,6 +159,26 @@ def test_every_replan_costs_what_dijkstra_says_on_the_known_map(name: str, setti
     assert sum(trace.arrived for trace, _, _ in runs) > 10
 
 
+@pytest.mark.parametrize(("name", "settings"), WATCHED)
+def test_unseen_cells_that_cost_more_cost_what_dijkstra_says(name: str, settings: dict[str, str]) -> None:
+    runs = [watched_run(seed, name, settings, most=14, unseen=True) for seed in range(12)]
+    assert [wrong for _, _, wrong in runs if wrong] == []
+    assert sum(calls for _, calls, _ in runs) > 60
+    assert sum(trace.arrived for trace, _, _ in runs) > 6
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("name", "settings"), WATCHED[:2])
+def test_thousands_of_worlds_whose_unseen_cells_cost_more(name: str, settings: dict[str, str]) -> None:
+    asked = arrived = 0
+    for seed in range(20_000, 22_000):
+        trace, calls, wrong = watched_run(seed, name, settings, plain=seed % 10 == 0, most=28, unseen=True)
+        assert not wrong, (seed, wrong)
+        asked, arrived = asked + calls, arrived + trace.arrived
+    print(f"{name}: 2,000 worlds, {arrived} arrived, {asked} plans, 0 collisions, 0 wrong costs")
+    assert asked > 10_000
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize(("name", "settings"), WATCHED[:2])
 def test_ten_thousand_worlds(name: str, settings: dict[str, str]) -> None:
@@ -221,6 +242,22 @@ def test_the_map_as_it_was_known() -> None:
     assert not (walls & ~ROOM.blocked).any()
 
 
+def test_seen_cells_are_preferred_where_unseen_ones_cost_more() -> None:
+    grid = grid_of("........", ".######.", "........")
+    scene = lampyris.Scene(grid, (1, 0), (7, 2), moves="four-connected")
+    view = SeenMap(scene, lampyris.Sensor(3.0, unseen_cost=2.0))
+    terrain = view.given.grid.terrain
+    assert terrain is not None
+    assert [terrain[0, x] for x in range(8)] == [0, 0, 0, 0, 0, 63, 63, 63]
+    assert view.scene.grid.terrain is None
+    view.look((2, 0), (1, 0), 1)
+    assert view.ground == (((5, 0), 0),)
+    assert view.given.grid.terrain[0, 5] == 0
+    trace = judged(scene, registry.make("dstar-lite", {}), sensor=lampyris.Sensor(3.0, unseen_cost=5.0))
+    assert trace.arrived
+    assert trace.cost == 8.0  # terrain of the map alone counts for what was driven
+
+
 def test_a_sensor_and_edits_are_refused_together() -> None:
     scene = lampyris.Scene(ROOM, (0, 0), (7, 2), edits=(lampyris.Edit(3, blocked=((2, 2),)),))
     with pytest.raises(SettingError, match="SENSOR_EDITS"):
@@ -234,6 +271,11 @@ def test_a_sensor_that_cannot_be() -> None:
         lampyris.Sensor(0.0)
     with pytest.raises(SettingError, match="FIELD_OF_VIEW"):
         lampyris.Sensor(1.0, 7.0)
+    with pytest.raises(SettingError, match="UNSEEN_COST"):
+        lampyris.Sensor(1.0, unseen_cost=0.9)
+    with pytest.raises(SettingError, match="UNSEEN_COST"):
+        lampyris.Sensor(1.0, unseen_cost=MOST_UNSEEN + 0.1)
+    assert lampyris.Sensor(1.0, unseen_cost=MOST_UNSEEN).unseen_cost == 5.0
     with pytest.raises(SettingError, match=r"TYPE.*sensor"):
         lampyris.simulate(lampyris.Scene(ROOM, (0, 0), (7, 2)), "astar", sensor=3.0)
 

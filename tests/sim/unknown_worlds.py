@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -49,12 +50,19 @@ class Watched:
 
     def open(self, scene, rng, *, record=False):
         self.scene, self.walls = scene, scene.grid.blocked.copy()
+        ground = scene.grid.terrain
+        self.terrain = (
+            np.zeros(self.walls.shape, dtype=np.int64) if ground is None else ground.astype(np.int64)
+        )
         self.session = self.inner.open(scene, rng, record=record)
         return self
 
     def plan(self, change=None, budget=None):
         for x, y in change.blocked:
             self.walls[y, x] = True
+            self.terrain[y, x] = 0
+        for (x, y), value in change.terrain:
+            self.terrain[y, x] = value
         assert not change.freed
         plan = self.session.plan(change, budget)
         self.calls += 1
@@ -70,16 +78,22 @@ class Watched:
         free, moves = free_cells(lampyris.Grid(self.walls), self.scene.robot.radius), moves_for(self.scene)
         if not (free[robot[1], robot[0]] and free[goal[1], goal[0]]):
             return None
+        terrain = self.terrain if self.terrain.any() else None
+        moves = moves.plain() if terrain is None else moves.weighed()
         if not self.plain:
             from lampyris.planning.field.solve import solve
 
-            found = int(solve(free, moves, goal).exact[robot[1], robot[0]])
+            ground = None if terrain is None else terrain.astype(np.uint8)
+            found = int(solve(free, moves, goal, terrain=ground).exact[robot[1], robot[0]])
             return found if found >= 0 else None
-        return exact_costs(free, moves, goal).get(tuple(robot))
+        return exact_costs(free, moves, goal, terrain).get(tuple(robot))
 
 
-def exact_costs(free, moves, goal):
-    """Costs to the goal in the exact whole numbers of a step set, by a plain Dijkstra over a dictionary."""
+def exact_costs(free, moves, goal, terrain=None):
+    """Costs to the goal in the exact whole numbers of a step set, by a plain Dijkstra over a dictionary.
+
+    With ``terrain``, and costs in 63rds, a step costs by the cell that it enters.
+    """
     import heapq
 
     height, width = free.shape
@@ -90,6 +104,7 @@ def exact_costs(free, moves, goal):
         if (x, y) in best:
             continue
         best[x, y] = cost
+        weight = 1 if terrain is None else 63 + int(terrain[y, x])
         for (dx, dy), price in zip(moves.offsets, moves.costs, strict=True):
             u, v = x - dx, y - dy
             if (u, v) in best or (u, v) not in inside:
@@ -101,7 +116,8 @@ def exact_costs(free, moves, goal):
             else:
                 beside = []
             if inside.issuperset(beside):
-                heapq.heappush(queue, (cost + price, (u, v)))
+                step = price if terrain is None else price // 63 * weight
+                heapq.heappush(queue, (cost + step, (u, v)))
     return best
 
 
@@ -117,9 +133,18 @@ def judged(scene, planner, **more):
     return trace
 
 
-def watched_run(seed, name, settings, plain=True, most=20):
-    """One world, one planner: the trace, how often it was asked, and answers that were wrong."""
+def watched_run(seed, name, settings, plain=True, most=20, unseen=False):
+    """One world, one planner: the trace, how often it was asked, and answers that were wrong.
+
+    With ``unseen`` cells cost more until they are seen, on a map that has terrain in every third world.
+    """
     scene, sensor = drawn_world(seed, most)
+    if unseen:
+        rng = np.random.default_rng((79, seed))
+        sensor = replace(sensor, unseen_cost=float(rng.choice([1.1, 1.5, 2.0, 5.0])))
+        ground = rng.integers(0, 253, scene.grid.blocked.shape).astype(np.uint8)
+        grid = lampyris.Grid(scene.grid.blocked, terrain=ground if seed % 3 == 0 else None)
+        scene = replace(scene, grid=grid)
     planner = Watched(registry.make(name, settings), plain)
     trace = judged(scene, planner, sensor=sensor)
     reachable = tuple(scene.start) in exact_costs(

@@ -29,6 +29,7 @@ SIZES = {
     "movingai": 2000,
     "poses": 300,
     "sensitivity": 6300,
+    "unknown-maps": 378,
 }
 SWARMS = (
     "gso",

@@ -17,6 +17,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "profile": "checks.speed.profile",
         "pose-drives": "checks.traffic.pose_drives",
         "steered-drives": "checks.traffic.steered_drives",
+        "unknown-maps": "checks.traffic.unknown_maps",
         "sim": "checks.traffic.sim",
         "monitor": "checks.traffic.monitor",
         "faults": "checks.traffic.faults",

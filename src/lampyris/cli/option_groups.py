@@ -25,6 +25,8 @@ from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.simulation import SimulationSettings
 
+SENSOR = ("sensor_range", "field_of_view", "unseen_cost")
+"""Settings of a simulation that make the sensor."""
 _TYPES = {"number": float, "whole": int, "word": str, "flag": bool}
 
 
@@ -117,7 +119,13 @@ def option_of(name: str, setting: Setting, meaning: str) -> Any:
     return Annotated[kind | None if setting.none else kind, option]
 
 
-def group_of(name: str, kind: type, first: tuple[Any, ...] = (), base: type = object) -> type:
+def group_of(
+    name: str,
+    kind: type,
+    first: tuple[Any, ...] = (),
+    base: type = object,
+    only: tuple[str, ...] | None = None,
+) -> type:
     """A group with an option for every declared setting of a dataclass.
 
     Parameters
@@ -126,11 +134,13 @@ def group_of(name: str, kind: type, first: tuple[Any, ...] = (), base: type = ob
     kind : dataclass whose fields are declared by :mod:`lampyris._core.settings`.
     first : options that come before them, as for :func:`dataclasses.make_dataclass`.
     base : a group whose options come before them too.
+    only : which settings; None: all.
     """
     meanings, usual = meanings_of(kind), defaults_of(kind)
     made = [
         (key, option_of(key, setting, meanings.get(key, key)), dataclass_field(default=usual[key]))
         for key, setting in settings_of(kind).items()
+        if only is None or key in only
     ]
     return make_dataclass(name, [*first, *made], bases=(base,), frozen=True, repr=False, eq=False)
 
@@ -140,6 +150,7 @@ if TYPE_CHECKING:
     RobotOptions: TypeAlias = Any
     DriveOptions: TypeAlias = Any
     SimulationOptions: TypeAlias = Any
+    SensorOptions: TypeAlias = Any
     Ticks: TypeAlias = int | None
 else:
     RobotOptions = group_of(
@@ -152,6 +163,7 @@ else:
         (("set_controller", options.SetController, dataclass_field(default=None)),),
     )
     SimulationOptions = group_of("SimulationOptions", SimulationSettings)
+    SensorOptions = group_of("SensorOptions", SimulationSettings, only=SENSOR)
     Ticks = get_type_hints(SimulationOptions, include_extras=True)["ticks"]
 
 

@@ -136,6 +136,14 @@ Export = Annotated[
     typer.Option("--export", metavar="FILE", help="Write the path as nav_msgs/Path (.json or .yaml)."),
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+GoalTrack = Annotated[
+    Path | None,
+    typer.Option(
+        "--goal-track",
+        metavar="FILE",
+        help="The goal moves: a CSV with columns x,y, its cell at each tick.",
+    ),
+]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
 ]

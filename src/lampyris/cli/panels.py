@@ -16,7 +16,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "agents", "robots", "sources", "source-count"),
         "Robot": (
             "preset", "moves", "robot", "drive", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
-            "yaw-rate-max", "sensor-range", "field-of-view",
+            "yaw-rate-max", "sensor-range", "field-of-view", "unseen-cost",
             "tracking", "period", "command-period", "delay", "lag",
         ),
         "Planner and speed": (

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +30,7 @@ from lampyris.cli.option_groups import (
     ViaOptions,
     settings_in,
 )
-from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError
+from lampyris.errors import FileError, SceneError, SettingError, UnknownSettingError, UsageError
 from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
@@ -43,7 +46,7 @@ from lampyris.model.traffic import ObstacleSpec
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import moves_for
-from lampyris.typing import FloatGrid
+from lampyris.typing import Cell, FloatGrid
 
 
 def load_document(one: MapOptions) -> MapDocument:
@@ -502,3 +505,34 @@ def _plain_types(hint: Any) -> set[type]:
     if origin in (typing.Union, types.UnionType):
         return set().union(*(_plain_types(h) for h in typing.get_args(hint)))
     return {hint} if isinstance(hint, type) else {str}
+
+
+def read_goal_track(file: Path) -> tuple[Cell, ...]:
+    """The goal's cell at each tick.
+
+    Raises
+    ------
+    FileError : it cannot be read, or the goal jumps.
+    """
+    with file_errors(file, ("OBSTACLE_SPEED",)):
+        return Recorded(read_track(file)).track
+
+
+def with_goal(ends: EndOptions, track: Sequence[Cell] | None) -> tuple[EndOptions, list[str]]:
+    """The ends, the goal where the track begins if none is given; codes of the errors that are about the file then."""
+    codes = ["GOAL_TRACK"]
+    if track is not None and ends.goal is None and ends.goal_m is None:
+        ends = replace(ends, goal=f"{track[0][0]},{track[0][1]}")
+        codes.append("GOAL_OUTSIDE")
+    return ends, codes
+
+
+@contextmanager
+def file_errors(file: Path | None, codes: Sequence[str]) -> Iterator[None]:
+    """Errors of these codes are about what a file holds, and name it."""
+    try:
+        yield
+    except (SceneError, SettingError) as problem:
+        if file is None or problem.code not in codes:
+            raise
+        raise FileError(problem.code, problem.what, where=os.fspath(file), allowed=problem.allowed) from None

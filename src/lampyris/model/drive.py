@@ -16,13 +16,15 @@ from lampyris._core.noun import Noun, Tabular
 from lampyris._core.values import Value
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve, PoseCurve
+from lampyris.model.grid import frozen
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.steering import BRAKING, EXACT
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
-from lampyris.typing import Floats, Points
+from lampyris.typing import Cell, Cells, Floats, Points
 
 if TYPE_CHECKING:
     import pandas
@@ -140,6 +142,11 @@ class Drive(Value, Tabular):
     path_times : seconds at which the robot began to follow each of them.
     timetables : of a planner of times, the planned times along each curve (:class:`PlannedTimes`), None where it has none;
         else empty.
+    sensor : of a robot that began without the map; None: the map was known.
+    seen : int32 (height, width); the number of the period at whose beginning each cell was first seen, -1 never. None without a
+        sensor.
+    via : the scene's via points in the order of visits; ``via_times``: seconds at which the robot stood on each, as far as it
+        did.
     notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     """
@@ -174,8 +181,15 @@ class Drive(Value, Tabular):
     paths: tuple[Curve, ...] = ()
     path_times: tuple[float, ...] = ()
     timetables: tuple[PlannedTimes | None, ...] = ()
+    sensor: Sensor | None = None
+    seen: Cells | None = None
+    via: tuple[Cell, ...] = ()
+    via_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        if self.seen is not None:
+            seen = whole_of("drive", "seen", self.seen, self.scene.grid.blocked.shape).astype(np.int32)
+            object.__setattr__(self, "seen", frozen(seen))
         n = len(items_of("drive", "cause", self.cause))
         for name, kind in (
             ("t", float),

@@ -98,6 +98,7 @@ class Trace(Value, Tabular):
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the tick at which each cell was first seen, -1 never. None without a sensor.
     goal_track : int32 (n, 2); the goal's cell at each tick from 0, after its end the last; None: the goal stood still.
+    via : the scene's via points in the order of visits; ``via_ticks``: when each was reached, as far as they were.
     notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
         each setting; not compared.
     """
@@ -129,6 +130,8 @@ class Trace(Value, Tabular):
     sensor: Sensor | None = None
     seen: Cells | None = None
     goal_track: Cells | None = None
+    via: tuple[Cell, ...] = ()
+    via_ticks: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", cells_of("trace", "robot", self.robot))

@@ -74,6 +74,11 @@ def plan_through(scene: Scene, planner: Planner, budget: Budget | None, plan_leg
     return _joined(legs, visits)
 
 
+def visiting_order(scene: Scene) -> tuple[Cell, ...]:
+    """The via points of a scene in the order in which they are visited."""
+    return _visits(scene).via
+
+
 def _visits(scene: Scene) -> _Visits:
     if scene.via_order == "given":
         return _Visits(scene.via, None)

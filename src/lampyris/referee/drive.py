@@ -34,6 +34,8 @@ from lampyris.referee.meetings import (
     meetings_violation,
     tracks_violation,
 )
+from lampyris.referee.simulations.drive_sensing import drive_sensing_violation
+from lampyris.referee.simulations.visits import drive_visits_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
@@ -52,7 +54,8 @@ def check_drive(drive: Drive) -> Violation | None:
     Rules, in this order: ``lengths``, ``obstacles``, ``time``, ``leg``, ``curve``, ``bend``, ``distance`` (s
     does not follow from v and a), ``start``, ``leg change``, ``speed``, ``pace`` (v does not follow from a),
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``planned times`` (ahead of them), ``lateral`` (not
-    for the laws of :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``obstacle shape``, ``obstacle size``,
+    for the laws of :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of a robot without
+    the map ``seen``, ``sight``, ``unseen``; ``via``; of obstacles ``obstacle shape``, ``obstacle size``,
     ``obstacle speed``, ``obstacle heading``, ``collision`` (contact while the robot moves), ``yield`` (one that
     yields ran into it), ``unreported contact``, ``reported contact``, ``obstacles apart`` (two obstacles overlap:
     :mod:`lampyris.referee.geometry.separation`); ``outcome``, ``moments``, ``numbers``.
@@ -76,6 +79,8 @@ def check_drive(drive: Drive) -> Violation | None:
         or _lateral(drive, motion)
         or yaw_rate_violation(drive, motion)
         or _walls(drive)
+        or drive_sensing_violation(drive)
+        or drive_visits_violation(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
         or obstacles_violation(
@@ -386,7 +391,8 @@ def _end(drive: Drive) -> Violation | None:
         there = at_goal_pose(drive, place)
     # A controller that steers may go on for a robot that stands within the tolerance, to turn to the goal's yaw.
     short = bool(drive.paths) and not drive.arrived
-    if not short and drive.arrived != bool(there and v == 0.0):
+    visited = len(drive.via_times) == len(drive.via)
+    if not short and drive.arrived != bool(there and v == 0.0 and visited):
         what = f"{word}, and the robot is at {_xy(place)} with {v!r} m/s; the goal is {drive.scene.goal}"
         return Violation("outcome", "drive", what)
     if v > 0 and drive.outcome not in (Outcome.COLLISION, Outcome.TIMEOUT):

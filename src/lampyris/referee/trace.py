@@ -12,6 +12,7 @@ from lampyris.referee.path import cost_violation, moves_violation, walk_violatio
 from lampyris.referee.simulations.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.simulations.moving_goal import goal_violation
 from lampyris.referee.simulations.sensing import sensing_violation
+from lampyris.referee.simulations.visits import trace_visits_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid
 
@@ -27,10 +28,10 @@ def check_trace(trace: Trace) -> Violation | None:
     Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
     :mod:`lampyris.referee.simulations.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
     ``knight``, ``sweep``; of a robot with a sensor ``seen``, ``unseen`` (it stood beside a cell that it did not know) and
-    ``sight`` (:mod:`lampyris.referee.simulations.sensing`); of a goal that moves ``goal``; of each obstacle ``appear``,
-    ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every two obstacles ``together``,
-    ``swap``, ``cross``, ``through`` (a long step over an obstacle); then ``outcome``, ``path``, ``moves``, ``steps``,
-    ``cost``, ``waits``, ``replans``, ``numbers``, ``events``, ``speed``.
+    ``sight`` (:mod:`lampyris.referee.simulations.sensing`); of a goal that moves ``goal``; of via points
+    ``via``; of each obstacle ``appear``, ``footprint``, ``obstacle outside``, ``obstacle step``, ``obstacle wall``; of every
+    two obstacles ``together``, ``swap``, ``cross``, ``through`` (a long step over an obstacle); then ``outcome``, ``path``,
+    ``moves``, ``steps``, ``cost``, ``waits``, ``replans``, ``numbers``, ``events``, ``speed``.
 
     Walls are those of the tick: a step is judged by the map of the tick at which it ends.
 
@@ -47,6 +48,7 @@ def check_trace(trace: Trace) -> Violation | None:
         or _robot(trace, eras)
         or sensing_violation(trace)
         or goal_violation(trace)
+        or trace_visits_violation(trace)
         or _obstacles(trace, eras)
         or _pairs(trace)
         or _outcome(trace)
@@ -237,7 +239,8 @@ def _outcome(trace: Trace) -> Violation | None:
             return Violation("outcome", "trace", f"{word}, but the robot can stand on {end}")
         return None
     goal = trace.goal_at(trace.ticks)
-    if trace.arrived != (last == goal):
+    visited = len(trace.via_ticks) == len(trace.via)
+    if trace.arrived != (last == goal and visited):
         return Violation("outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {goal}")
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)

@@ -4,6 +4,7 @@
 ``H``   JSON: what is to come
 ``T``   ticks of a simulation: see :func:`ticks_frame`
 ``D``   samples of a drive in continuous time: see :func:`drive_frame`
+``U``   cells that a robot with a sensor has seen: see :func:`seen_frame`
 ``C``   what each rule alone allows at ticks of a simulation: see :func:`caps_frame`
 ``E``   JSON: a list of events
 ``L``   a value for every cell: see :func:`layer_frame`
@@ -108,6 +109,24 @@ def drive_frame(
         + cause.astype(np.uint8).tobytes()
         + places.astype("<f4").tobytes()
         + near.astype("<f4").tobytes(),
+    )
+
+
+def seen_frame(seen: NDArray[np.int32], first: int, last: int) -> bytes | None:
+    """The cells that were seen for the first time at ticks ``first`` to ``last``; None where there are none.
+
+    A head (cells u32), then u32: numbers of the cells, row by row from the top; u32: their ticks.
+
+    Parameters
+    ----------
+    seen : int32 (height * width,): the tick at which each cell was first seen, -1 never.
+    """
+    cells = np.flatnonzero((seen >= first) & (seen <= last))
+    if not len(cells):
+        return None
+    return frame(
+        "U",
+        struct.pack("<I", len(cells)) + cells.astype("<u4").tobytes() + seen[cells].astype("<u4").tobytes(),
     )
 
 

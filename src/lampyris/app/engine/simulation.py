@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lampyris import api
 from lampyris.app.engine.cache import known
-from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
+from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, seen_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.robot import Polygon
@@ -127,6 +127,11 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
             if news:
                 yield _events(news, run.traffic.obstacles[obstacles:])
             part = since(run, ticks)
+            if (
+                run.walls.seen is not None
+                and (fresh := seen_frame(run.walls.seen.seen, ticks, run.now)) is not None
+            ):
+                yield fresh
             yield _ticks(part, ticks)
             if (allowed := caps_frame(ticks, caps[: part.ticks + 1])) is not None:
                 yield allowed
@@ -191,7 +196,11 @@ def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
 
 
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
-    """What is to come: who, by which law, where; ``obstacle_specs``: those that are there from the start."""
+    """What is to come: who, by which law, where.
+
+    ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
+    map, else null; ``goal_track``: the goal's cell at each tick, null where it stands still.
+    """
     return {
         "planner": scenario.planner,
         "law": run.tick_speed.name,
@@ -203,6 +212,8 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "causes": list(WORDS),
         "obstacle_specs": [obstacle_record(obstacle) for obstacle in run.traffic.obstacles],
         "last_tick": run.state.last_tick,
+        "sensor": None if run.sensor is None else run.sensor.range_m / scenario.scene.grid.resolution,
+        "goal_track": None if run.pursuit is None else [list(cell) for cell in run.pursuit.cells],
         "notes": list(scenario.notes),
     }
 

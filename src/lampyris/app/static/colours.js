@@ -3,14 +3,14 @@
 
 /** @typedef {[number, number, number]} Rgb */
 
-/** @type {Record<"light" | "dark", {free: Rgb, wall: Rgb, unknown: Rgb, dear: Rgb, paper: string, ink: string, faint: string, line: string}>} */
+/** @type {Record<"light" | "dark", {free: Rgb, wall: Rgb, unknown: Rgb, unseen: Rgb, dear: Rgb, paper: string, ink: string, faint: string, line: string}>} */
 export const THEMES = {
   light: {
-    free: [250, 249, 245], wall: [32, 36, 44], unknown: [178, 184, 194], dear: [186, 150, 96],
+    free: [250, 249, 245], wall: [32, 36, 44], unknown: [178, 184, 194], unseen: [138, 158, 188], dear: [186, 150, 96],
     paper: "#e7e7e4", ink: "#20242c", faint: "#6b7280", line: "#c9ccd2",
   },
   dark: {
-    free: [44, 48, 56], wall: [8, 9, 12], unknown: [84, 90, 100], dear: [140, 112, 70],
+    free: [44, 48, 56], wall: [8, 9, 12], unknown: [84, 90, 100], unseen: [20, 30, 62], dear: [140, 112, 70],
     paper: "#16181d", ink: "#eceef2", faint: "#9aa3b2", line: "#3a404b",
   },
 };

@@ -6,7 +6,7 @@ import { block, button, el, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
-import { bodiesAt, gather, headingsAt, outlinesOf, placeAt } from "./runs.js";
+import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, seenAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
 
@@ -264,8 +264,9 @@ class Comparison {
       page.map.ways = this.lines;
       page.map.refresh();
     }
-    moment.robot = null;
+    moment.robot = moment.seen = null;
     moment.trail = null;
+    moment.goal = found.runs.length ? goalAt(found.runs[0], t) : null;
     moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k, there: run.ticks > 0 })).filter(({ there }) => there);
     page.map.draw();
     if (this.beside) this.mosaic.move(t);
@@ -279,6 +280,7 @@ class Comparison {
     this.before = null;
     this.mosaic.close();
     page.map.moment.others = [];
+    page.map.moment.goal = null;
     if (this.bar) this.bar.hidden = true;
     if (this.whose) this.whose.hidden = true;
     if (this.again) this.again.hidden = !this.found;
@@ -347,6 +349,7 @@ class Mosaic {
       view.moment = {
         robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
         radii: run.bodies.map((body) => body.radius / cell), outlines: outlinesOf(run), headings: headingsAt(run, t), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
+        seen: seenAt(run, t), goal: goalAt(run, t),
       };
       view.draw();
     }

@@ -102,6 +102,19 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
+/**
+ * Cells that a robot with a sensor has seen for the first time, put into the run.
+ * @param {Uint8Array} bytes
+ * @param {Run} run
+ */
+export function addSeen(bytes, run) {
+  const n = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength).getUint32(0, true);
+  if (bytes.length !== 4 + 8 * n || !run.seen) throw new Error(`${n} cells seen in ${bytes.length} bytes`);
+  const cells = new Uint32Array(bytes.slice(4, 4 + 4 * n).buffer);
+  const ticks = new Uint32Array(bytes.slice(4 + 4 * n).buffer);
+  for (let k = 0; k < n; k++) run.seen[cells[k]] = ticks[k];
+}
+
 /** Ticks of a run as a time, or as their number. @param {Run | null} run @param {number} tick */
 export function timeOf(run, tick) {
   return run?.step ? `${(tick * run.step).toFixed(1)} s` : String(tick);
@@ -115,6 +128,8 @@ export function newRun(head) {
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
     step: head.step, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
+    seen: head.sensor ? new Int32Array(head.map.width * head.map.height).fill(-1) : null, reach: head.sensor ?? 0,
+    goals: head.goal_track ?? null,
   };
 }
 

@@ -37,6 +37,7 @@ function marks(page) {
   if (run?.ticks && !map.moment.others?.length) all.push(["remaining path, as driven", (pen) => dashes(pen, theme.ink)]);
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
+  if (run?.seen) all.push(["not yet seen", cell(theme.unseen)]);
   if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);
   for (const [look, name] of GATES) {
     if (map.gates.some((gate) => gate.look === look)) all.push([name, (pen) => gateMarks(pen, [[mid, mid]], 6, look, GATE)]);

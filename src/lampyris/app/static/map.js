@@ -5,7 +5,7 @@
 // every frame instead takes several times as long.
 
 import { GOAL, START, THEMES } from "./colours.js";
-import { GroundPicture, LayerPicture, drawCells, penOf } from "./cells.js";
+import { GroundPicture, LayerPicture, UnseenPicture, drawCells, penOf } from "./cells.js";
 import { goalMark, startMark } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
@@ -59,6 +59,9 @@ export class MapView {
     this.brush = null;
     this._cells = new GroundPicture();
     this._heat = new LayerPicture();
+    this._unseen = new UnseenPicture();
+    /** Whether the goal is drawn where it is now, and not in the base. */
+    this._chased = false;
     this._base = document.createElement("canvas");
     this._trail = new Trail();
     this._sprites = new Sprites();
@@ -178,17 +181,48 @@ export class MapView {
     const { pen, view } = this;
     const trail = this.actors ? null : this.moment.trail;
     const on = { dark: this.dark, layered: this.layer !== null };
-    if (this._stale || !this._trail.holds(trail)) this._drawBase();
+    const chased = !this.actors && Boolean(this.moment.goal);
+    if (this._stale || chased !== this._chased || !this._trail.holds(trail)) {
+      this._chased = chased;
+      this._drawBase();
+    }
     if (trail) this._trail.settle(penOf(this._base), view, trail, on);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.drawImage(this._base, 0, 0);
     pen.setTransform(this._ratio, 0, 0, this._ratio, 0, 0);
+    this._shade(pen);
     if (trail) this._trail.draw(pen, view, trail, on);
     if (this.actors) this.actors.draw(pen, view);
-    else drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
+    else {
+      if (this.moment.goal) this._drawGoal(pen, this.moment.goal);
+      drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
+    }
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
     if (this.onFrame) this.onFrame(performance.now() - began);
+  }
+
+  /** The cells that the robot has not seen, and the circle that its sensor reaches. @param {CanvasRenderingContext2D} pen */
+  _shade(pen) {
+    const { ground, view, moment } = this;
+    const { seen, robot } = moment;
+    if (!ground || !seen || this.actors || seen.run.length !== ground.width * ground.height) return;
+    this._unseen.put(seen, ground.width, ground.height, this.dark);
+    pen.imageSmoothingEnabled = view.scale * this._ratio < 1;
+    drawCells(pen, view, this._unseen.canvas);
+    if (!robot || seen.reach > ground.width + ground.height) return;
+    pen.strokeStyle = THEMES[this.dark ? "dark" : "light"].ink;
+    pen.lineWidth = 1;
+    pen.setLineDash([3, 4]);
+    pen.beginPath();
+    pen.arc(...view.pixel(robot[0], robot[1]), seen.reach * view.scale, 0, 2 * Math.PI);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  /** @param {CanvasRenderingContext2D} pen @param {Cell} goal */
+  _drawGoal(pen, goal) {
+    goalMark(pen, ...this.view.pixel(goal[0], goal[1]), Math.max(7, this.view.scale * 0.45), GOAL);
   }
 
   /** What changes seldom. */
@@ -222,6 +256,6 @@ export class MapView {
     for (const patrol of this.patrols) drawPatrol(pen, view, patrol);
     const r = Math.max(7, view.scale * 0.45);
     if (this.start) startMark(pen, ...view.pixel(this.start[0], this.start[1]), r, START);
-    if (this.goal) goalMark(pen, ...view.pixel(this.goal[0], this.goal[1]), r, GOAL);
+    if (this.goal && !this._chased) this._drawGoal(pen, this.goal);
   }
 }

@@ -12,11 +12,13 @@ const FAINT = 0.45;
 
 /**
  * What moves, at one moment. Places in cells, whole or between two. `still`: bodies that wait for a run to begin, faint.
+ * `seen`: what a robot with a sensor has seen; `goal`: where a goal that moves is.
  * `heading`: of the robot of a drive, radians counterclockwise on the screen; `outlines`, `headings`: of the bodies, null for a disc.
  * @typedef {{
  *   robot: [number, number] | null, bodies: Float32Array | null, kinds: string[], radii: number[],
  *   outlines?: Array<import("./shape.js").Outline | null>, headings?: number[],
  *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number, heading?: number}>, heading?: number,
+ *   seen?: import("./cells.js").Seen | null, goal?: [number, number] | null,
  * }} Moment
  */
 

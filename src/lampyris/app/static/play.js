@@ -3,7 +3,7 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
-import { headingsAt, outlinesOf } from "./runs.js";
+import { goalAt, headingsAt, outlinesOf, seenAt } from "./runs.js";
 
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
 
@@ -220,6 +220,7 @@ export class Player {
       if (moment.others?.some(({ heading }) => heading !== undefined)) moment.others = [];
       this._wait();
       moment.trail = null;
+      moment.seen = moment.goal = null;
     } else {
       this._copy(run);
       const t = Math.min(this.tick, run.ticks - 1);
@@ -231,6 +232,8 @@ export class Player {
       this._obstacles(run, k, f);
       moment.bodies = this._bodies;
       moment.trail = this._trail;
+      moment.seen = seenAt(run, t);
+      moment.goal = goalAt(run, t);
     }
     page.map.draw();
     page.tell("tick", this.tick);

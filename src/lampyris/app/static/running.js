@@ -3,7 +3,7 @@
 
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { addEvents, addSeen, addTicks, json, newRun } from "./frames.js";
 import { brought } from "./later.js";
 import { sentence } from "./make.js";
 
@@ -127,6 +127,7 @@ export class Runs {
         else if (kind === "D") page.driver?.addSamples(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
         else if (kind === "C") addCaps(bytes, run);
+        else if (kind === "U") addSeen(bytes, run);
         else if (kind === "P" && drives) this._progress(page.driver?.progressOf(json(bytes)) || page.driving);
         else if (kind === "Z") {
           run.end = json(bytes);

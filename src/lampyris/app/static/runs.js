@@ -3,7 +3,7 @@
 
 import { ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { addEvents, addSeen, addTicks, json, newRun } from "./frames.js";
 
 /**
  * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
@@ -24,6 +24,10 @@ export async function gather(frames, more) {
   for await (const { kind, bytes } of frames) {
     if (kind === "T") {
       if (run) addTicks(bytes, run);
+      continue;
+    }
+    if (kind === "U") {
+      if (run) addSeen(bytes, run);
       continue;
     }
     if (kind === "C") {
@@ -79,6 +83,20 @@ export function placeAt(run, t) {
   const f = k < last ? t - k : 0;
   const { robot } = run;
   return [robot[2 * k] + (f ? f * (robot[2 * k + 2] - robot[2 * k]) : 0), robot[2 * k + 1] + (f ? f * (robot[2 * k + 3] - robot[2 * k + 1]) : 0)];
+}
+
+/** Where the goal of a run is at a moment, between ticks too; null: it stands still. @param {Run} run @param {number} t @returns {[number, number] | null} */
+export function goalAt({ goals }, t) {
+  if (!goals) return null;
+  const k = Math.min(Math.floor(t), goals.length - 1);
+  const f = k + 1 < goals.length ? t - k : 0;
+  const next = goals[f ? k + 1 : k];
+  return [goals[k][0] + f * (next[0] - goals[k][0]), goals[k][1] + f * (next[1] - goals[k][1])];
+}
+
+/** What a robot with a sensor has seen at a moment; null: the map is known. @param {Run} run @param {number} t @returns {import("./cells.js").Seen | null} */
+export function seenAt(run, t) {
+  return run.seen && { run: run.seen, tick: Math.floor(t + 1e-6), reach: run.reach };
 }
 
 /** Outlines of a run's obstacles that are polygons; null: a disc. @param {Run} run @returns {Array<import("./shape.js").Outline | null>} */

@@ -5,9 +5,6 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
@@ -26,13 +23,13 @@ from lampyris.cli.option_groups import (
     RuleOptions,
     SimulationOptions,
     TrafficOptions,
+    ViaOptions,
     settings_in,
 )
-from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Save
+from lampyris.cli.options import Bag, Export, Film, Force, GoalTrack, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
-from lampyris.errors import FileError, SceneError, SettingError
 from lampyris.model.settings.sensor import FULL_TURN
 from lampyris.model.settings.simulation import SimulationSettings
 
@@ -46,6 +43,7 @@ def simulate(
     map_options: MapOptions,
     ends: EndOptions,
     robot: RobotOptions,
+    via: ViaOptions,
     rules: RuleOptions,
     planning: PlannerOptions,
     law_options: LawOptions,
@@ -65,34 +63,19 @@ def simulate(
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
-    goal_track: Annotated[
-        Path | None,
-        typer.Option(
-            "--goal-track",
-            metavar="FILE",
-            help="The goal moves: a CSV with columns x,y, its cell at each tick.",
-        ),
-    ] = None,
+    goal_track: GoalTrack = None,
 ) -> None:
     """Simulate a run among moving obstacles, cell by cell and tick by tick."""
-    from lampyris.cli.request import Request, budget_of, traffic_of
-    from lampyris.io.tracks.csv_tracks import read_track
-    from lampyris.model.traffic import Recorded
+    from lampyris.cli.request import Request, budget_of, file_errors, read_goal_track, traffic_of, with_goal
 
-    moving = None
-    codes = ["GOAL_TRACK"]
-    if goal_track is not None:
-        with _errors_in(goal_track, ("OBSTACLE_SPEED",)):
-            moving = Recorded(read_track(goal_track)).track
-        if ends.goal is None and ends.goal_m is None:
-            ends = replace(ends, goal=f"{moving[0][0]},{moving[0][1]}")
-            codes.append("GOAL_OUTSIDE")
+    moving = None if goal_track is None else read_goal_track(goal_track)
+    ends, codes = with_goal(ends, moving)
     request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, film=film, export=export, bag=bag)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
-    with _errors_in(goal_track, codes):
-        scenario = request.scenario()
+    with file_errors(goal_track, codes):
+        scenario = request.through(request.scenario(), via)
     scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
     scenario = replace(
         scenario,
@@ -101,20 +84,9 @@ def simulate(
         **settings_in(simulation, SimulationSettings),
         goal_track=moving,
     )
-    with _errors_in(goal_track, codes):
+    with file_errors(goal_track, codes):
         code = simulate_scenario(scenario, out, budget)
     raise typer.Exit(code)
-
-
-@contextmanager
-def _errors_in(file: Path | None, codes: Sequence[str]) -> Iterator[None]:
-    """Errors of these codes are about what a file holds, and name it."""
-    try:
-        yield
-    except (SceneError, SettingError) as problem:
-        if file is None or problem.code not in codes:
-            raise
-        raise FileError(problem.code, problem.what, where=os.fspath(file), allowed=problem.allowed) from None
 
 
 def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
@@ -181,7 +153,11 @@ def print_trace(run: Trace, *, name: str = "") -> None:
             else f"{degrees(run.sensor.field_of_view):.4g} degrees"
         )
         share = f"{seen:,} of {run.seen.size:,} cells seen"
-        rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}"))
+        cost = "" if run.sensor.unseen_cost == 1.0 else f"; unseen cells cost {run.sensor.unseen_cost:g}"
+        rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}{cost}"))
+    if run.via:
+        reached = f"{len(run.via_ticks)} of {len(run.via)} reached"
+        rows.insert(3, ("via", f"{text.some(run.via)}; {reached}"))
     if run.goal_track is not None:
         rows.insert(3, ("goal", f"moves; at {run.goal_at(run.ticks)} at the end"))
     if run.edits:

@@ -130,7 +130,7 @@ class _Build:
             file.name or "", map_[1], tuple(self.notes), self.parsed.where,
             self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
             inflation=Inflation(**file.inflation.model_dump()), sensor_range=simulation.sensor_range,
-            field_of_view=simulation.field_of_view, goal_track=goal_track,
+            field_of_view=simulation.field_of_view, unseen_cost=simulation.unseen_cost, goal_track=goal_track,
         )  # fmt: skip
 
     def _simulation(self, how: Any) -> Any:
@@ -299,10 +299,6 @@ class _Build:
 
     def _via(self, grid: Grid) -> list[Cell]:
         """The via points, each a cell of the map."""
-        runs: tuple[Any, ...] = (self.file.simulate, self.file.drive)
-        if self.file.via and any(one is not None for one in runs):
-            what = "via points in a simulation or a drive"
-            self.faults.keep(("via",), FileError("VIA", what, allowed="none; a plan passes via points"))
         cells: list[Cell] = []
         for k, given in enumerate(self.file.via):
             cell = grid.to_cell(*given.m) if isinstance(given, form.Point) else (given[0], given[1])

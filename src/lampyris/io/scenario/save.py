@@ -171,6 +171,7 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
             data["simulate"] |= {
                 "sensor_range": scenario.sensor_range,
                 "field_of_view": scenario.field_of_view,
+                "unseen_cost": scenario.unseen_cost,
             }
         if scenario.goal_track is not None:
             data["simulate"]["goal_track"] = [list(cell) for cell in scenario.goal_track]

@@ -73,8 +73,8 @@ class Scenario:
     edits : walls that come and go, all of them, in order of time; None: those of the scene. The scene follows
         them: what is of tick 0 is in its grid, the later ones are its edits.
     ground : the map before the edit of tick 0 and inflation; None: the scene's grid. The scene's grid is made from it.
-    sensor_range, field_of_view : of a simulation whose robot has a sensor in place of the map: metres, degrees. None: it
-        knows the map.
+    sensor_range, field_of_view, unseen_cost : of a simulation whose robot has a sensor in place of the map: metres,
+        degrees, what unseen cells cost. None: it knows the map.
     goal_track : of a simulation: the goal's cell at each tick; None: the goal stands still.
     inflation : costs of cells near walls, in the scene's terrain; walls that come later have none.
 
@@ -103,6 +103,7 @@ class Scenario:
     inflation: Inflation = field(default_factory=Inflation)
     sensor_range: float | None = None
     field_of_view: float = ALL_AROUND
+    unseen_cost: float = defaults.UNSEEN_COST
     goal_track: tuple[Cell, ...] | None = None
 
     def __post_init__(self) -> None:

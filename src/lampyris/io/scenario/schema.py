@@ -378,7 +378,7 @@ class ScenarioFile(ScenarioHead):
     start: End | None = Field(None, description="Where the robot starts; null: the map's own start.")
     goal: End | None = Field(None, description="Where it drives; null: the map's own goal.")
     via: list[Place] = Field(
-        [], max_length=MAX_VIA, description="What a plan passes on the way; simulations and drives have none."
+        [], max_length=MAX_VIA, description="What the robot passes on the way, one after the other."
     )
     via_order: Annotated[Literal["given", "best"], Rule("VIA_ORDER", ", ".join(defaults.VIA_ORDERS))] = Field(
         defaults.VIA_ORDER, description="The order of `via`: as given, or that with the shortest path."

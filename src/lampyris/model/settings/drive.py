@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
-from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SAMPLE_SMOOTH, Smooth
+from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SAMPLE_SMOOTH, UNSEEN_COST, Smooth
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
+from lampyris.model.settings.sensor import MOST_UNSEEN, Sensor
+from lampyris.model.settings.simulation import ALL_AROUND
 from lampyris.model.settings.steering import BRAKING, EXACT, Steering, controller_settings, names
 
 if TYPE_CHECKING:
@@ -57,6 +60,10 @@ class DriveSettings:
     controller_settings : settings of the controller by name.
     spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
         the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
+    sensor_range : how far the robot sees: it begins without the map, and cells count as free until they are seen. For planners
+        on cells, perfect tracking and laws of the physical family.
+    field_of_view : angle that the sensor sees around the direction of travel.
+    unseen_cost : what a cell that has not been seen costs to enter, as a multiple of what it costs once it is seen.
 
     Raises
     ------
@@ -81,6 +88,9 @@ class DriveSettings:
     spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")
     controller: str = word(EXACT, names())
     safety_filter: SafetyFilter = word(BRAKING, get_args(SafetyFilter))
+    sensor_range: float | None = number(None, 1e-3, 1e6, unit="metres", none="the map is known")
+    field_of_view: float = number(ALL_AROUND, 0.0, ALL_AROUND, unit="degrees", above=True)
+    unseen_cost: float = number(UNSEEN_COST, 1.0, MOST_UNSEEN)
     controller_settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
@@ -95,6 +105,19 @@ class DriveSettings:
             )
         object.__setattr__(self, "controller_settings", dict(given))
         controller_settings(self.controller, given)
+        for name, usual in (("field_of_view", ALL_AROUND), ("unseen_cost", UNSEEN_COST)):
+            if self.sensor_range is None and getattr(self, name) != usual:
+                raise SettingError(
+                    "DRIVE_SETTING", f"{getattr(self, name):g} without a range of the sensor", where=name,
+                    allowed="together with sensor_range",
+                )  # fmt: skip
+
+    @property
+    def map_sensor(self) -> Sensor | None:
+        """The sensor of a robot that does not know the map; None: it does."""
+        if self.sensor_range is None:
+            return None
+        return Sensor(self.sensor_range, math.radians(self.field_of_view), self.unseen_cost)
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> DriveSettings:

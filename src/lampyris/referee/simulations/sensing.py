@@ -18,11 +18,13 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Trace
 from lampyris.referee.geometry.shapes import Ints, disc_cells
 from lampyris.referee.verdict import Violation
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, Floats
 
 Bools = NDArray[np.bool_]
 _ANGLE = 1e-6
 """Radians that rounding may add to the field of view."""
+_BORDER = 1e-6
+"""Cells by which a place may be rounded."""
 
 
 def sensing_violation(trace: Trace) -> Violation | None:
@@ -64,39 +66,82 @@ def _bumpers(trace: Trace, seen: Ints | NDArray[np.int32]) -> Violation | None:
 
 
 def _sights(trace: Trace, sensor: Sensor, seen: Ints | NDArray[np.int32]) -> Violation | None:
-    """Every cell that was seen was in sight at that tick."""
-    rows, columns = np.nonzero(seen >= 0)
-    ticks = seen[rows, columns].astype(np.int64)
-    at = trace.robot[ticks].astype(np.int64)
-    d = np.stack((columns, rows), axis=1) - at
-    claimed = np.abs(d).max(axis=1, initial=0) > _near(trace)
-    squared = (d * d).sum(axis=1) * trace.scene.grid.resolution * trace.scene.grid.resolution
-    far = claimed & (squared > sensor.range_m * sensor.range_m * (1.0 + 1e-8))
-    aside = claimed & _aside(trace, sensor, ticks, d)
-    hidden = claimed & ~far & ~aside & ~_in_sight(trace.scene.grid, at, d, claimed)
-    for wrong, what in (
-        (far, "beyond the range"),
-        (aside, "outside the field of view"),
-        (hidden, "out of sight"),
-    ):
-        if wrong.any():
-            k = int(wrong.argmax())
-            where = f"({columns[k]}, {rows[k]}) is {what} of the robot at ({at[k, 0]}, {at[k, 1]})"
-            return Violation("sight", f"tick {ticks[k]}", where)
-    return None
-
-
-def _aside(trace: Trace, sensor: Sensor, ticks: Ints, d: Ints) -> Bools:
-    """Which cells lie outside the field of view of a robot that looks where it last moved to."""
-    if sensor.field_of_view >= 2 * math.pi:
-        return np.zeros(len(d), dtype=np.bool_)
+    """Every cell that was seen was in sight at that tick of a robot that looks where it last moved to."""
     steps = np.diff(trace.robot.astype(np.int64), axis=0, prepend=trace.robot[:1])
     last = np.maximum.accumulate(np.where(steps.any(axis=1), np.arange(len(steps)), 0))
-    heading = steps[last[ticks]]
+    return sight_violation(
+        trace.scene.grid,
+        sensor,
+        seen,
+        trace.robot.astype(np.float64),
+        steps[last].astype(np.float64),
+        _near(trace),
+    )
+
+
+def sight_violation(
+    grid: Grid, sensor: Sensor, seen: Ints | NDArray[np.int32], xy: Floats, heading: Floats, near: int, give: float = _ANGLE
+) -> Violation | None:  # fmt: skip
+    """Whether a cell was seen that could not be seen at its tick.
+
+    Parameters
+    ----------
+    seen : the tick of each cell, -1 never.
+    xy, heading : where the robot is at each tick, cells, and where it looks, (0, 0): all around; (ticks, 2). A robot that
+        stands on the border of two cells, but for rounding, looks from either.
+    near : columns and rows within which it sees everything.
+    give : radians that rounding may add to the field of view.
+    """
+    rows, columns = np.nonzero(seen >= 0)
+    ticks = seen[rows, columns].astype(np.int64)
+    cells = np.stack((columns, rows), axis=1)
+    first: Violation | None = None
+    left = np.arange(len(cells))
+    for nudge in (
+        (0.0, 0.0),
+        (_BORDER, _BORDER),
+        (-_BORDER, -_BORDER),
+        (_BORDER, -_BORDER),
+        (-_BORDER, _BORDER),
+    ):
+        at = np.floor(xy[ticks[left]] + 0.5 + nudge).astype(np.int64)
+        wrong, words = _wrong(grid, sensor, cells[left], at, heading[ticks[left]], near, give)
+        if not wrong.any():
+            return None
+        if first is None:
+            k = int(wrong.argmax())
+            (x, y), (u, v) = cells[left][k], at[k]
+            first = Violation(
+                "sight", f"tick {ticks[left][k]}", f"({x}, {y}) is {words[k]} of the robot at ({u}, {v})"
+            )
+            if (np.abs(xy - np.floor(xy)) == 0.0).all():
+                return first  # in the middle of cells there is nothing to be rounded
+        left = left[wrong]
+    return first
+
+
+def _wrong(
+    grid: Grid, sensor: Sensor, cells: Ints, at: Ints, heading: Floats, near: int, give: float
+) -> tuple[Bools, list[str]]:
+    """Which cells could not be seen from where the robot was, and why not."""
+    d = cells - at
+    claimed = np.abs(d).max(axis=1, initial=0) > near
+    squared = (d * d).sum(axis=1) * grid.resolution * grid.resolution
+    far = claimed & (squared > sensor.range_m * sensor.range_m * (1.0 + 1e-8))
+    aside = claimed & _aside(sensor, heading, d, give)
+    hidden = claimed & ~far & ~aside & ~_in_sight(grid, at, d, claimed)
+    words = np.where(far, "beyond the range", np.where(aside, "outside the field of view", "out of sight"))
+    return far | aside | hidden, words.tolist()
+
+
+def _aside(sensor: Sensor, heading: Floats, d: Ints, give: float) -> Bools:
+    """Which cells lie outside the field of view."""
+    if sensor.field_of_view >= 2 * math.pi:
+        return np.zeros(len(d), dtype=np.bool_)
     along = (d * heading).sum(axis=1)
     across = d[:, 0] * heading[:, 1] - d[:, 1] * heading[:, 0]
     angle = np.arctan2(np.abs(across), along)
-    outside: Bools = heading.any(axis=1) & (angle > 0.5 * sensor.field_of_view + _ANGLE)
+    outside: Bools = heading.any(axis=1) & (angle > 0.5 * sensor.field_of_view + give)
     return outside
 
 

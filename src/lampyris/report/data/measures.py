@@ -47,6 +47,7 @@ METRICS = (
   on the goal (of a plan: the same as found).
 * Of a simulation with edits the optimum, the gap, the cost-to-go and the clearance are by the map at tick 0:
   a gap can be less than 0 then.
+* Of a simulation whose goal moves there is no optimum, gap or cost-to-go.
 * ``collisions``: of the robot's own making. ``hits``: obstacles that ran into the standing robot.
 * ``near_m``: the least free distance between the robot's rim and an obstacle's over the whole run, metres, 0
   where they touch; None without obstacles. Of a simulation at its ticks, of a drive every :data:`LOOK`
@@ -167,6 +168,8 @@ def trace_metrics(trace: Trace, known: Known, published: Published = None) -> Me
     if trace.arrived and trace.path is not None:
         _path_measures(out, trace.path, scene, known)
         out["ticks"] = trace.ticks
+    if trace.goal_track is not None:  # the optimum is the cost to where the goal was at first
+        out.update(dict.fromkeys(("optimal", "gap", "cost_to_go")))
     return out
 
 

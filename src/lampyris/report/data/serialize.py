@@ -205,6 +205,11 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "goals": None
         if trace.goal_track is None
         else [list(trace.goal_at(t)) for t in range(trace.ticks + 1)],
+        **(
+            {"via": [list(cell) for cell in trace.via], "via_ticks": list(trace.via_ticks)}
+            if trace.via
+            else {}
+        ),
         "timing": dict(trace.timing),
     }
 
@@ -264,6 +269,16 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
         **({} if drive.goal_tolerance is None else _followed(drive)),
+        **(
+            {"via": [list(cell) for cell in drive.via], "via_times": list(drive.via_times)}
+            if drive.via
+            else {}
+        ),
+        **(
+            {}
+            if drive.sensor is None or drive.seen is None
+            else {"sensor": asdict(drive.sensor), "seen": drive.seen.tolist()}
+        ),
         "obstacle_specs": [
             {
                 "kind": obstacle.kind,

@@ -38,7 +38,7 @@ def film_drive(
 
     It runs in real time where that takes at most 240 frames, and quicker by a whole factor otherwise, which
     its caption tells. The path driven stays behind as a line coloured by speed; below stand the time, the
-    speed and what binds it. The same drive gives the same bytes.
+    speed and what binds it. What a robot with a sensor has not seen is shaded. The same drive gives the same bytes.
 
     Parameters
     ----------
@@ -80,7 +80,12 @@ class DriveRenderer:
         self.drive = drive
         self._quick, self._step = quick, quick / fps / _FINE
         scene = drive.scene
-        self._sheet = sheet = Sheet(scene.grid, scene.goal, [b.kind for b in drive.obstacle_specs], scale)
+        kinds, senses = [b.kind for b in drive.obstacle_specs], drive.seen is not None
+        self._sheet = sheet = Sheet(scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses)
+        self._range = None
+        if drive.sensor is not None:
+            pixels = round(drive.sensor.range_m / scene.grid.resolution * sheet.scale)
+            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
         looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -108,6 +113,7 @@ class DriveRenderer:
             for track in drive.tracks
         ]
         robot = sheet.at(*drive.at(np.array([moment]))[0][0].tolist())
+        self._shade(canvas, moment, robot)
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *place)
@@ -127,6 +133,16 @@ class DriveRenderer:
             blend(canvas, self._footprint(moment), *robot)
         self._caption(canvas, moment, words)
         return canvas
+
+    def _shade(self, canvas: Rgb, moment: float, robot: tuple[float, float]) -> None:
+        """What a robot with a sensor has not seen, how far it sees, and the goal on it."""
+        drive = self.drive
+        if drive.seen is None:
+            return
+        self._sheet.shade(canvas, (drive.seen < 0) | (drive.seen > int(moment / drive.period + 1e-9)))
+        if self._range is not None:
+            blend(canvas, self._range, *robot)
+        self._sheet.star(canvas, *drive.scene.goal)
 
     def _footprint(self, moment: float) -> sprites.Sprite:
         """The robot's outline to scale, turned."""

@@ -44,14 +44,16 @@ class Wheel(NamedTuple):
 
 
 def wheel(
-    scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster, *, poses: bool = False
-) -> Wheel:
+    scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster, *, poses: bool = False,
+    known: Callable[[], Scene] | None = None,
+) -> Wheel:  # fmt: skip
     """Who drives by a law, given by name or by settings.
 
     Parameters
     ----------
     obstacle_info : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
     poses : whether curves of poses are driven, which have the robot's outline.
+    known : the scene as it is known now, by which ceilings are made; None: ``scene``.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def wheel(
     ground = outlined(scene) if poses else scene
 
     def ceiling(samples: SampledPath) -> Profile | None:
-        return laws.profile(samples, ground, law=settings)
+        return laws.profile(samples, ground if known is None else known(), law=settings)
 
     def limits(samples: SampledPath) -> Profile | None:
         return None

@@ -43,6 +43,7 @@ from lampyris.sim.continuous.leg import covered_cells
 from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
+from lampyris.sim.continuous.sight import Sight
 from lampyris.sim.continuous.state import DriveState
 from lampyris.sim.continuous.timed_replanner import TimedReplanner
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
@@ -50,9 +51,13 @@ from lampyris.sim.sensor import FaultySensor, ObstacleSensor, PerfectSensor, Sen
 from lampyris.sim.traffic.motion_sources import MotionSource
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
 from lampyris.sim.world.pose_lookup import PoseLookup
+from lampyris.sim.world.targets import REACHED, Targets, aimed
 from lampyris.sim.world.trajectory import Trajectory
 from lampyris.sim.world.waiting import WAITS, Waiting
 
+SEEN = "Walls seen on the path."
+UNKNOWING_LAWS = ("dissertation", "rpp")
+"""Laws whose controllers look at all walls."""
 UNTIMED_LAWS = ("rpp",)
 """Laws whose controllers look at no planned times."""
 _LONGER = "choose a longer period"
@@ -147,20 +152,28 @@ class DriveSimulation(Exclusive):
         self.watch = SensorMonitor(scene.grid.resolution, radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
-        self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster, poses=poses)
+        self.sight = self._sight_of(planner, law)
+        known = None if self.sight is None else self._known
+        self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster, poses=poses, known=known)
         kind = TimedReplanner if timed else PoseReplanner if poses else Replanner
-        self.replanner = kind(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        opened = scene if self.sight is None else self.sight.map.given
+        self.visits = self._visits_of(planner, opened)
+        opened = aimed(opened, self.visits.target)
+        self.replanner = kind(opened, planner, self.seed, one.smooth, one.spacing, budget)
+        if self.sight is not None:
+            self.replanner.learn(self.sight.scene, [], ())
         if isinstance(self.replanner, TimedReplanner):
             self.replanner.known = frozenset(self.others.roster.whole)
+        self._walls_ahead = False
         self.log = Log()
         self.state = DriveState(self.replanner.nowhere(self.wheel.ceiling))
         cell = scene.grid.resolution
         self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
         self._begin()
         self.others.open(sources, None if self.state.leg.nowhere else self.state.leg.route)
-        self.optimum = self.state.leg.seconds if not self.state.leg.nowhere else None
+        self.optimum = self.state.leg.seconds if not (self.state.leg.nowhere or self.visits.via) else None
         self._cut: tuple[str, ...] = ()
-        limit = 60.0 + 10.0 * self.state.leg.seconds if one.time_limit is None else one.time_limit
+        limit = self._ample() if one.time_limit is None else one.time_limit
         self.time_limit = self._within_decisions(limit)
         self.state.total_s = time.perf_counter() - began
         self.state.loading_s = loading.seconds() - loaded
@@ -180,6 +193,58 @@ class DriveSimulation(Exclusive):
         """Where the robot is, cells."""
         return self.state.leg.route.at(self.state.s)
 
+    def _sight_of(self, planner: Planner, law: SpeedLaw) -> Sight | None:
+        """What the robot sees of a map that it does not know; None: it knows the map.
+
+        Raises
+        ------
+        UsageError : ``CONTROLLER``, ``LAW``, ``SENSOR_TRACKING``: what a robot without the map does not go with.
+        """
+        one = self.settings
+        if one.map_sensor is None:
+            return None
+        if planner.traits.plans_headings or one.steering is not None:
+            raise UsageError(
+                "PLANNER", f"{planner.name}, which plans poses, and a map that is not known", setting="planner",
+                allowed="a planner on cells, such as dstar-lite, with sensor_range",
+            )  # fmt: skip
+        if name_of(law) in UNKNOWING_LAWS:
+            raise UsageError(
+                "LAW", f"the law {name_of(law)} and a map that is not known", where="law",
+                allowed="physical and its variants, optimum, constant",
+            )  # fmt: skip
+        if one.tracking != "perfect":
+            raise UsageError(
+                "SENSOR_TRACKING", f"tracking {one.tracking} and a map that is not known", setting="tracking",
+                allowed="perfect, with sensor_range",
+            )  # fmt: skip
+        return Sight(self.scene, one.map_sensor, spacing_of(one.spacing, self.scene))
+
+    def _visits_of(self, planner: Planner, scene: Scene) -> Targets:
+        """The via points and the goal, in the order of visits.
+
+        Raises
+        ------
+        UsageError : ``VIA``: a planner of poses.
+        """
+        visits = Targets(scene, planner)
+        visits.reach(scene.start, 0.0)
+        return visits
+
+    def _known(self) -> Scene:
+        """The scene as far as it has been seen."""
+        assert self.sight is not None
+        return self.sight.scene
+
+    def _ample(self) -> float:
+        """A time limit that no drive needs: of a robot without the map, or with via points, time for ways not yet planned."""
+        limit = 60.0 + 10.0 * self.state.leg.seconds
+        if self.sight is None and not self.visits.via:
+            return limit
+        grid, robot = self.scene.grid, self.scene.robot
+        across = (grid.width + grid.height) * grid.resolution / robot.v_max
+        return limit + 10.0 * across * (1 + len(self.visits.via))
+
     # ---- paths --------------------
 
     def _begin(self) -> None:
@@ -190,7 +255,8 @@ class DriveSimulation(Exclusive):
             if self.others.roster.obstacles:
                 verdict = self.replanner.without_traffic()
             if verdict.status in _NEVER:
-                self._end(_NEVER[verdict.status], verdict.sentence)
+                own = self.visits.done or verdict.status is Status.START_OCCUPIED
+                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
@@ -204,7 +270,7 @@ class DriveSimulation(Exclusive):
             self._know_goal(verdict)
             there = curve is not None and self.state.leg.nowhere
         else:
-            there = self.scene.start == self.scene.goal
+            there = self.scene.start == self.scene.goal and self.visits.done
         if there:
             self._arrive()
 
@@ -289,6 +355,7 @@ class DriveSimulation(Exclusive):
         xy, message = self.xy, self.watch.last
         self.log.tell(self.state.t, "replan", xy, why)
         self.state.map_changed = False
+        hidden, self._walls_ahead = self._walls_ahead, False
         self.waiting.asked()
         leg, s = self.state.leg, self.state.s
         if isinstance(self.replanner, TimedReplanner):
@@ -297,11 +364,22 @@ class DriveSimulation(Exclusive):
         self._end_without_path(plan)
         if curve is not None and len(curve.lengths):
             self._take(curve)
+        elif hidden and self.state.outcome is None:
+            self.state.map_changed = self._walls_ahead = True  # the old path leads through them: ask again
 
     def _end_without_path(self, plan: Plan) -> None:
         """End the drive if an update of the map has left no path."""
         if not plan and self.replanner.blocked and plan.status in _NEVER:
             self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
+        elif not plan and (self.sight is not None or self.visits.via) and plan.status in _NEVER:
+            verdict = self.replanner.without_traffic() if self.others.roster.obstacles else plan
+            if verdict.status in _NEVER:
+                seen = (
+                    "By what the robot has seen there is no path."
+                    if self.sight
+                    else "From there no path leads on."
+                )
+                self._end(Outcome.STOPPED, f"{seen} {verdict.sentence}")
 
     def _demand_room(self) -> None:
         """Refuse, before anything is planned, what the straight line to the goal alone makes too much.
@@ -377,6 +455,8 @@ class DriveSimulation(Exclusive):
         if self.replanner.update(self.watch.blocked):
             self.state.map_changed = True
             self.log.tell(t, "fault", xy, "An update of the map blocks cells; the path is replanned.")
+        if self.sight is not None:
+            self._look(self.sight)
         if fault and self.state.fault_since < 0.0:
             self.state.fault, self.state.fault_since = f"{fault[0].upper()}{fault[1:]}", t
             self.log.tell(t, "fault", xy, f"{self.state.fault}.")
@@ -387,6 +467,16 @@ class DriveSimulation(Exclusive):
             fault and self.state.v == 0.0 and t - self.state.fault_since >= self.settings.data_timeout - 1e-9
         ):
             self._end(Outcome.STOPPED, f"{self.state.fault}, from {self.state.fault_since:.4g} s on.")
+
+    def _look(self, sight: Sight) -> None:
+        """See more of the map, and brake if a wall is in the path."""
+        leg, at = self.state.leg, node_at(self.state.leg, self.state.s)
+        walls = sight.look(leg, self.state.s, self.state.periods - 1)
+        if walls or sight.map.ground:
+            self.replanner.learn(sight.scene, walls, sight.map.ground)
+        if walls and sight.blocks(walls, leg, at):
+            self.state.map_changed = self._walls_ahead = True
+            self.log.tell(self.state.t, "wall", self.xy, "Walls seen on the path; it is planned again.")
 
     def _must_brake(self) -> Decision | None:
         """Full braking, where there is a reason for it that no controller is asked about."""
@@ -411,15 +501,17 @@ class DriveSimulation(Exclusive):
         return made if named else made._replace(cause_index=-1)
 
     def _state(self, period: float) -> State:
-        one, last = self.settings, self.watch.last
+        one, last, leg = self.settings, self.watch.last, self.state.leg
         assert last is not None
+        if self.sight is not None:
+            leg = self.sight.capped(leg, self.wheel.ceiling, self.scene.robot.d_max)
         s, v = self.train.commanded(self.state.s, self.state.v)
         return State(
             t=self.state.t,
             s=s,
             v=v,
             at=node_at(self.state.leg, s),
-            leg=self.state.leg,
+            leg=leg,
             robot=self.scene.robot,
             message=last,
             still=last.stamp - self.watch.since,
@@ -451,7 +543,7 @@ class DriveSimulation(Exclusive):
         if isinstance(route, PoseLookup):
             left = (route.length - s) / self.scene.grid.resolution
             return not self.state.leg.nowhere and left <= AT_GOAL
-        (x, y), (gx, gy) = self.state.leg.route.at(s), self.scene.goal
+        (x, y), (gx, gy) = self.state.leg.route.at(s), self.visits.target
         return not self.state.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
     def _contacts(self, trajectory: Trajectory) -> None:
@@ -494,11 +586,22 @@ class DriveSimulation(Exclusive):
         if self.state.outcome is not None:
             return
         if self.state.v == 0.0 and self._at_goal(self.state.s):
-            self._arrive()
+            if self.visits.done:
+                self._arrive()
+            else:
+                self._pass()
         elif self.state.t >= self.time_limit:
             self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.state.t:.6g} s, the limit.")
         else:
             self._wait(self.state.t - before)
+
+    def _pass(self) -> None:
+        """Turn to the next target from the via point that the robot stands on."""
+        here = self.visits.target
+        self.visits.reach(here, self.state.t)
+        self.log.tell(self.state.t, "via", self.xy, REACHED)
+        self.replanner.aim(self.visits.target)
+        self._replan(REACHED)
 
     def _wait(self, seconds: float) -> None:
         """Ask again, or give up, when obstacles have kept the robot from getting on for long."""
@@ -507,7 +610,7 @@ class DriveSimulation(Exclusive):
         if self.state.v > 0.0:
             return
         if self.state.map_changed:
-            self._replan("An update of the map blocks cells.")
+            self._replan(SEEN if self._walls_ahead else "An update of the map blocks cells.")
         elif kept:
             if not waiting.reported:
                 waiting.reported = True
@@ -582,6 +685,10 @@ class DriveSimulation(Exclusive):
             notes=(*replanner.notes.all(), *self._cut),
             goal_tolerance=self.state.goal_tolerance,
             timetables=tuple(self.state.timetables) if any(self.state.timetables) else (),
+            sensor=None if self.sight is None else self.settings.map_sensor,
+            via=self.visits.via,
+            via_times=tuple(self.visits.times),
+            seen=None if self.sight is None else self.sight.map.seen.reshape(self.scene.grid.blocked.shape),
         )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lampyris._core.defaults import DRIVE_SPACING, Smooth
 from lampyris.errors import SettingError
 from lampyris.kernels import loading
@@ -25,6 +27,7 @@ from lampyris.sim.continuous.leg import (
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.motion_sources import stream
 from lampyris.sim.world.notes import Notes
+from lampyris.sim.world.targets import aimed
 from lampyris.typing import Cell, Floats
 
 
@@ -55,12 +58,13 @@ class Replanner:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
         self.spacing = spacing_of(spacing, scene)
         self.budget = budget
-        self.session = planner.open(scene, stream(seed, 0))
+        self.session = planner.open(self.scene, stream(seed, 0))
         self.replans = self.expansions = 0
         self.seconds = 0.0
         self.blocked: list[Cell] = []
         self._free = free_space(scene)
         self._unreported: list[Cell] = []
+        self._ground: dict[Cell, int] = {}
         self.notes = Notes()
 
     def first(self, message: ObstacleMessage) -> Plan:
@@ -120,6 +124,26 @@ class Replanner:
                 self._free[y, x] = False
         return bool(fresh)
 
+    def aim(self, target: Cell) -> None:
+        """Plan to another target from now on, by a new session."""
+        self.scene = aimed(self.scene, target)
+        self.session = self.planner.open(self.scene, stream(self.seed, 0))
+        self._unreported = list(self.blocked)
+
+    def learn(self, known: Scene, walls: list[Cell], ground: Sequence[tuple[Cell, int]]) -> None:
+        """Take in what a robot without the map has seen.
+
+        Parameters
+        ----------
+        known : the scene as it is known now.
+        walls, ground : new walls, and free cells with their terrain value where unseen cells cost more.
+        """
+        self.scene = aimed(known, self.scene.goal)
+        self._unreported += walls
+        self._ground |= dict(ground)
+        if walls:
+            self._free = free_space(known)
+
     def curve(
         self, plan: Plan, xy: tuple[float, float], message: ObstacleMessage | None, more: Floats | None = None
     ) -> Curve | None:
@@ -147,7 +171,10 @@ class Replanner:
         return self.leg(standing(self.scene, (float(x), float(y))), ceiling)
 
     def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
-        return self._answer(Change(robot=robot, obstacles=shut - {robot}, blocked=self._news()))
+        ground = tuple(self._ground.items())
+        return self._answer(
+            Change(robot=robot, obstacles=shut - {robot}, blocked=self._news(), terrain=ground)
+        )
 
     def _news(self) -> tuple[Cell, ...]:
         """Cells that the map's updates have blocked since the planner was last asked."""
@@ -158,6 +185,7 @@ class Replanner:
         plan = self.session.plan(change, self.budget)
         self.notes.add(plan.notes)
         self._unreported.clear()
+        self._ground.clear()
         self._count(plan, began)
         return plan
 

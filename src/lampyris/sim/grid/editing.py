@@ -30,9 +30,9 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event
 from lampyris.model.traffic import Recorded
 from lampyris.planning.field.layers import free_cells
-from lampyris.sim.grid.seen_map import FOUND, SeenMap
 from lampyris.sim.traffic.traffic import Traffic
 from lampyris.sim.world.cell_index import Shape
+from lampyris.sim.world.seen_map import FOUND, PRICED, SeenMap
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell
 
@@ -89,11 +89,12 @@ class Walls:
         self.known = replace(scene, edits=()) if scene.edits else scene
         self.scene = replace(self.known, traffic=()) if scene.edits else scene
         if self.seen is not None:
-            self.known = self.scene = self.seen.scene
+            self.known, self.scene = self.seen.given, self.seen.scene
         self.done: list[Edit] = []
         self._given, self._world = scene, world
         self._left = deque(scene.edits)
         self._news: dict[Cell, bool] = {}
+        self._ground: dict[Cell, int] = {}
         shapes = [(world.robot_shape, scene.robot.radius)]
         shapes += [(s, obstacle.radius) for obstacle, s in zip(traffic.obstacles, world.shapes, strict=True)]
         shapes += [(walkers.shape, walkers.spec.radius) for walkers in traffic.walkers]
@@ -193,21 +194,24 @@ class Walls:
         """
         assert self.seen is not None
         walls = self.seen.look(robot, heading, tick)
-        if not walls:
+        if not (walls or self.seen.ground):
             return ""
-        self.known = self.scene = self.seen.scene
+        self.known, self.scene = self.seen.given, self.seen.scene
         self._news |= dict.fromkeys(walls, True)
-        return FOUND if self.seen.cuts(walls, route) else ""
+        self._ground |= dict(self.seen.ground)
+        cut = bool(walls) and self.seen.cuts(walls, route)
+        return FOUND if cut else PRICED if self.seen.prices else ""
 
     def as_reported(self, change: Change) -> Change:
         """The change with what has turned since the planner was last asked."""
-        if not self._news:
+        if not (self._news or self._ground):
             return change
         blocked = tuple(cell for cell, wall in self._news.items() if wall)
         freed = tuple(cell for cell, wall in self._news.items() if not wall)
         terrain = self._given.grid.terrain
         ground = () if terrain is None else tuple(((x, y), int(terrain[y, x])) for x, y in freed)
-        self._news = {}
+        ground += tuple(self._ground.items())
+        self._news, self._ground = {}, {}
         return replace(change, blocked=blocked, freed=freed, terrain=ground)
 
 

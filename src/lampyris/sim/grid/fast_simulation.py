@@ -88,7 +88,7 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     """
     if type(planner) is not AdGso or not (law == "dissertation" or isinstance(law, DissertationLaw)):
         return False
-    if scene.edits:
+    if scene.edits or scene.via:
         return False
     plain = planner.gates != "replan" and planner.choice != "roulette" and planner.iter_max is None
     plain = plain and not (

@@ -3,7 +3,8 @@
 From tick t to t + 1, in this order:
 
 0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`). A goal that
-   moves does so now (:mod:`lampyris.sim.grid.pursuit`).
+   moves does so now (:mod:`lampyris.sim.grid.pursuit`). Via points are driven to one after the other, each by a new
+   session of the planner; the goal is the last (:mod:`lampyris.sim.world.targets`).
 1. **Obstacles move**: recorded ones (whatever the others do), crossing ones, patrols, random walkers; within
    a kind in order of index. Each sees the new places of those that have moved and the old places of the
    rest.
@@ -12,7 +13,7 @@ From tick t to t + 1, in this order:
    again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
    asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
 4. **The tick is recorded**, with the robot's speed and what bound it. A robot with a sensor looks around from its new
-   cell (:mod:`lampyris.sim.grid.seen_map`); it is asked again in the next tick where a new wall is in its path.
+   cell (:mod:`lampyris.sim.world.seen_map`); it is asked again in the next tick where a new wall is in its path.
 
 Legal, for every two obstacles: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow
@@ -71,6 +72,7 @@ from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.notes import Notes
+from lampyris.sim.world.targets import REACHED, Targets, aimed
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
@@ -160,8 +162,10 @@ class Simulation(Exclusive):
         self.traffic = open_traffic(scene, self.world, self.seed)
         self.walls = Walls(scene, self.world, self.traffic, sensor)
         self.tick_speed = TickSpeed(scene if sensor is None else self.walls.scene, law)
-        self.session = planner.open(self.walls.known, self._stream())
-        self._aim = scene.goal
+        self.visits = Targets(self.walls.known, planner, goal_track is not None)
+        self.visits.reach(scene.start, 0)
+        self.goal = self._aim = self.visits.target
+        self.session = planner.open(aimed(self.walls.known, self.goal), self._stream())
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
         self._begin()
@@ -197,7 +201,7 @@ class Simulation(Exclusive):
         if self.state.last_tick is None:
             steps = max(len(self.state.following.route) - 1, 0)
             TICKS.demand(steps, "the path", instead="say how many ticks there are")
-            most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
+            most = 10 * (scene.grid.height + scene.grid.width) * (1 + len(self.visits.via)) + 4 * steps
             most += 0 if self.pursuit is None else 2 * len(self.pursuit.cells)
             self.state.last_tick = min(most, TICKS.allowed)
         if not self.plan:
@@ -206,15 +210,16 @@ class Simulation(Exclusive):
             closed = closed or (self.pursuit is not None and verdict.status is not Status.START_OCCUPIED)
             if verdict.status in _NEVER and not closed:
                 self.state.started = False
-                self._end(_NEVER[verdict.status], verdict.sentence)
+                own = self.visits.done or verdict.status is Status.START_OCCUPIED
+                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
                 return
-        if scene.start == scene.goal:
+        if scene.start == scene.goal and self.visits.done:
             self._arrive()
 
     def _without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = loading.cpu()
-        session = self.planner.open(self.walls.known, self._stream())
+        session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
         plan = session.plan(Change(robot=self.scene.start), self.budget)
         self.state.planning_s += loading.cpu() - began
         self.state.expansions += plan.expansions
@@ -232,10 +237,10 @@ class Simulation(Exclusive):
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
-        if self.goal != self._aim and self.pursuit is not None and not self.pursuit.known:
+        if self.goal != self._aim and (self.pursuit is None or not self.pursuit.known):
             # All costs to the goal are other now: a search that went on from them had no less to do.
             self._aim = self.goal
-            self.session = self.planner.open(replace(self.walls.known, goal=self.goal), self._stream())
+            self.session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
         repaired = self.state.repaired
         ahead = self._ahead()
         plan = self.state.plan = self.session.plan(self.walls.as_reported(change), self.budget)
@@ -374,7 +379,8 @@ class Simulation(Exclusive):
         if not on.counted:
             self.state.iterations += self.plan.iterations if self.plan.commit is None else 1
             on.counted = True
-        if here == self.goal:
+        self._pass(here)
+        if here == self.goal and self.visits.done:
             self.state.speeds.append(0.0)
             self.state.causes.append("goal")
             self._arrive()
@@ -382,6 +388,14 @@ class Simulation(Exclusive):
         speed, cause = self.tick_speed.drive([came, *on.route[on.at :]], seen_cells(self.world))
         self.state.speeds.append(speed)
         self.state.causes.append(cause)
+
+    def _pass(self, here: Cell) -> None:
+        """Turn to the next target where the robot has come to a via point that was next."""
+        if self.visits.done or not self.visits.reach(here, self.now):
+            return
+        self._tell("via", here, REACHED)
+        self.goal = self.visits.target
+        self.state.map_news = REACHED
 
     def _look(self, heading: Cell) -> None:
         """See more of the map from where the robot has just come to stand."""
@@ -421,12 +435,14 @@ class Simulation(Exclusive):
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
         if (
-            self.sensor is not None
+            (self.sensor is not None or self.visits.via)
+            and not self.walls.may_open
             and self.plan.status in _NEVER
             and not (self.scene.traffic or self.pursuit)
         ):
             # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
-            self._end(_NEVER[self.plan.status], self.plan.sentence)
+            outcome = _NEVER[self.plan.status]
+            self._end(outcome if self.visits.done else Outcome.NO_PATH, self.plan.sentence)
         elif self.state.waiting > self.patience:
             self._give_up(self.state.waiting)
 
@@ -489,6 +505,8 @@ class Simulation(Exclusive):
             edits=tuple(self.walls.done),
             notes=self.notes.all(),
             sensor=self.sensor,
+            via=self.visits.via,
+            via_ticks=tuple(int(tick) for tick in self.visits.times),
             goal_track=None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
             seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
         )

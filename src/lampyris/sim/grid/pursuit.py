@@ -44,25 +44,12 @@ class GoalPursuit:
     """
 
     def __init__(self, scene: Scene, track: Recorded | Sequence[Any], planner: Planner) -> None:
-        cells = (track if isinstance(track, Recorded) else Recorded(tuple(track))).track
         if scene.edits:
             raise SettingError.of(
                 "GOAL_EDITS", "goal_track", "walls that come and go during the run", where="scene.edits",
                 allowed="a goal that moves, or edits after tick 0; not both",
             )  # fmt: skip
-        if cells[0] != scene.goal:
-            raise SceneError(
-                "GOAL_TRACK",
-                f"the track begins at {cells[0]}",
-                where="goal_track",
-                allowed=f"the goal, {scene.goal}",
-            )
-        free = free_space(scene)
-        for k, (x, y) in enumerate(cells):
-            if not scene.grid.contains((x, y)) or not free[y, x]:
-                what, may = f"cell {(x, y)} at tick {k}", "cells of the map on which the robot can stand"
-                raise SceneError("GOAL_TRACK", what, where="goal_track", allowed=may)
-        self.cells = cells
+        self.cells = checked_track(scene, track)
         self.known = planner.traits.sees_traffic and getattr(planner, "tracks", "known") != "hidden"
 
     def at(self, tick: int) -> Cell:
@@ -72,3 +59,26 @@ class GoalPursuit:
     def ahead(self, tick: int) -> tuple[Cell, ...]:
         """The goal's cells from a tick on, the last where it stays."""
         return self.cells[min(tick, len(self.cells) - 1) :]
+
+
+def checked_track(scene: Scene, track: Recorded | Sequence[Any]) -> tuple[Cell, ...]:
+    """A goal's cells from tick 0 on.
+
+    Raises
+    ------
+    SettingError, SceneError : as :class:`GoalPursuit`.
+    """
+    cells = (track if isinstance(track, Recorded) else Recorded(tuple(track))).track
+    if cells[0] != scene.goal:
+        raise SceneError(
+            "GOAL_TRACK",
+            f"the track begins at {cells[0]}",
+            where="goal_track",
+            allowed=f"the goal, {scene.goal}",
+        )
+    free = free_space(scene)
+    for k, (x, y) in enumerate(cells):
+        if not scene.grid.contains((x, y)) or not free[y, x]:
+            what, may = f"cell {(x, y)} at tick {k}", "cells of the map on which the robot can stand"
+            raise SceneError("GOAL_TRACK", what, where="goal_track", allowed=may)
+    return cells

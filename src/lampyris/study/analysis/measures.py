@@ -57,6 +57,10 @@ ON_PATH = (
             "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
     Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest path", 100.0),
     Measure(
+        "path_ratio", "path / map known", "less", "of a robot with a sensor: the cost of its path over that of the same planner "
+        "with the map known, in the same world, where both came to the goal",
+    ),
+    Measure(
         "cost_m", "cost (m)", "less", "of a plan of poses: what its planner minimises, length with its prices for reversing, for "
         "changes of gear and for turning in place; planners with other prices are compared by their lengths and times",
     ),
@@ -99,6 +103,11 @@ TIME = (
 WORK = (
     Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),
     Measure("expansions", "expansions", "less", "cells, or poses, that the planner looked at"),
+    Measure(
+        "expansions_ratio", "expansions / map known", "less",
+        "of a robot with a sensor: its expansions over those of the same planner with the map known, in the same world, where "
+        "both came to the goal",
+    ),
     Measure("replans", "replans", "less", "number of replans on the way"),
     Measure(
         "path_switches", "path switches", "less", "times that a new plan left for another route than the last"
@@ -106,7 +115,7 @@ WORK = (
     Measure(
         "path_switches_per_100", "path switches in 100 ticks", "less", "of the whole run, arrived or not"
     ),
-)
+)  # fmt: skip
 TIMING = (
     Measure("cpu_s", "CPU (s)", "less", "processor time of the run on the machine that ran it"),
     Measure("plan_s", "planning (s)", "less", "of it, in the planner"),
@@ -121,6 +130,7 @@ AT_GOAL = frozenset(
     (
         "cost",
         "gap",
+        "path_ratio",
         "length_cells",
         "length_any_angle",
         "length_m",

@@ -9,11 +9,14 @@ from typing import Any
 from lampyris.report.data.fleet_measures import FLEET_METRICS
 from lampyris.report.data.measures import METRICS
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Study
+from lampyris.study.design.study import SENSOR_LABELS, Config, Study, canonical
 
 LABELS = ("map", "query", "traffic", "seed", "planner", "law", "published")
 FLEET_LABELS = ("map", "query", "robots", "seed", "planner")
 """The same of studies of fleets."""
+KNOWN_RATIOS = ("path_ratio", "expansions_ratio")
+"""Columns of a study with sensors, of runs with a sensor: the run's cost and expansions over those of the same planner and
+law with the map known, in the same world; where both arrived."""
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What depends on the machine: the last columns, and left out wherever bytes are compared."""
 
@@ -97,7 +100,7 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
     del place
     order = sorted(range(len(index)), key=index.__getitem__)
     of_fleets = study.kind == "fleet"
-    labels = FLEET_LABELS if of_fleets else LABELS
+    labels = _labels(study)
     metrics = _ordered(FLEET_METRICS if of_fleets else METRICS, held.metrics)
     timing = _ordered(TIMING, held.timing)
     columns: dict[str, Column] = {name: [] for name in ("index", "key", *labels)}
@@ -110,7 +113,45 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
         for name in names:
             column = source.pop(name, None)
             columns[name] = [None] * len(order) if column is None else [column[k] for k in order]
+    if study.senses:
+        _add_known_ratios(columns, study)
+        metrics = (*metrics, *KNOWN_RATIOS)
+        columns |= {name: columns.pop(name) for name in timing}
     return ResultTable(columns, metrics, timing, len(study), strange)
+
+
+def _labels(study: Study) -> tuple[str, ...]:
+    """The labels of a study's jobs."""
+    if study.kind == "fleet":
+        return FLEET_LABELS
+    return (*LABELS, *SENSOR_LABELS) if study.senses else LABELS
+
+
+def _add_known_ratios(columns: dict[str, Column], study: Study) -> None:
+    """Add :data:`KNOWN_RATIOS`; None where there is no such pair of runs."""
+    laws, entrants = len(study.laws), len(study.planners) * len(study.laws)
+    known = {_identity(p): k for k, p in enumerate(study.planners) if p.sensor is None}
+    partner = [None if p.sensor is None else known.get(_identity(p)) for p in study.planners]
+    place = {index: k for k, index in enumerate(columns["index"])}
+    for name, metric in zip(KNOWN_RATIOS, ("cost", "expansions"), strict=True):
+        ratios: Column = []
+        for k, index in enumerate(columns["index"]):
+            world, entrant = divmod(index, entrants)
+            other = partner[entrant // laws]
+            at = None if other is None else place.get(world * entrants + other * laws + entrant % laws)
+            ratios.append(None if at is None else _ratio(columns, metric, k, at))
+        columns[name] = ratios
+
+
+def _identity(planner: Config) -> bytes:
+    return canonical([planner.name, dict(planner.settings), planner.origin])
+
+
+def _ratio(columns: dict[str, Column], metric: str, k: int, known: int) -> float | None:
+    if not (columns["arrived"][k] and columns["arrived"][known]):
+        return None
+    value, base = columns[metric][k], columns[metric][known]
+    return value / base if value is not None and base else None
 
 
 def code_of(error: str) -> str:
@@ -167,5 +208,5 @@ def _label(columns: dict[str, Column], study: Study, wanted: list[int]) -> None:
         k += 1
         columns["index"].append(job.index)
         columns["key"].append(job.key)
-        for name in FLEET_LABELS if study.kind == "fleet" else LABELS:
+        for name in _labels(study):
             columns[name].append(job.labels[name])

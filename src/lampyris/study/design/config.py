@@ -19,6 +19,8 @@ from lampyris.io.scenario.map_source import Mistakes, setting_path
 from lampyris.io.scenario.robot_table import with_footprint
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.strict_yaml import KeyPath, shown
+from lampyris.model.settings.sensor import Sensor
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.traffic import RandomWalk
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
@@ -150,6 +152,21 @@ def traffic_cases_of(given: list[Any], tried: Tried) -> Made[StudyTraffic]:
             if traffic is not None:
                 made.append((traffic, key_path))
     tried.each_once(made, lambda c: canonical(c.plain), "DUPLICATE", "the same obstacles a second time")
+    return made
+
+
+def sensors_of(given: list[Any], tried: Tried) -> Made[Sensor | None]:
+    """The sensors of a study file, each once; None: the map is known."""
+    made: Made[Sensor | None] = []
+    for k, one in enumerate(given):
+        key_path: KeyPath = ("sensors", k)
+        if isinstance(one, str):
+            made.append((None, key_path))
+            continue
+        settings = tried(key_path, partial(SimulationSettings, **one.model_dump()))
+        if settings is not None:
+            made.append((settings.sensor, key_path))
+    tried.each_once(made, lambda sensor: sensor, "DUPLICATE", "the same sensor a second time")
     return made
 
 

@@ -38,7 +38,7 @@ from lampyris.study.design.study_size import check_size, name_of
 from lampyris.study.design.worlds import Worlds, listed_queries, scen_files, spread
 
 MOVES = "four-connected"
-_ALONE = ("laws", "traffic", "ticks", "patience", "drive", "preset", "inflation")
+_ALONE = ("laws", "traffic", "ticks", "patience", "drive", "preset", "inflation", "sensors")
 """Keys of studies of one robot."""
 
 

@@ -24,10 +24,11 @@ _BATCHES = 500
 
 
 class QueryEnd(NamedTuple):
-    """An end of a query: a cell, and the pose in it where one is given."""
+    """An end of a query: a cell, the pose in it where one is given, and the cells of a goal that moves."""
 
     cell: Cell
     pose: Pose | None = None
+    track: tuple[Cell, ...] | None = None
 
 
 def draw_queries(

@@ -32,8 +32,9 @@ from lampyris.io.scenario.schema import (
     RowsMap,
     schema_of,
 )
-from lampyris.io.scenario.schema_types import Rule, Seed, Table, Word
+from lampyris.io.scenario.schema_types import Pair, Rule, Seed, Table, Word
 from lampyris.io.text.strict_yaml import shown
+from lampyris.io.tracks.csv_tracks import MAX_TICKS
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.sim.traffic.mobility import MOBILITIES
 
@@ -62,14 +63,28 @@ if TYPE_CHECKING:
     Patience: TypeAlias = int | None
     _TICKS: Any = None
     _PATIENCE: Any = None
+    SensorRange: TypeAlias = float | None
+    FieldOfView: TypeAlias = float
+    UnseenCost: TypeAlias = float
+    _FIELD_OF_VIEW: Any = None
+    _UNSEEN_COST: Any = None
 else:
     Ticks, _TICKS = key_of(SimulationSettings, "ticks")
     Patience, _PATIENCE = key_of(SimulationSettings, "patience")
+    SensorRange, _ = key_of(SimulationSettings, "sensor_range")
+    FieldOfView, _FIELD_OF_VIEW = key_of(SimulationSettings, "field_of_view")
+    UnseenCost, _UNSEEN_COST = key_of(SimulationSettings, "unseen_cost")
 
 
 def _by_type(**tags: str) -> Discriminator:
     """Which of several forms a value has, by the name of its type."""
     return Discriminator(lambda value: tags.get(type(value).__name__))
+
+
+GoalTrack: TypeAlias = Annotated[
+    Annotated[list[Pair], Field(min_length=1, max_length=MAX_TICKS)] | None,
+    Rule("GOAL_TRACK", "one or more cells [x, y], one a tick, or null"),
+]
 
 
 # ---- maps and queries --------------------
@@ -80,6 +95,10 @@ class QueryTable(Table):
 
     start: End = Field(description="Where the robot starts.")
     goal: End = Field(description="Where it drives.")
+    goal_track: GoalTrack = Field(
+        None,
+        description="The goal's cell at each tick from 0, which is `goal`; after the last it stays. Null: it stands still.",
+    )
 
 
 class RandomTable(Table):
@@ -297,6 +316,24 @@ TrafficEntry: TypeAlias = Annotated[
 ]
 
 
+class SensorTable(Table):
+    """A sensor in place of the map: the robot knows the walls that it has seen."""
+
+    sensor_range: SensorRange = Field(
+        None, description="How far it sees, metres. Null: as `none`, the map is known."
+    )
+    field_of_view: FieldOfView = _FIELD_OF_VIEW
+    unseen_cost: UnseenCost = _UNSEEN_COST
+
+
+SensorEntry: TypeAlias = Annotated[
+    Annotated[Literal["none"], Rule("SENSOR", "none, or a table"), Tag("sensor-none")]
+    | Annotated[SensorTable, Tag("sensor-table")],
+    _by_type(str="sensor-none", dict="sensor-table"),
+    Rule("TYPE", "none, or {sensor_range: METRES, field_of_view: DEGREES, unseen_cost: FACTOR}"),
+]
+
+
 # ---- the whole --------------------
 
 
@@ -367,7 +404,8 @@ class StudyFile(Table):
         Literal["plan", "simulate", "drive", "fleet"] | None, Rule("KIND", "plan, simulate, drive or fleet")
     ] = Field(
         None,
-        description="What a run is; null: fleet if there are `robots`, simulate if there is traffic, else plan.",
+        description="What a run is; null: fleet if there are `robots`, simulate if there is traffic, a sensor or a "
+        "goal that moves, else plan.",
     )
     robots: _Robots = Field(
         None,
@@ -399,6 +437,14 @@ class StudyFile(Table):
         Field(min_length=1, max_length=MAX_ENTRIES),
         Rule("TRAFFIC", "one or more entries; none for a world without obstacles"),
     ] = Field(["none"], description="What moves besides the robot: every entry is a world of its own.")
+    sensors: Annotated[
+        list[SensorEntry],
+        Field(min_length=1, max_length=MAX_ENTRIES),
+        Rule("SENSORS", "one or more entries; none for a map that is known"),
+    ] = Field(
+        ["none"],
+        description="What the robot sees of a map that it does not know: every planner plans with each entry.",
+    )
     seeds: Seeds = Field(1, description="Numbers of the seeds: how many, from 0 on, or which.")
     seed: Seed = Field(0, description="Seed of all random draws: same seed, same bytes.")
     budget: BudgetTable | None = Field(

@@ -10,7 +10,7 @@ import binascii
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any, NoReturn, get_args
 
 import numpy as np
@@ -21,6 +21,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.text.strict_yaml import shown
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.traffic import obstacle_footprint
 from lampyris.study.design.study import (
     RESULTS,
@@ -64,6 +65,7 @@ def study_plain(study: Study) -> dict[str, Any]:
             {
                 "map": number[w.ground.hash], "start": list(w.start), "goal": list(w.goal),
                 "published": w.published, **w.poses,
+                **({} if w.goal_track is None else {"goal_track": [list(cell) for cell in w.goal_track]}),
                 **({} if w.fleet is None else {"fleet": packed_fleet(w.fleet)}),
             }
             for w in study.worlds
@@ -179,7 +181,7 @@ def _each_once(study: Study) -> None:
     """Refuse a study that has something twice: jobs would have the same key."""
     whats: dict[str, list[Any]] = {
         "world": [(w.ground.hash, *w.identity) for w in study.worlds],
-        "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
+        "planner": [canonical(_config_record(w)) for w in study.planners],
         "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
         "traffic_case": [canonical(c.plain) for c in study.traffic_cases],
         "seed": list(study.seeds),
@@ -198,7 +200,9 @@ def _typed(value: Any, *kinds: type) -> Any:
 
 def _config_of(record: Mapping[str, Any], label: str) -> Config:
     name, settings, origin = record["name"], record["settings"], record["origin"]
-    return Config(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
+    given = record.get("sensor")
+    sensor = None if given is None else Sensor(**_typed(given, dict))
+    return Config(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str), sensor)
 
 
 def _worlds(plain: Mapping[str, Any], maps: list[StudyMap]) -> tuple[World, ...]:
@@ -253,7 +257,8 @@ def _world(record: Mapping[str, Any], maps: list[StudyMap]) -> World:
     )
     fleet = unpacked_fleet(record["fleet"], ground.grid) if "fleet" in record else None
     published = _typed(record["published"], float, int, _NONE)
-    return World(ground, start, goal, published, start_pose, goal_pose, fleet)
+    track = tuple(_cell(pair, ground) for pair in record["goal_track"]) if "goal_track" in record else None
+    return World(ground, start, goal, published, start_pose, goal_pose, fleet, track)
 
 
 def _ground(record: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:
@@ -291,7 +296,8 @@ def _pose(given: Any, cell: Cell, ground: StudyMap) -> Pose | None:
 
 
 def _config_record(who: Config) -> dict[str, Any]:
-    return {"name": who.name, "settings": dict(who.settings), "origin": who.origin}
+    sensor = {} if who.sensor is None else {"sensor": asdict(who.sensor)}
+    return {"name": who.name, "settings": dict(who.settings), "origin": who.origin, **sensor}
 
 
 def _copied(value: Any) -> Any:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import __version__
-from lampyris._core.defaults import TRACKS
+from lampyris._core.defaults import TRACKS, UNSEEN_COST
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose
 from lampyris.model.robot import Polygon
+from lampyris.model.settings.sensor import FULL_TURN, Sensor
 from lampyris.typing import Cell
 
 RESULTS = 1
@@ -39,27 +40,41 @@ what happens. ``live``: the draws are the same, but obstacles yield to the robot
 that from the first time that one waits for it their tracks are its own."""
 
 
+SENSOR_LABELS = ("sensor_range", "field_of_view", "unseen_cost")
+"""Labels of the jobs of a study in which some robot has a sensor."""
+
+
 @dataclass(frozen=True, slots=True)
 class Config:
     """A planner or a speed law with all its settings, none left to a default, and what a table calls it.
 
-    ``origin`` is the distribution and version that a third-party planner comes from; empty for our own.
+    ``origin`` is the distribution and version that a third-party planner comes from; empty for our own. ``sensor``
+    is that of a robot that begins without the map; None: the planner knows the map.
     """
 
     name: str
     settings: Mapping[str, Any] = field(default_factory=dict)
     label: str = ""
     origin: str = ""
+    sensor: Sensor | None = None
 
     @property
     def called(self) -> str:
         """What a table calls it."""
-        return self.label or self.name
+        name = self.label or self.name
+        return name if self.sensor is None else f"{name} ({sensor_words(self.sensor)})"
 
     @property
     def starts_exact(self) -> bool:
         """Whether it is a swarm planner of ours that starts from the exact shortest path."""
         return not self.origin and self.settings.get("seeded") is True
+
+
+def sensor_words(sensor: Sensor) -> str:
+    """What a table calls a sensor: ``sensor 6 m, 90 deg, unseen 2``."""
+    angle = "" if sensor.field_of_view >= FULL_TURN else f", {math.degrees(sensor.field_of_view):.4g} deg"
+    cost = "" if sensor.unseen_cost == UNSEEN_COST else f", unseen {sensor.unseen_cost:g}"
+    return f"sensor {sensor.range_m:g} m{angle}{cost}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +169,7 @@ class World:
     start_pose, goal_pose : x, y (metres of the map frame) and yaw (radians) for planners of poses, in these cells;
         None: any heading at the centre of the cell.
     fleet : the robots, in a study of fleets; ``start`` and ``goal`` are those of the first.
+    goal_track : the goal's cell at each tick, of a goal that moves; after the last it stays.
     """
 
     ground: StudyMap
@@ -163,19 +179,24 @@ class World:
     start_pose: Pose | None = None
     goal_pose: Pose | None = None
     fleet: FleetQuery | None = None
+    goal_track: tuple[Cell, ...] | None = None
 
     @property
     def identity(self) -> tuple[Any, ...]:
         """What tells it from others on its map."""
         robots = None if self.fleet is None else self.fleet.hash
-        return self.start, self.goal, self.start_pose, self.goal_pose, robots
+        return self.start, self.goal, self.start_pose, self.goal_pose, robots, self.goal_track
 
     @property
     def query(self) -> str:
         """What a table calls the query."""
         if self.fleet is not None:
             return self.fleet.name
-        return f"{_end_words(self.start, self.start_pose)} to {_end_words(self.goal, self.goal_pose)}"
+        words = f"{_end_words(self.start, self.start_pose)} to {_end_words(self.goal, self.goal_pose)}"
+        if self.goal_track is None:
+            return words
+        mark = hashlib.sha256(canonical(self.goal_track)).hexdigest()[:6]
+        return f"{words}, which moves for {len(self.goal_track) - 1} ticks ({mark})"
 
     @property
     def poses(self) -> dict[str, list[float]]:
@@ -244,6 +265,11 @@ class Study:
         )
 
     @property
+    def senses(self) -> bool:
+        """Whether some robot has a sensor in place of the map."""
+        return any(planner.sensor is not None for planner in self.planners)
+
+    @property
     def grounds(self) -> Mapping[str, StudyMap]:
         """Its maps by hash."""
         return {world.ground.hash: world.ground for world in self.worlds}
@@ -293,6 +319,7 @@ def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> i
     drawn = {**traffic.plain, "tracks": "live"}
     poses: list[Any] = [world.poses] if world.poses else []
     poses += [] if world.fleet is None else [world.fleet.hash]
+    poses += [] if world.goal_track is None else [world.goal_track]
     identity = canonical([root, world.ground.hash, world.start, world.goal, *poses, drawn, number])
     return int.from_bytes(hashlib.sha256(identity).digest()[:8], "big") >> 1
 
@@ -340,6 +367,8 @@ def _job(
         "ticks": study.ticks,
         "patience": study.patience,
         "drive": dict(study.drive),
+        **({} if planner.sensor is None else {"sensor": asdict(planner.sensor)}),
+        **({} if world.goal_track is None else {"goal_track": [list(cell) for cell in world.goal_track]}),
     }
     labels = {
         "map": world.ground.name,
@@ -350,8 +379,18 @@ def _job(
         "law": law.called,
         "published": world.published,
     }
+    if study.senses:
+        labels |= sensor_labels(planner.sensor)
     key = hashlib.sha256(canonical(plain)).hexdigest()
     return Job(index, key, MappingProxyType(plain), MappingProxyType(labels))
+
+
+def sensor_labels(sensor: Sensor | None) -> dict[str, float | None]:
+    """The columns of a study with sensors: range in metres, degrees and price; None where the map is known."""
+    if sensor is None:
+        return dict.fromkeys(SENSOR_LABELS)
+    values = (sensor.range_m, round(math.degrees(sensor.field_of_view), 9), sensor.unseen_cost)
+    return dict(zip(SENSOR_LABELS, values, strict=True))
 
 
 def _fleet_job(

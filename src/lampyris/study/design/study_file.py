@@ -6,7 +6,7 @@ YAML, or JSON where the name ends in ``.json``, read by the same machinery as sc
 from __future__ import annotations
 
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
@@ -16,6 +16,7 @@ from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
 from lampyris.model.settings.inflation import Inflation
+from lampyris.model.settings.sensor import Sensor
 from lampyris.study.design import bundled
 from lampyris.study.design.study import Config, Kind, Study, StudyTraffic, World
 from lampyris.study.design.study_size import check_size, name_of
@@ -118,7 +119,7 @@ def _parsed(name: str) -> tuple[Document, bool]:
 
 
 def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> Study:
-    from lampyris.study.design.config import Tried, laws_of, planners_of, traffic_cases_of
+    from lampyris.study.design.config import Tried, laws_of, planners_of, sensors_of, traffic_cases_of
     from lampyris.study.design.worlds import Worlds
 
     if file.kind == "fleet" or (file.kind is None and file.robots is not None):
@@ -131,7 +132,7 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
         tried.refuse(("robots",), fault)
     moves, law = PRESETS[file.preset]
     moves = file.moves or moves
-    planners = planners_of(file.planners, tried)
+    planners = with_sensors(planners_of(file.planners, tried), sensors_of(file.sensors, tried))
     laws = laws_of(file.laws, law, tried)
     traffic_cases = traffic_cases_of(file.traffic, tried)
     many = file.seeds if isinstance(file.seeds, int) else len(file.seeds)
@@ -143,9 +144,13 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
     sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "traffic cases": len(traffic_cases)}
     check_size(parsed, {"queries": _least_queries(file), **sizes})
     robot = tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
-    kind = file.kind or ("simulate" if any(c.count for c, _ in traffic_cases) else "plan")
+    sensed = any(planner.sensor is not None for planner, _ in planners)
+    moving = _goals_that_move(file)
+    driven = sensed or moving or any(c.count for c, _ in traffic_cases)
+    kind = file.kind or ("simulate" if driven else "plan")
     _check_kind(file, kind, traffic_cases, tried)
     inflation = Inflation(**file.inflation.model_dump())
+    _check_sensors(kind, sensed, moving, inflation, tried)
     poses = _check_poses(planners, kind, tried)
     reader = Worlds(files, tried, robot, moves, inflation, file.seed, has_folder, poses)
     worlds = reader.of(file.maps)
@@ -184,6 +189,17 @@ def _settings_of(robot: Robot) -> dict[str, Any]:
     }
 
 
+def with_sensors(planners: Made[Config], sensors: Made[Sensor | None]) -> Made[Config]:
+    """Every planner with every sensor."""
+    return [(replace(p, sensor=sensor), key_path) for p, key_path in planners for sensor, _ in sensors]
+
+
+def _goals_that_move(file: StudyFile) -> bool:
+    """Whether some query has a goal that moves."""
+    listed: Any = (getattr(one, "queries", None) for one in file.maps)
+    return any(q.goal_track is not None for some in listed if isinstance(some, list) for q in some)
+
+
 def _least_queries(file: StudyFile) -> int:
     """How many queries there will be at least, as far as that can be said before a map is read."""
     from lampyris.study.design.schema import RandomTable
@@ -216,7 +232,27 @@ def _check_kind(file: StudyFile, kind: Kind, traffic_cases: Made[StudyTraffic], 
     if kind == "drive":
         from lampyris.model.settings.drive import DriveSettings
 
-        tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
+        made = tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
+        if made is not None and made.sensor_range is not None:
+            fault = FileError(
+                "KEY", "`sensor_range` in a study of drives", allowed="`sensors`, with kind simulate"
+            )
+            tried.refuse(("drive", "sensor_range"), fault)
+
+
+def _check_sensors(kind: Kind, sensed: bool, moving: bool, inflation: Inflation, tried: Tried) -> None:
+    """Sensors and goals that move are of simulations; costs near walls are of known ones."""
+    may = "with kind simulate"
+    if sensed and kind != "simulate":
+        tried.refuse(("sensors",), FileError("KEY", f"`sensors` with kind {kind}", allowed=may))
+    if moving and kind != "simulate":
+        tried.refuse(("maps",), FileError("KEY", f"`goal_track` with kind {kind}", allowed=may))
+    if sensed and inflation.inflation_radius > 0:
+        fault = FileError(
+            "SENSOR_INFLATION", "sensors with inflation, whose costs are those of all walls of the map",
+            allowed="sensors, or inflation; not both",
+        )  # fmt: skip
+        tried.refuse(("sensors",), fault)
 
 
 def _check_poses(planners: Made[Config], kind: Kind, tried: Tried) -> bool:
@@ -270,4 +306,10 @@ def _drive(file: StudyFile) -> dict[str, Any]:
     """Every setting of a drive."""
     from lampyris.model.settings.drive import DriveSettings
 
-    return asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))
+    settings = asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))
+    # No study has drives with a sensor: keys of runs do not speak of it.
+    return {
+        key: value
+        for key, value in settings.items()
+        if key not in ("sensor_range", "field_of_view", "unseen_cost")
+    }

@@ -25,6 +25,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.settings.inflation import Inflation
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.lattice.standing import Standing
+from lampyris.sim.grid.pursuit import checked_track
 from lampyris.study.design import schema as form
 from lampyris.study.design.config import Made, Tried
 from lampyris.study.design.random_queries import QueryEnd, draw_queries
@@ -105,8 +106,11 @@ class Worlds:
         for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
             scene = self.tried(at, self._check, ground, free, start, goal)
             if scene is not None:
-                world = World(ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose)
-                self._add(world, at)
+                track = goal.track
+                if track is not None and self.tried((*at, "goal_track"), checked_track, scene, track) is None:
+                    continue
+                poses = (scene.start_pose, scene.goal_pose)
+                self._add(World(ground, scene.start, scene.goal, None, *poses, goal_track=track), at)
 
     def _read(self, spec: Any, key_path: KeyPath) -> _Read:
         """A map, its ground, and where the robot fits; maps that are said alike are read once.
@@ -286,6 +290,8 @@ def listed_queries(
     """Both ends of each query of a list, and its place in the file."""
     for k, query in enumerate(queries):
         start, goal = (_end_of(end, grid) for end in (query.start, query.goal))
+        if query.goal_track is not None:
+            goal = goal._replace(track=tuple((x, y) for x, y in query.goal_track))
         yield start, goal, (*key_path, k)
 
 

@@ -220,7 +220,7 @@ def entrants(study: Study) -> int:
 def _whose(study: Study) -> tuple[list[bool], list[bool]]:
     """Of each planner and each law, whether it is there for the first time."""
     return (
-        _firsts((who.name, who.origin, canonical(who.settings)) for who in study.planners),
+        _firsts((who.name, who.origin, canonical(who.settings), who.sensor) for who in study.planners),
         _firsts((who.name, canonical(who.settings)) for who in study.laws),
     )
 

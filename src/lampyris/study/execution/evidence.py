@@ -26,9 +26,11 @@ from lampyris.model.path import Path
 from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
 from lampyris.planning.field.layers import moves_for, moves_on
+from lampyris.typing import Cell
 
 MAX_BYTES = 512 * 2**20
 """Of all arrays of one run together, unpacked."""
@@ -48,7 +50,7 @@ _PROFILE = dict.fromkeys("svat", ("<f8", 1)) | {
 }  # fmt: skip
 _TRACE = {
     "robot": ("<i4", 2), "tracks": ("<i4", 2), "appears": ("<i4", 1), "speed": ("<f8", 1),
-    "cause": ("<i2", 1), "events": ("<i4", 2),
+    "cause": ("<i2", 1), "events": ("<i4", 2), "seen": ("<i4", 2),
 }  # fmt: skip
 """What arrays a noun has, their elements and how many axes."""
 
@@ -284,6 +286,8 @@ def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
         "cause": cause,
         "events": np.array(rows, dtype=np.int32).reshape(-1, 4),
     }
+    if trace.seen is not None:
+        arrays["seen"] = trace.seen
     if not replayed:
         arrays["appears"] = np.array(trace.appears, dtype=np.int32)
         if trace.tracks:
@@ -314,6 +318,8 @@ def trace_of(
     seed: int,
     obstacles: Callable[[int], Sequence[Obstacle]],
     replayed: Callable[[int], NDArray[np.int32]] | None,
+    sensor: Sensor | None = None,
+    goal_track: Sequence[Cell] | None = None,
 ) -> Trace:
     """The simulation that is claimed.
 
@@ -323,6 +329,7 @@ def trace_of(
     planner, law, seed : of the job; the law's name and units.
     obstacles : what so many obstacles of this world are.
     replayed : the cells of all obstacles up to a tick, int32 (ticks + 1, obstacles, 2); None: they are in the evidence.
+    sensor, goal_track : of the job.
 
     Raises
     ------
@@ -357,7 +364,8 @@ def trace_of(
             waits=waits, iterations=iterations, expansions=expansions, path_switches=path_switches,
             path=None if path is None else _path(path, robot[moved], scene),
             last_tick=None if plain["last_tick"] is None else whole(plain["last_tick"], "last_tick"),
-            notes=notes_of(plain),
+            notes=notes_of(plain), sensor=sensor, seen=got.get("seen"),
+            goal_track=None if goal_track is None else np.array(goal_track, dtype=np.int32),
         )  # fmt: skip
 
     return reading("simulate", plain, read)

@@ -19,6 +19,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.settings.drive import DriveSettings
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.traffic import Obstacle, ObstacleSpec
 from lampyris.planning import registry
 from lampyris.planning.field.layers import clearance, free_space, moves_for
@@ -230,6 +231,34 @@ def place_of(plain: Mapping[str, Any], grid: Grid) -> Place:
     """
     said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot")
     return _places.get(said, lambda: _place(plain, grid), grid.blocked.size)
+
+
+def sensor_of(plain: Mapping[str, Any]) -> Sensor | None:
+    """The sensor of a job's robot; None: it knows the map.
+
+    Raises
+    ------
+    InputError : ``JOB``: it is none.
+    """
+    given = plain.get("sensor")
+    try:
+        return None if given is None else Sensor(**given)
+    except (KeyError, TypeError, ValueError) as wrong:
+        raise not_a_job(wrong) from None
+
+
+def goal_track_of(plain: Mapping[str, Any]) -> list[Cell] | None:
+    """The cells of a job's goal, if it moves.
+
+    Raises
+    ------
+    InputError : ``JOB``: they are none.
+    """
+    given = plain.get("goal_track")
+    try:
+        return None if given is None else [(int(x), int(y)) for x, y in given]
+    except (TypeError, ValueError) as wrong:
+        raise not_a_job(wrong) from None
 
 
 def plans_poses(plain: Mapping[str, Any]) -> bool:

@@ -38,7 +38,7 @@ from lampyris.study.execution.drive_evidence import drive_of
 from lampyris.study.execution.evidence import plan_of, trace_of
 from lampyris.study.execution.fleets.verify_fleets import verified_fleet
 from lampyris.study.execution.rejected import RejectedResult, demand, refuse
-from lampyris.study.execution.site import Place, StudyWorld, world_of
+from lampyris.study.execution.site import Place, StudyWorld, goal_track_of, sensor_of, world_of
 from lampyris.study.execution.verify_poses import goal_tolerance, room_of, verified_plan
 
 MAX_WORDS = 500
@@ -209,6 +209,8 @@ def _simulated(
         seed=world.seed,
         obstacles=lambda count: _obstacles(world, count),
         replayed=replayed if world.replayed else None,
+        sensor=sensor_of(plain),
+        goal_track=goal_track_of(plain),
     )
     if trace.ticks > last or (trace.outcome is Outcome.TIMEOUT and trace.ticks < last):
         refuse(f"{trace.outcome.value} after {trace.ticks} ticks; the last is {last}")

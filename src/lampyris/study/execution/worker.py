@@ -357,7 +357,9 @@ def _simulated(task: _Task, scene: Scene, drawn: int | None = None) -> Trace:
     """By the fast kernel where it knows the rules and nobody looks at a clock; ``drawn``: ticks of tracks."""
     planner, law, clock, last = task.planner, task.law, task.clock, task.last_tick
     seed, patience = task.world.seed, task.patience
-    if clock.budget is None and isinstance(planner, AdGso) and fast_simulation.supported(scene, planner, law):
+    sensor, track = site.sensor_of(task.plain), site.goal_track_of(task.plain)
+    plain = sensor is None and track is None and clock.budget is None
+    if plain and isinstance(planner, AdGso) and fast_simulation.supported(scene, planner, law):
         runs = _fast_runs(task, scene, planner)
         found = runs.run(seed, last, budget=task.given)
         if found is not None:
@@ -369,8 +371,9 @@ def _simulated(task: _Task, scene: Scene, drawn: int | None = None) -> Trace:
             raise _Outlasted
 
     return loop.run(
-        scene, planner, seed=seed, ticks=last, law=law, patience=patience, budget=task.given, progress=look
-    )
+        scene, planner, seed=seed, ticks=last, law=law, patience=patience, sensor=sensor, goal_track=track,
+        budget=task.given, progress=look,
+    )  # fmt: skip
 
 
 def _fast_runs(task: _Task, scene: Scene, planner: AdGso) -> fast_simulation.FastRuns:

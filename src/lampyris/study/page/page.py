@@ -23,7 +23,7 @@ from lampyris.study.analysis.summary import summarise
 from lampyris.study.analysis.summary_tables import map_tabs, order_tabs, pair_tabs, traffic_tabs
 from lampyris.study.analysis.table import ResultTable
 from lampyris.study.design.serialize import study_plain
-from lampyris.study.design.study import RESULTS, Config, Study, StudyMap, canonical
+from lampyris.study.design.study import RESULTS, Config, Study, StudyMap, canonical, sensor_words
 from lampyris.study.design.traffic_labels import place_words, traffic_words
 from lampyris.study.page import figures
 from lampyris.study.page.films import films as films_of
@@ -148,10 +148,19 @@ def _asked(study: Study) -> list[tuple[str, Any]]:
         ("root seed", study.root),
         ("moves", study.moves),
         ("budget", _budget(study)),
+        ("sensors", _sensors(study)),
         ("robot", _settings(study.robot)),
         ("drive", _settings(study.drive)),
         ("version", f"lampyris {__version__}, results {RESULTS}"),
     ]
+
+
+def _sensors(study: Study) -> str:
+    """What robots know of the map; nothing where all know it."""
+    if not study.senses:
+        return ""
+    some = (p.sensor for p in study.planners)
+    return "; ".join(dict.fromkeys("none: the map is known" if s is None else sensor_words(s) for s in some))
 
 
 def _budget(study: Study) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,15 +18,17 @@ from lampyris.cli import outputs
 from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, NO_ANSWER
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import (
+    SENSOR,
     EndOptions,
     LawOptions,
     MapOptions,
     PlannerOptions,
     RobotOptions,
     RuleOptions,
+    SensorOptions,
     Ticks,
 )
-from lampyris.cli.options import Force, Json, Mobility, NoTiming, ObstacleRadius, Picture, Rate
+from lampyris.cli.options import Force, GoalTrack, Json, Mobility, NoTiming, ObstacleRadius, Picture, Rate
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
 from lampyris.errors import InputError, SettingError, UsageError
@@ -35,8 +37,10 @@ if TYPE_CHECKING:
     from lampyris.cli.request import Request
     from lampyris.cli.verbs.compare.tables import CompareLine
     from lampyris.io.scenario.scenario import Scenario
+    from lampyris.model.settings.sensor import Sensor
     from lampyris.study.design.row import Row
     from lampyris.study.design.study import Config, Study, StudyTraffic
+    from lampyris.typing import Cell
 
 PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
 AMONG_OBSTACLES = f"{PLANNERS},sipp"
@@ -49,6 +53,7 @@ def compare(
     ends: EndOptions,
     robot: RobotOptions,
     rules: RuleOptions,
+    sensor: SensorOptions,
     planners: Annotated[
         str | None,
         typer.Option(
@@ -91,15 +96,24 @@ def compare(
     json_: Json = False,
     no_timing: NoTiming = False,
     force: Force = False,
+    goal_track: GoalTrack = None,
 ) -> None:
-    """Compare planners and speed laws in the same world: one table, one picture."""
-    from lampyris.cli.request import Request
+    """Compare planners and speed laws in the same world: one table, one picture.
 
+    With --sensor-range each planner drives twice: with the map known, and with the sensor in place of the map.
+    """
+    from lampyris.cli.request import Request, file_errors, read_goal_track, with_goal
+
+    track = None if goal_track is None else read_goal_track(goal_track)
+    ends, codes = with_goal(ends, track)
     request = Request(map_options, ends, robot, rules, PlannerOptions("astar"), LawOptions())
     traffic = CompareTraffic(obstacles, mobility, rate, obstacle_radius, live, ticks)
-    compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers)
+    given = {name: getattr(sensor, name) for name in SENSOR}
+    compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers, given, track)
     out = CompareOutputs(json_, not no_timing, picture, csv, force)
-    raise typer.Exit(run_comparison(compare_request, out))
+    with file_errors(goal_track, codes):
+        code = run_comparison(compare_request, out)
+    raise typer.Exit(code)
 
 
 @dataclass(frozen=True)
@@ -113,8 +127,12 @@ class CompareTraffic:
     live: bool
     ticks: int | None
 
-    def traffic(self) -> StudyTraffic:
+    def traffic(self, driven: bool) -> StudyTraffic:
         """The traffic as a study declares it.
+
+        Parameters
+        ----------
+        driven : whether the robot drives without obstacles, too.
 
         Raises
         ------
@@ -140,7 +158,8 @@ class CompareTraffic:
         if self.count:
             tracks: Any = "live" if self.live else "replayed"
             return StudyTraffic(self.mobility, self.count, self.rate, self.radius, tracks)
-        alone = {"--rate": self.rate is not None, "--live": self.live, "--ticks": self.ticks is not None}
+        alone = {"--rate": self.rate is not None, "--live": self.live}
+        alone |= {"--ticks": self.ticks is not None and not driven}
         for option in (option for option, given in alone.items() if given):
             raise UsageError("OPTIONS", f"{option} without --obstacles", allowed="--obstacles N")
         return StudyTraffic()
@@ -156,6 +175,8 @@ class CompareRequest:
     traffic: CompareTraffic
     seeds: int
     workers: int
+    sensor: Mapping[str, Any]
+    goal_track: tuple[Cell, ...] | None
 
     def study(self, scenario: Scenario) -> Study:
         """A study of one world.
@@ -166,11 +187,17 @@ class CompareRequest:
         SettingError : SEEDS: out of range.
         """
         from lampyris.io.maps.map_hash import map_hash
+        from lampyris.sim.grid.pursuit import checked_track
         from lampyris.study.design.study import Study, StudyMap, World
 
-        traffic, scene = self.traffic.traffic(), scenario.scene
+        scene, sensor = scenario.scene, self._sensor(scenario)
+        driven = sensor is not None or self.goal_track is not None
+        traffic = self.traffic.traffic(driven)
+        track = None if self.goal_track is None else checked_track(scene, self.goal_track)
         names = self.planners or (AMONG_OBSTACLES if traffic.count else PLANNERS)
         planners = _entries("--planners", names, _planner)
+        if sensor is not None:
+            planners = tuple(replace(p, sensor=one) for p in planners for one in (None, sensor))
         by = _entries("--laws", self.laws or scenario.law, _law)
         most = MAX_RUNS // (len(planners) * len(by))
         if not 1 <= self.seeds <= most:
@@ -180,8 +207,8 @@ class CompareRequest:
         ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
         return Study(
             name="compare",
-            kind="simulate" if traffic.count else "plan",
-            worlds=(World(ground, scene.start, scene.goal),),
+            kind="simulate" if traffic.count or driven else "plan",
+            worlds=(World(ground, scene.start, scene.goal, goal_track=track),),
             planners=planners,
             laws=by,
             traffic_cases=(traffic,),
@@ -191,6 +218,19 @@ class CompareRequest:
             ticks=self.traffic.ticks,
             root=self.base.seed,
         )
+
+    def _sensor(self, scenario: Scenario) -> Sensor | None:
+        """The sensor of the runs that have one; None: the map is known.
+
+        Raises
+        ------
+        SettingError : as :func:`lampyris.scenarios.sensor_of`.
+        """
+        from lampyris.model.settings.simulation import SimulationSettings
+        from lampyris.scenarios import sensor_of
+
+        SimulationSettings(**self.sensor)
+        return sensor_of(replace(scenario, **self.sensor))
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def draw(study: Study, lines: Sequence[CompareLine], out: Path, *, speeds: bool)
     words = f"{world.query}  ·  {study.moves} moves  ·  {what}"
     if len(study.seeds) > 1:
         words += f"  ·  the first of {len(study.seeds)} worlds; the numbers are of this one"
-    names = "planner" if len(paths) == 1 else "planners"
+    names = "drives" if study.senses else "planner" if len(paths) == 1 else "planners"
     draw_paths(
         grid, world.start, world.goal, paths, out, title=f"{len(paths)} {names} on {grid.name or 'a map'}",
         subtitle=words, speeds=shown, speeds_title=title, tracks=tracks,

@@ -28,11 +28,12 @@ COLUMNS: tuple[Column, ...] = (
     ("ticks", "ticks", 1.0, None),
     ("time_s", "time (s)", 1.0, 1),
     ("speed_mean", "mean speed", 1.0, 3),
+    ("replans", "replans", 1.0, None),
     ("expansions", "expansions", 1.0, None),
     ("cpu_s", "CPU (s)", 1.0, 3),
 )
 """Name of a metric, heading, factor and digits of each column behind the first ones."""
-LESSER = ("cpu_s", "cost_to_go", "speed_mean", "turns", "expansions")
+LESSER = ("cpu_s", "cost_to_go", "speed_mean", "turns", "replans", "expansions")
 """Columns that are left out where the terminal is narrow, in this order."""
 
 
@@ -99,7 +100,8 @@ def _digits(lines: Sequence[CompareLine], column: Column, several: bool) -> int 
 def print_comparison(study: Study, lines: Sequence[CompareLine], metric: str) -> None:
     """Print the table, why runs have no result, and which runs departed from their settings."""
     hidden = "ticks" if study.kind == "plan" else "time_s"
-    left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean")
+    learns = study.senses or study.worlds[0].goal_track is not None
+    left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean", "" if learns else "replans")
     columns = [
         c for c in COLUMNS if c[0] not in left_out and any(line.mean(c[0]) is not None for line in lines)
     ]

@@ -22,6 +22,7 @@ from lampyris.cli.option_groups import (
     RobotOptions,
     RuleOptions,
     TrafficOptions,
+    ViaOptions,
     settings_in,
 )
 from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Save
@@ -39,6 +40,7 @@ def drive(
     map_options: MapOptions,
     ends: EndOptions,
     robot: RobotOptions,
+    via: ViaOptions,
     rules: RuleOptions,
     planning: PlannerOptions,
     law_options: LawOptions,
@@ -105,6 +107,7 @@ def drive(
             (f"obstacles move at up to {fastest:.4g} m/s a straight step, as the fastest track does",)
         )
     settings = DriveSettings(**given)
+    scenario = request.through(scenario, via)
     moving = traffic_of(traffic, scenario.scene, request.seed, settings.obstacle_speed)
     scene = replace(scenario.scene, traffic=moving)
     scenario = replace(scenario, scene=scene, drive=asdict(settings))
@@ -200,6 +203,11 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
         ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
     ]
+    if run.sensor is not None and run.seen is not None:
+        seen = int((run.seen >= 0).sum())
+        rows.append(("sensor", f"{run.sensor.range_m:g} m; {seen:,} of {run.seen.size:,} cells seen"))
+    if run.via:
+        rows.append(("via", f"{text.some(run.via)}; {len(run.via_times)} of {len(run.via)} reached"))
     if run.error > 0:
         rows.append(("off its path", f"at most {run.error:.3g} m from where it was commanded to be"))
     if poses:
