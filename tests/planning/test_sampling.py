@@ -279,11 +279,9 @@ def test_draws_are_even_and_cells_lie_in_the_ellipse() -> None:
         ).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
     free = np.ones(40 * 40, dtype=np.uint8)
     cells = np.arange(1600, dtype=np.int32)
-    count = np.zeros(1, dtype=np.int64)
-    met = Counter(
-        draws.drawn_cell(free, 40, cells, cells[:0], 0, 9, 5 + 40 * 10, 30 + 40 * 25, 31.0, count, 0)
-        for _ in range(6000)
-    )
+    count, whole = np.zeros(1, dtype=np.int64), np.zeros(14, dtype=np.int64)
+    whole[[draws.STRIDE, draws.KEY, draws.START, draws.GOAL]] = 40, 9, 5 + 40 * 10, 30 + 40 * 25
+    met = Counter(draws.drawn_cell(free, cells, cells[:0], whole, 31.0, count, 0) for _ in range(6000))
     inside = {
         y * 40 + x
         for x in range(40)
