@@ -25,6 +25,8 @@ SPARE = 1e-6
 """Metres, or cells, by which rounding may bring two robots nearer than they may be."""
 STEP = 0.05
 """Seconds between two moments at which places are compared."""
+SLACK = 0.01
+"""Seconds before its arrival in which a robot that brakes is nearer to its goal than :data:`SPARE`."""
 TICKS = 40
 RADII = (0.0, 0.3, 0.45, 0.7, 1.0)
 """Cells."""
@@ -63,7 +65,7 @@ def _trace_wrong(trace: FleetTrace, drawn: DrawnFleet) -> str:
             return f"robot {k} drives {far.max() / STEP} m/s"
         before = np.flatnonzero(np.abs(xy[:, k] - goals[k]).max(axis=1) > SPARE)
         last = times[before[-1]] if len(before) else 0.0
-        if not last - STEP <= trace.arrivals[k] <= last + STEP + SPARE:
+        if not last - SLACK <= trace.arrivals[k] <= last + STEP + SLACK:
             return f"robot {k} arrives at {trace.arrivals[k]}, it is not there at {last}"
     return _order_wrong(trace)
 

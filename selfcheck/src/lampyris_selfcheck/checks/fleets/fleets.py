@@ -258,7 +258,7 @@ KINDS = {
         "tasks without end: no conflict, each task done where and when it is said to be", 16, 5_000, 200
     ),
     "discs": _kind(
-        "discs of several sizes: no contact within a tick, with robots or walls", 30, 10_000, 500, found=0.2
+        "discs of several sizes: no contact within a tick, with robots or walls", 30, 1_000, 50, found=0.2
     ),
     "swarm-robots": _kind(
         "robots of a swarm: the same bytes again, no contact at any moment, by the referee and the definition",

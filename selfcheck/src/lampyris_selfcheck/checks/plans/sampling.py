@@ -202,7 +202,9 @@ def _poses_wrong(
     rows, cell = scene.grid.blocked.tolist(), scene.grid.resolution
     tally.count(plan.status.value)
     deep = [
-        deepest(placed(outline, *pose), rows, cell) for pose in (scene.start_pose, scene.goal_pose) if pose
+        deepest(placed(outline, *pose), rows, cell, edge=False)
+        for pose in (scene.start_pose, scene.goal_pose)
+        if pose
     ]
     for depth, status in zip(deep, (Status.START_OCCUPIED, Status.GOAL_OCCUPIED), strict=True):
         if plan.status is status and depth <= DEEP:
@@ -219,7 +221,10 @@ def _poses_wrong(
             or abs(math.remainder(pose[2] - end[2], math.tau)) > 1e-3
         ):
             return f"has {pose} in place of {end}"
-    worst = max(deepest(placed(outline, *pose), rows, cell) for pose in poses)
+    high, wide = (n * cell for n in scene.grid.blocked.shape)
+    if not all(-DEEP <= x <= wide + DEEP and -DEEP <= y <= high + DEEP for x, y, _ in poses):
+        return "the base leaves the map"
+    worst = max(deepest(placed(outline, *pose), rows, cell, edge=False) for pose in poses)
     if worst > DEEP:
         return f"the footprint is {worst} m deep in a wall"
     for a, b in pairwise(poses):

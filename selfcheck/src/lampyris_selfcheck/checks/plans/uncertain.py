@@ -80,7 +80,7 @@ def _steps(ask: Ask, number: int, tally: Tally) -> None:
         variance
     ):
         fault = f"mean {made.mean} +- {made.mean_error}, it is {rise * share}"
-    elif abs(made.sd - math.sqrt(variance)) > 6 * made.sd_error + 1e-3:
+    elif abs(made.sd - math.sqrt(variance)) > 6 * made.sd_error + 0.02 * math.sqrt(variance):
         fault = f"sd {made.sd} +- {made.sd_error}, it is {math.sqrt(variance)}"
     else:
         exact = {"a": of_step / variance, "b": slope * slope / 3 / variance}

@@ -43,11 +43,17 @@ def links_of(
     return made
 
 
-def deepest(polygon: Sequence[Point], blocked: Sequence[Sequence[bool]], cell: float) -> float:
-    """How deep a polygon lies in blocked cells or beyond the edge of a map whose lower left corner is the origin, y up."""
+def deepest(
+    polygon: Sequence[Point], blocked: Sequence[Sequence[bool]], cell: float, *, edge: bool = True
+) -> float:
+    """How deep a polygon lies in blocked cells of a map whose lower left corner is the origin, y up.
+
+    ``edge``: or beyond the edge of the map.
+    """
     xs, ys = ([p[k] for p in polygon] for k in (0, 1))
     high, wide = len(blocked), len(blocked[0])
-    worst = max(-min(xs), -min(ys), max(xs) - wide * cell, max(ys) - high * cell)
+    beyond = max(-min(xs), -min(ys), max(xs) - wide * cell, max(ys) - high * cell)
+    worst = beyond if edge else -math.inf
     for column in range(max(0, int(min(xs) / cell)), min(wide, int(max(xs) / cell) + 1)):
         for up in range(max(0, int(min(ys) / cell)), min(high, int(max(ys) / cell) + 1)):
             if blocked[high - 1 - up][column]:
