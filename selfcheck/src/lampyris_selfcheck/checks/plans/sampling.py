@@ -114,24 +114,31 @@ def path_wrong(plan: Plan, query: DrawnQuery) -> str:
 def _first(ask: Ask, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "first", number)
     query, planner = drawn_query(rng, 4, 13), FIRST[number % 2]
-    plan = asked(query.scene, planner, number)
+    plan = asked(query.scene, planner, number, samples=4000)
     fault = plan if isinstance(plan, str) else _answer_wrong(plan, query, tally)
     _tell(tally, number, query, planner, fault)
 
 
 def _answer_wrong(plan: Plan, query: DrawnQuery, tally: Tally) -> str:
     tally.count(plan.status.value)
-    if plan.status is Status.ITERATION_LIMIT:
+    if plan.status is Status.ITERATION_LIMIT and query.joined:
         return ""
     if bool(plan) != query.joined:
         return f"answers {plan.status}; there is {'a' if query.joined else 'no'} path"
+    if not plan and plan.status is not Status.NO_PATH:
+        return f"answers {plan.status}; there is no path"
     return path_wrong(plan, query) if plan else ""
 
 
 def _improving(ask: Ask, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "improving", number)
     query, planner = drawn_query(rng, 3, 7), IMPROVING[number % 3]
-    settings: dict[str, Any] = {"samples": 1500, "shortcut": False, "ancestors": int(rng.choice([0, 0, 2]))}
+    settings: dict[str, Any] = {
+        "samples": 1500,
+        "batch": 10,
+        "shortcut": False,
+        "ancestors": int(rng.choice([0, 0, 2])),
+    }
     plan = asked(query.scene, planner, number, **settings)
     fault = plan if isinstance(plan, str) else _answer_wrong(plan, query, tally)
     if not fault and not isinstance(plan, str) and plan:
@@ -184,7 +191,7 @@ def _part_wrong(whole: Plan, part: Plan, limit: int, query: DrawnQuery, tally: T
 def _poses(ask: Ask, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "poses", number)
     drive, planner = DRIVES[number % 3], POSES[number // 3 % len(POSES)]
-    blocked = np.kron(rng.random((4, 5)) < 0.2, np.ones((4, 4), dtype=bool))
+    blocked = np.kron(rng.random((4, 5)) < 0.3, np.ones((4, 4), dtype=bool))
     outline = [(0.9, 0.35), (-0.4, 0.35), (-0.4, -0.35), (0.9, -0.35)]
     radius = 1.0 if drive == "ackermann" else 0.0
     robot = Robot(footprint=tuple(outline), drive=drive, turn_radius=radius)
@@ -247,13 +254,14 @@ def _poses_wrong(
 
 def _chain(ask: Ask, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "chain", number)
-    planner, n = CHAIN_PLANNERS[number % 3], int(rng.integers(1, 5))
+    planner, n = CHAIN_PLANNERS[number % 3], int(rng.integers(1, 6))
     blocked = rng.random((8, 8)) < 0.12
     blocked[3:5, 3:5] = False
     grid = Grid(blocked, resolution=0.5)
     lengths, widths = rng.uniform(0.3, 0.9, n).tolist(), rng.uniform(0.05, 0.2, n).tolist()
     arm = Chain((2.0, 2.0), lengths, widths, (-2.5, 2.5))
-    start, goal = (rng.uniform(-1.5, 1.5, n).tolist() for _ in range(2))
+    most = (1.5, 2.4)[number // 3 % 2]
+    start, goal = (rng.uniform(-most, most, n).tolist() for _ in range(2))
     try:
         plan = chains.plan_chain(grid, arm, start, goal, planner, seed=number, budget=Budget(expansions=150))
     except InternalFault as error:
@@ -339,7 +347,7 @@ KINDS = {
         least={"found": 0.3},
     ),
     "poses": Kind(
-        "planners over poses: footprint, curvature and ends by polygons of the check's own", 18, 2_000, 20_000, 50,
+        "planners over poses: footprint, curvature and ends by polygons of the check's own", 30, 2_000, 20_000, 50,
         least={"found": 0.1},
     ),
     "chain": Kind(
