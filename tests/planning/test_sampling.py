@@ -318,6 +318,34 @@ def test_footprints_are_led_through_a_door(drive: str) -> None:
     assert plan == plan_of("pose-rrt-connect", scene, record=True, rounds=4)
 
 
+@pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
+def test_a_path_over_poses_costs_less_with_every_batch(drive: str) -> None:
+    scene = posed(drive)
+    first = plan_of("pose-rrt-connect", scene)
+    plan = plan_of("pose-rrt-star", scene, record=True, rounds=3)  # two batches: too few for compiled code
+    assert first.pose_path is not None
+    assert plan.pose_path is not None
+    assert plan.tree is not None
+    assert len(plan.tree) > 0
+    costs = plan.best_by_iteration
+    assert len(costs) == 3
+    assert all(a >= b for a, b in itertools.pairwise(costs))
+    assert plan.pose_path.cost_m == pytest.approx(costs[-1] * 0.25)
+    assert plan.pose_path.cost_m <= first.pose_path.cost_m + 1e-9
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("drive", ["ackermann", "differential"])
+def test_many_samples_over_poses_find_what_the_lattice_does_not(drive: str) -> None:
+    scene = posed(drive)
+    plan, again = (plan_of("pose-rrt-star", scene, record=True, rounds=200) for _ in range(2))
+    lattice = plan_of("lattice", scene)
+    assert plan.pose_path is not None
+    assert lattice.pose_path is not None
+    assert plan == again
+    assert plan.pose_path.length_m < 1.02 * lattice.pose_path.length_m
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("reverse", [True, False])
 @pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])

@@ -95,6 +95,41 @@ def _nearest(nodes, count, first, last, arm, target, most, near, far):
     return many
 
 
+@kernel(out=("segments", "goal", "lengths", "kinds", "count"))
+def _curve(
+    wall,
+    clear,
+    px,
+    py,
+    cover,
+    whole,
+    numbers,
+    nodes,
+    n,
+    target,
+    most,
+    check,
+    segments,
+    goal,
+    lengths,
+    kinds,
+    count,
+):
+    """The cost of the curve from a node to a pose, which is written; infinite if it is ``most`` or more, or not free."""
+    cost = _curve_between(nodes, n, target, whole, numbers, 0, segments, goal, lengths, kinds)
+    if cost >= most:
+        return inf
+    if check:
+        count[u64(CURVES)] += 1
+        if not curve_free(
+            wall, clear, whole[u64(STRIDE)], whole[u64(ROWS)], whole[u64(BORDER)], px, py, cover,
+            numbers[u64(INNER)], numbers[u64(OUTER)], nodes[u64(4 * n)], nodes[u64(4 * n + 1)],
+            nodes[u64(4 * n + 2)], segments,
+        ):  # fmt: skip
+            return inf
+    return cost
+
+
 @kernel(out=("target", "count"))
 def _draw(cells, beacons, whole, numbers, target, count):
     """Draw a pose: in any cell where the base may be, or near the path."""
@@ -182,78 +217,78 @@ def improve_poses(
             near,
             far,
         )
-        # Curves from the nodes around: their costs, the cheapest free one.
-        for i in range(many):
-            v = near[u64(i)]
+        # First the costs of curves from the nodes around, then a curve from the best of them that is free, then
+        # curves from the new node to those around and to the goals.
+        n = -1
+        i = 0
+        ahead = True
+        while True:
+            check = True
+            v = 0
+            if n < 0 and ahead:
+                if i == many:
+                    ahead = False
+                    continue
+                v = int(near[u64(i)])
+                check = False
+                begin = v
+                most = best - rest - nodes[u64(4 * v + 3)]
+            elif n < 0:
+                i = -1
+                least = inf
+                for k in range(many):
+                    if far[u64(NEAREST + k)] < least:
+                        least = far[u64(NEAREST + k)]
+                        i = k
+                if i < 0:
+                    break
+                far[u64(NEAREST + i)] = inf
+                v = int(near[u64(i)])
+                begin = v
+                most = best - rest - nodes[u64(4 * v + 3)]
+            else:
+                if i == many + last - roots:
+                    break
+                v = int(near[u64(i)]) if i < many else roots + i - many
+                i += 1
+                begin = n
+                most = min(nodes[u64(4 * v + 3)] - EQUAL, best) - nodes[u64(4 * n + 3)]
+                if v < roots:
+                    continue
+                for k in range(3):
+                    target[u64(k)] = nodes[u64(4 * v + k)]
             dx = x - nodes[u64(4 * v)]
             dy = y - nodes[u64(4 * v + 1)]
-            g = nodes[u64(4 * v + 3)]
-            offered = inf
-            if g + sqrt(dx * dx + dy * dy) + rest < best:
-                offered = g + _curve_between(
-                    nodes, v, target, whole, numbers, 0, segments, goal, lengths, kinds
-                )
-                if offered + rest >= best:
-                    offered = inf
-            far[u64(NEAREST + i)] = offered
-        n = -1
-        while n < 0:
-            offered = inf
-            chosen = -1
-            for i in range(many):
-                if far[u64(NEAREST + i)] < offered:
-                    offered = far[u64(NEAREST + i)]
-                    chosen = i
-            if chosen < 0:
-                break
-            far[u64(NEAREST + chosen)] = inf
-            v = near[u64(chosen)]
-            cost = _curve_between(nodes, v, target, whole, numbers, 0, segments, goal, lengths, kinds)
-            count[u64(CURVES)] += 1
-            if cost > 0.0 and curve_free(
-                wall, clear, whole[u64(STRIDE)], whole[u64(ROWS)], whole[u64(BORDER)], px, py, cover,
-                numbers[u64(INNER)], numbers[u64(OUTER)], nodes[u64(4 * v)], nodes[u64(4 * v + 1)],
-                nodes[u64(4 * v + 2)], segments,
-            ):  # fmt: skip
-                n = count[u64(NODES)]
+            cost = inf
+            if sqrt(dx * dx + dy * dy) < most:
+                cost = _curve(
+                    wall, clear, px, py, cover, whole, numbers, nodes, begin, target, most, check, segments, goal,
+                    lengths, kinds, count,
+                )  # fmt: skip
+            if not check:
+                far[u64(NEAREST + i)] = nodes[u64(4 * v + 3)] + cost
+                i += 1
+                continue
+            if cost == inf or cost == 0.0:
+                continue
+            to = v
+            if n < 0:
+                n = count[u64(NODES)] + 0
                 count[u64(NODES)] += 1
                 nodes[u64(4 * n)] = x
                 nodes[u64(4 * n + 1)] = y
                 nodes[u64(4 * n + 2)] = yaw
-                nodes[u64(4 * n + 3)] = offered
                 child[u64(n)] = -1
-                hang(parent, child, after, before, n, v)
-                paid[u64(n)] = cost
-                for k in range(15):
-                    pieces[u64(15 * n + k)] = segments[u64(k)]
-        if n < 0:
-            continue
-        # The nodes around, and the goals, by curves from the new one.
-        for i in range(many + last - roots):
-            v = near[u64(i)] if i < many else roots + i - many
-            g = nodes[u64(4 * n + 3)]
-            dx = x - nodes[u64(4 * v)]
-            dy = y - nodes[u64(4 * v + 1)]
-            if v < roots or g + sqrt(dx * dx + dy * dy) >= min(nodes[u64(4 * v + 3)], best):
-                continue
-            for k in range(3):
-                target[u64(k)] = nodes[u64(4 * v + k)]
-            cost = _curve_between(nodes, n, target, whole, numbers, 0, segments, goal, lengths, kinds)
-            if g + cost >= nodes[u64(4 * v + 3)] - EQUAL:
-                continue
-            count[u64(CURVES)] += 1
-            if not curve_free(
-                wall, clear, whole[u64(STRIDE)], whole[u64(ROWS)], whole[u64(BORDER)], px, py, cover,
-                numbers[u64(INNER)], numbers[u64(OUTER)], x, y, yaw, segments,
-            ):  # fmt: skip
-                continue
-            cut(parent, child, after, before, v)
-            hang(parent, child, after, before, v, n)
-            paid[u64(v)] = cost
-            nodes[u64(4 * v + 3)] = g + cost
+                to = n
+                i = 0
+            else:
+                cut(parent, child, after, before, v)
+            hang(parent, child, after, before, to, begin)
+            paid[u64(to)] = cost
+            nodes[u64(4 * to + 3)] = nodes[u64(4 * begin + 3)] + cost
             for k in range(15):
-                pieces[u64(15 * v + k)] = segments[u64(k)]
-            _settle(nodes, parent, child, after, paid, v)
+                pieces[u64(15 * to + k)] = segments[u64(k)]
+            _settle(nodes, parent, child, after, paid, to)
             for k in range(roots, last):
                 best = min(best, nodes[u64(4 * k + 3)])
     return DONE

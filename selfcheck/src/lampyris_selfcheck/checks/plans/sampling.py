@@ -27,7 +27,8 @@ from lampyris_selfcheck.reference.paths.polygons import deepest, links_of, overl
 
 FIRST = ("rrt", "rrt-connect")
 IMPROVING = ("rrt-star", "informed-rrt-star", "bit-star")
-POSES = ("pose-rrt-connect",)
+POSES = {"poses": "pose-rrt-connect", "poses-star": "pose-rrt-star"}
+"""Planners over poses, by the kind of their cases."""
 DRIVES = ("ackermann", "differential", "omnidirectional")
 WIDE = 0.8
 """Radius of discs, cells: no free cell beside or diagonally beside a wall."""
@@ -188,16 +189,17 @@ def _part_wrong(whole: Plan, part: Plan, limit: int, query: DrawnQuery, tally: T
     return path_wrong(part, query) if part else ""
 
 
-def _poses(ask: Ask, number: int, tally: Tally) -> None:
+def _poses(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "poses", number)
-    drive, planner = DRIVES[number % 3], POSES[number // 3 % len(POSES)]
+    drive, planner = DRIVES[number % 3], POSES[kind]
+    settings = {"samples": 250} if kind == "poses" else {"samples": 600, "rounds": 4}
     blocked = np.kron(rng.random((4, 5)) < 0.3, np.ones((4, 4), dtype=bool))
     outline = [(0.9, 0.35), (-0.4, 0.35), (-0.4, -0.35), (0.9, -0.35)]
     radius = 1.0 if drive == "ackermann" else 0.0
     robot = Robot(footprint=tuple(outline), drive=drive, turn_radius=radius)
     ends = [tuple(rng.uniform((1.0, 1.0, -3.0), (9.0, 7.0, 3.0)).tolist()) for _ in range(2)]
     scene = Scene(Grid(blocked, resolution=0.5), start_pose=ends[0], goal_pose=ends[1], robot=robot)
-    plan = asked(scene, planner, number, samples=250)
+    plan = asked(scene, planner, number, **settings)
     fault = plan if isinstance(plan, str) else _poses_wrong(plan, scene, outline, radius, tally)
     if fault:
         tally.fail(number, f"{planner}, {drive}: {fault}", blocked=blocked.tolist(), ends=ends)
@@ -323,12 +325,13 @@ JUDGES = {
     "first": _first,
     "improving": _improving,
     "interrupted": _interrupted,
-    "poses": _poses,
     "chain": _chain,
 }
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
+    if part.kind in POSES:
+        return each(part, lambda number, tally: _poses(ask, part.kind, number, tally))
     judge = JUDGES[part.kind]
     return each(part, lambda number, tally: judge(ask, number, tally))
 
@@ -349,6 +352,9 @@ KINDS = {
     "poses": Kind(
         "planners over poses: footprint, curvature and ends by polygons of the check's own", 30, 2_000, 20_000, 50,
         least={"found": 0.1},
+    ),
+    "poses-star": Kind(
+        "pose-rrt-star: the same, and a cost that never rises", 30, 2_000, 20_000, 50, least={"found": 0.1}
     ),
     "chain": Kind(
         "chains: every configuration on the way free by polygons, ends refused only where they touch", 60, 10_000,
