@@ -39,6 +39,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "primitives": ("--out", "p.json", "--resolution", "0.1"),
     "warm": (),
     "uncertain": ("guide", "--vary", "v_max=0.8:1.2"),
+    "chain": ("open",),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
