@@ -22,7 +22,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Planner and speed": (
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
             "time-limit", "plan-limit", "patience", "seconds", "iterations", "method", "links", "samples",
-            "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out",
+            "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out", "workers",
             "controller", "set-controller", "safety-filter",
         ),
         "Obstacles": (

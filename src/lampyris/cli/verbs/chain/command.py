@@ -16,6 +16,7 @@ from lampyris.cli.options import Force, Json, Picture, Seed
 from lampyris.cli.outputs import check_outputs, print_written
 from lampyris.cli.progress import working
 from lampyris.cli.text import print_json
+from lampyris.errors import LimitError
 
 if TYPE_CHECKING:
     from lampyris.model.chain.chain_plan import ChainPlan
@@ -54,6 +55,7 @@ def chain(
     from lampyris.chains import draw_chain, plan_chain
     from lampyris.cli.request import budget_of
     from lampyris.cli.verbs.chain.scenes import scene_of
+    from lampyris.model.plan import Status
     from lampyris.planning.base import Budget
 
     limit = budget_of("--time-limit", seconds)
@@ -71,6 +73,8 @@ def chain(
     else:
         print_plan(plan)
         print_written(picture)
+    if plan.status is Status.LIMIT:
+        raise typer.Exit(LimitError.exit_code)
     raise typer.Exit(0 if plan else NO_ANSWER)
 
 
