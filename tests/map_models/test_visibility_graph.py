@@ -19,8 +19,8 @@ from lampyris.planning.map_models import visibility_search as search
 from lampyris.planning.map_models.visibility_graph import VisibilityGraph
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.geometry.plane import disc_optimum, point_optimum
 from lampyris_selfcheck.reference.paths.any_angle import all_lines, shortest
-from lampyris_selfcheck.reference.paths.plane import disc_optimum, point_optimum
 from sizes import sized
 
 RNG = np.random.default_rng(0)

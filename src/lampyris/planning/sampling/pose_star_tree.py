@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.curves.sampling import sample
 from lampyris.kernels.sampling import pose_connect, pose_star
+from lampyris.kernels.sampling.tree import cut, hang
 from lampyris.planning.lattice.shortcut import DRIVES, ShortcutShape
 from lampyris.planning.sampling.pose_trees import CellPose, PoseTask
 from lampyris.typing import Floats
@@ -100,12 +101,12 @@ class PoseStarTree:
                 self._nodes[4 * n : 4 * n + 3] = poses[k]
                 self._child[n] = -1
             elif self._parent[goal] >= 0:
-                pose_star.cut.plain(self._parent, self._child, self._after, self._before, goal)
+                cut.plain(self._parent, self._child, self._after, self._before, goal)
             self._nodes[4 * n + 3] = self._nodes[4 * at + 3] + cost
             self._paid[n] = cost
             self._pieces[15 * n : 15 * n + 15] = 0.0
             self._pieces[15 * n : 15 * n + 3] = part
-            pose_star.hang.plain(self._parent, self._child, self._after, self._before, n, at)
+            hang.plain(self._parent, self._child, self._after, self._before, n, at)
             at = n
 
     def follow(self, first: CellPose, segments: Floats) -> None:

@@ -114,7 +114,6 @@ class BitStar(SamplingPlanner):
         "Gammell, Srinivasa, Barfoot 2020; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
         "and the shortcuts are ours."
     )
-    step: ClassVar[float | None] = None
     improves: ClassVar[bool] = True
 
     def begin(self, query: Query) -> BatchSearch:

@@ -45,7 +45,6 @@ class SamplingPlanner:
     ----------
     samples : that a call takes at most.
     batch : samples of one iteration.
-    step : longest line by which a tree grows, cells; None: by the size of the map.
     narrow : share of samples in narrow places.
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
@@ -55,7 +54,6 @@ class SamplingPlanner:
 
     samples: int
     batch: int
-    step: float | None
     narrow: float
     shortcut: bool
 
@@ -169,7 +167,7 @@ class SamplingSession(SessionBase):
             return self._found(run, ground, timing)
 
     def _step(self, ground: SamplingMap) -> float:
-        step = self._planner.step
+        step: float | None = getattr(self._planner, "step", None)  # bit-star has none
         return float(min(max(0.1 * ground.diagonal(), 4.0), 64.0) if step is None else step)
 
     def _sample(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:

@@ -16,8 +16,9 @@ from lampyris.model.scene import Scene
 from lampyris.planning.visiting_order import EXACT_VIA, best_order
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally, each
 from lampyris_selfcheck.checks.plans.sampling import DrawnQuery, asked, drawn_query, path_wrong
+from lampyris_selfcheck.reference.geometry import plane
 from lampyris_selfcheck.reference.motion.travel_time import Limits, least_time
-from lampyris_selfcheck.reference.paths import plane, search
+from lampyris_selfcheck.reference.paths import search
 from lampyris_selfcheck.reference.paths.any_angle import Cell, shortest
 
 LIMITS = Limits(radius=0.1, v_max=1.3, a_max=0.6, d_max=0.9, a_lat_max=0.7, turn_radius=0.3)

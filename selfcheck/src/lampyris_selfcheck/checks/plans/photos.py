@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def _cells(ask: Ask, number: int, tally: Tally) -> None:
     photo = _photo(rng, k + 1 + int(rng.integers(0, 3)))
     cell, share = int(rng.integers(1, 5)), float(rng.choice([0.0, 0.5, 0.75, 1.0]))
     free = sorted(rng.choice(k + 1, int(rng.integers(1, k + 1)), replace=False).tolist())
-    settings = {"thresholds": k, "cell": cell, **({"free_share": share} if share else {})}
+    settings: dict[str, Any] = {"thresholds": k, "cell": cell, **({"free_share": share} if share else {})}
     made = segment_photo(photo, free=free, **settings)
     bounds = (-1, *made.thresholds, 255)
     height, width = photo.shape

@@ -21,9 +21,9 @@ from lampyris.planning.chain.rrt import PLANNERS as CHAIN_PLANNERS
 from lampyris.planning.field.layers import free_cells
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally, each
 from lampyris_selfcheck.checks.paths import drawn_maps
+from lampyris_selfcheck.reference.geometry.disc_lines import connected, disc_sees
+from lampyris_selfcheck.reference.geometry.polygons import deepest, links_of, overlap, placed
 from lampyris_selfcheck.reference.paths.any_angle import Cell, sees, shortest
-from lampyris_selfcheck.reference.paths.disc_lines import connected, disc_sees
-from lampyris_selfcheck.reference.paths.polygons import deepest, links_of, overlap, placed
 
 FIRST = ("rrt", "rrt-connect")
 IMPROVING = ("rrt-star", "informed-rrt-star", "bit-star")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
 Poly = Mapping[tuple[int, ...], float]
@@ -30,7 +30,7 @@ def moment(given: Input, k: int) -> float:
 
 def _known(poly: Poly, inputs: Sequence[Input], which: set[int]) -> Poly:
     """The mean of the polynomial given the inputs in a set."""
-    made: Counter[tuple[int, ...]] = Counter()
+    made: defaultdict[tuple[int, ...], float] = defaultdict(float)
     for powers, c in poly.items():
         rest = math.prod(moment(inputs[k], n) for k, n in enumerate(powers) if k not in which)
         made[tuple(n if k in which else 0 for k, n in enumerate(powers))] += c * rest
@@ -46,7 +46,7 @@ def _mean(poly: Poly, inputs: Sequence[Input]) -> float:
 
 def variance(poly: Poly, inputs: Sequence[Input]) -> float:
     """Of the polynomial."""
-    square: Counter[tuple[int, ...]] = Counter()
+    square: defaultdict[tuple[int, ...], float] = defaultdict(float)
     for one, a in poly.items():
         for other, b in poly.items():
             square[tuple(m + n for m, n in zip(one, other, strict=True))] += a * b
