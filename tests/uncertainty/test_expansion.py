@@ -19,7 +19,7 @@ from lampyris.uncertainty.bases import (
     normal_rule,
     uniform_rule,
 )
-from lampyris.uncertainty.expansion import MOST_INPUTS
+from lampyris.uncertainty.expansion import MOST_INPUTS, MOST_WORKERS
 from lampyris.uncertainty.inputs import parse_input
 
 ANGLE = Uniform(-math.pi, math.pi)
@@ -220,5 +220,6 @@ def test_the_result_does_not_depend_on_the_workers(method: str) -> None:
     one, two = (expand(itemgetter("b"), given, method=method, monte_carlo_runs=60, workers=n) for n in (1, 2))
     assert one == two
     assert one.sample.tobytes() == two.sample.tobytes()
-    with pytest.raises(SettingError, match="WORKERS"):
-        expand(itemgetter("b"), given, workers=0)
+    for workers in (0, MOST_WORKERS + 1):
+        with pytest.raises(SettingError, match="WORKERS"):
+            expand(itemgetter("b"), given, workers=workers)

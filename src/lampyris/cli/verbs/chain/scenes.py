@@ -22,7 +22,6 @@ BUNDLED = {
 """Bundled scenes, and what they are."""
 KEYS = ("map", "resolution", "base", "links", "widths", "joint_limits", "start", "goal")
 _NEEDED = ("map", "base", "links", "start", "goal")
-_MOST_BYTES = 1 << 20
 _REACH = 4.0
 """Metres, of bundled chains."""
 
@@ -94,13 +93,13 @@ def _bundled(name: str, links: int) -> ChainScene:
 def _read(path: Path) -> ChainScene:
     from lampyris import api
     from lampyris.io.files import read_regular
-    from lampyris.io.text.strict_yaml import read_yaml
+    from lampyris.io.text.strict_yaml import MAX_BYTES, read_yaml
 
     name = str(path)
     if not path.exists() and not path.suffix:
         allowed = f"{', '.join(BUNDLED)}, or a YAML file"
         raise FileError("CHAIN_SCENE", "no such scene", where=name, allowed=allowed)
-    document = read_yaml(read_regular(name, _MOST_BYTES), name)
+    document = read_yaml(read_regular(name, MAX_BYTES), name)
     data = document.data
     for key in data:
         if key not in KEYS:
