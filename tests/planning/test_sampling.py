@@ -355,9 +355,8 @@ def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
     for seed in range(30):
         walls = np.kron(rng.random((8, 12)) < 0.2, np.ones((6, 6), dtype=bool))
         ends = [(*rng.uniform((1, 1), (17, 11)).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
-        scene = replace(
-            posed(drive), grid=Grid(walls, resolution=0.25), start_pose=ends[0], goal_pose=ends[1]
-        )
+        grid, robot = Grid(walls, resolution=0.25), posed(drive).robot
+        scene = Scene(grid, start_pose=ends[0], goal_pose=ends[1], robot=robot)
         plan = plan_of("pose-rrt-connect", scene, seed, samples=8000, reverse=reverse)
         found += bool(plan)
     assert found >= 5
