@@ -290,6 +290,7 @@ ASKED: dict[str, str] = {
     "io.text.strict_yaml.MAX_DIGITS": LIMITS_PY,
     "io.text.strict_yaml.MAX_VALUES": LIMITS_PY,
     "uncertainty.expansion.MOST_INPUTS": "uncertainty/test_expansion.py",
+    "uncertainty.expansion.MOST_WORKERS": "uncertainty/test_expansion.py",
     "travel_time.fastest_time._BYTES": NOT_INPUT + "memory of a state, counted by demand_states",
     "io.photos.jpeg.MAX_SCANS": "photos/test_photo_files.py",
     "io.photos.jpeg.MAX_SEGMENTS": "photos/test_photo_files.py",

@@ -327,6 +327,7 @@ def _poses() -> None:
         turned = _scene(robot=replace(robot, drive=drive, turn_radius=1.0))
         api.plan(turned, "hybrid-astar")
         api.plan(turned, "pose-rrt-connect", samples=400)
+        api.plan(turned, "pose-rrt-star", samples=400, rounds=3)
     for curve in (curves.dubins, curves.reeds_shepp):
         curve((0.0, 0.0, 0.0), (3.0, 1.0, 1.0), 1.0).poses(0.5)
 

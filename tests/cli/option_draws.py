@@ -260,6 +260,7 @@ RIGHT = {
     "via_order": VIA_ORDERS,
     "vary": ("v_max=0.8:1.2", "a_max=normal(0.5,0.05)"),
     "of": ("duration", "length", "energy"),
+    "samples": ("1", "50"),
     "max_cells": ("100", "1000000"),  # the bundled map that is drawn has 100
     "export": ("new.scen", "new.json", "new.txt"),
 }

@@ -41,6 +41,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "ros": ("--seconds", "1"),
     "bag": ("b.mcap",),
     "uncertain": ("guide", "--vary", "v_max=0.8:1.2"),
+    "chain": ("open",),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {

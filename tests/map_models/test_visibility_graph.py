@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from plane import disc_optimum, point_optimum
 
 from lampyris.kernels.map_models.visibility import corners_in_view, in_view, sight
 from lampyris.model.grid import Grid
@@ -20,6 +19,7 @@ from lampyris.planning.map_models import visibility_search as search
 from lampyris.planning.map_models.visibility_graph import VisibilityGraph
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.geometry.plane import disc_optimum, point_optimum
 from lampyris_selfcheck.reference.paths.any_angle import all_lines, shortest
 from sizes import sized
 

@@ -279,11 +279,9 @@ def test_draws_are_even_and_cells_lie_in_the_ellipse() -> None:
         ).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
     free = np.ones(40 * 40, dtype=np.uint8)
     cells = np.arange(1600, dtype=np.int32)
-    count = np.zeros(1, dtype=np.int64)
-    met = Counter(
-        draws.drawn_cell(free, 40, cells, cells[:0], 0, 9, 5 + 40 * 10, 30 + 40 * 25, 31.0, count, 0)
-        for _ in range(6000)
-    )
+    count, whole = np.zeros(1, dtype=np.int64), np.zeros(14, dtype=np.int64)
+    whole[[draws.STRIDE, draws.KEY, draws.START, draws.GOAL]] = 40, 9, 5 + 40 * 10, 30 + 40 * 25
+    met = Counter(draws.drawn_cell(free, cells, cells[:0], whole, 31.0, count, 0) for _ in range(6000))
     inside = {
         y * 40 + x
         for x in range(40)
@@ -320,6 +318,34 @@ def test_footprints_are_led_through_a_door(drive: str) -> None:
     assert plan == plan_of("pose-rrt-connect", scene, record=True, rounds=4)
 
 
+@pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
+def test_a_path_over_poses_costs_less_with_every_batch(drive: str) -> None:
+    scene = posed(drive)
+    first = plan_of("pose-rrt-connect", scene)
+    plan = plan_of("pose-rrt-star", scene, record=True, rounds=3)  # two batches: too few for compiled code
+    assert first.pose_path is not None
+    assert plan.pose_path is not None
+    assert plan.tree is not None
+    assert len(plan.tree) > 0
+    costs = plan.best_by_iteration
+    assert len(costs) == 3
+    assert all(a >= b for a, b in itertools.pairwise(costs))
+    assert plan.pose_path.cost_m == pytest.approx(costs[-1] * 0.25)
+    assert plan.pose_path.cost_m <= first.pose_path.cost_m + 1e-9
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("drive", ["ackermann", "differential"])
+def test_many_samples_over_poses_find_what_the_lattice_does_not(drive: str) -> None:
+    scene = posed(drive)
+    plan, again = (plan_of("pose-rrt-star", scene, record=True, rounds=200) for _ in range(2))
+    lattice = plan_of("lattice", scene)
+    assert plan.pose_path is not None
+    assert lattice.pose_path is not None
+    assert plan == again
+    assert plan.pose_path.length_m < 1.02 * lattice.pose_path.length_m
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("reverse", [True, False])
 @pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
@@ -329,9 +355,8 @@ def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
     for seed in range(30):
         walls = np.kron(rng.random((8, 12)) < 0.2, np.ones((6, 6), dtype=bool))
         ends = [(*rng.uniform((1, 1), (17, 11)).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
-        scene = replace(
-            posed(drive), grid=Grid(walls, resolution=0.25), start_pose=ends[0], goal_pose=ends[1]
-        )
+        grid, robot = Grid(walls, resolution=0.25), posed(drive).robot
+        scene = Scene(grid, start_pose=ends[0], goal_pose=ends[1], robot=robot)
         plan = plan_of("pose-rrt-connect", scene, seed, samples=8000, reverse=reverse)
         found += bool(plan)
     assert found >= 5

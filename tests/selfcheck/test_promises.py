@@ -56,6 +56,8 @@ NIGHT = {
     "faults": ("duplicates", "in-robot", "late", "missing", "nan"),
     "metamorphic": ("off the way", "pad blocked", "quicker", "reflect", "relabel", "wall more"),
     "random": ("large", "others"),
+    # The tree's kernel takes seconds to compile; tests/planning/test_sampling.py has plans of it.
+    "sampling": ("poses-star",),
     # The others' loop is that of ``gso`` to ``pso``.
     "swarm": ("igso", "lpso", "apso", "ipso", "pso-apf", "dstar-lpso", "dstar16-lpso"),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from lampyris.uncertainty.bases import (
     normal_rule,
     uniform_rule,
 )
-from lampyris.uncertainty.expansion import MOST_INPUTS
+from lampyris.uncertainty.expansion import MOST_INPUTS, MOST_WORKERS
 from lampyris.uncertainty.inputs import parse_input
 
 ANGLE = Uniform(-math.pi, math.pi)
@@ -211,3 +212,14 @@ def test_ranges_are_read_and_wrong_ones_refused() -> None:
     for wrong in ("1.2:0.8", "1", "1:2:3", "normal(1)", "normal(1,0)", "uniform(1,2)", "a:b", "nan:1", ""):
         with pytest.raises(SettingError, match=r"vary\.x"):
             parse_input(wrong, "x")
+
+
+@pytest.mark.parametrize("method", ["polynomial-chaos", "monte-carlo"])
+def test_the_result_does_not_depend_on_the_workers(method: str) -> None:
+    given = {"a": Uniform(-1.0, 3.0), "b": Normal(1.0, 0.5)}
+    one, two = (expand(itemgetter("b"), given, method=method, monte_carlo_runs=60, workers=n) for n in (1, 2))
+    assert one == two
+    assert one.sample.tobytes() == two.sample.tobytes()
+    for workers in (0, MOST_WORKERS + 1):
+        with pytest.raises(SettingError, match="WORKERS"):
+            expand(itemgetter("b"), given, workers=workers)

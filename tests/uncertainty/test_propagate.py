@@ -104,3 +104,15 @@ def test_the_energy_of_a_drive_is_that_of_its_speeds() -> None:
     )
     want = 0.5 * peak * peak + 0.015 * GRAVITY
     assert energy_of(short, robot, EnergyModel()) == pytest.approx(want, rel=1e-6)
+
+
+@pytest.mark.nightly
+def test_drives_do_not_depend_on_the_workers() -> None:
+    grid = lampyris.Grid(np.zeros((1, 6), dtype=bool))
+    scene = lampyris.Scene(grid, (0, 0), (5, 0))
+    one, two = (
+        lampyris.propagate_uncertainty(scene, {"v_max": (0.8, 1.2)}, planner="astar", runs=40, workers=n)
+        for n in (1, 2)
+    )
+    assert one == two
+    assert one.sample.tobytes() == two.sample.tobytes()

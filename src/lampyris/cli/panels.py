@@ -21,8 +21,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "Planner and speed": (
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
-            "time-limit", "plan-limit", "patience", "seconds", "iterations", "method",
-            "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out",
+            "time-limit", "plan-limit", "patience", "seconds", "iterations", "method", "links", "samples",
+            "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out", "workers",
             "controller", "set-controller", "safety-filter", "margin", "goal-tolerance", "yaw-tolerance",
         ),
         "Obstacles": (

@@ -514,6 +514,9 @@ def read_goal_track(file: Path) -> tuple[Cell, ...]:
     ------
     FileError : it cannot be read, or the goal jumps.
     """
+    from lampyris.io.tracks.csv_tracks import read_track
+    from lampyris.model.traffic import Recorded
+
     with file_errors(file, ("OBSTACLE_SPEED",)):
         return Recorded(read_track(file)).track
 

@@ -30,6 +30,7 @@ VERBS: Mapping[str, str] = {
     "movingai": "movingai:movingai",
     "fleet": "fleet:fleet",
     "swarm": "swarm.command:swarm",
+    "chain": "chain.command:chain",
     "speed": "speed:speed",
     "laws": "laws:laws",
     "uncertain": "uncertain.command:uncertain",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -18,6 +21,7 @@ from lampyris.uncertainty.outcome import SobolIndices, UncertainOutcome, quantil
 SAMPLE = 20_000
 """Values of the expansion from which quantiles are computed."""
 MOST_INPUTS = 12
+MOST_WORKERS = 256
 _STRICTER = 0.25
 """What the estimate from the surpluses is lowered by where the held-out error shows that it was too optimistic."""
 _MARGIN = 0.25
@@ -27,6 +31,8 @@ _ROUNDING = 1e-11
 
 Function = Callable[[dict[str, float]], float]
 """From the values of all inputs, by name, to the outcome."""
+Evaluate = Callable[[list[dict[str, float]]], Iterable[float]]
+"""From the values at many points to the outcomes, in their order."""
 Progress = Callable[[int, int], None]
 """Called with the runs so far and the most there may be."""
 
@@ -44,6 +50,7 @@ def expand(
     of: str = "",
     unit: str = "",
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> UncertainOutcome:
     """Mean, spread, quantiles and Sobol indices of a function of independent uncertain inputs.
 
@@ -66,10 +73,12 @@ def expand(
     seed : of the held-out inputs, the sample for quantiles and Monte Carlo.
     of, unit : what the outcome is, for the result.
     progress : called with the runs so far and the most there may be.
+    workers : processes that share the evaluations, 1 to 256; more than one only for a function that can be pickled, such as
+        one of a module. The result is the same whatever their number.
 
     Raises
     ------
-    SettingError : ``UNCERTAIN_INPUTS``, ``TOLERANCE``, ``RUNS`` (fewer than the first indices need), ``METHOD``,
+    SettingError : ``WORKERS``; ``UNCERTAIN_INPUTS``, ``TOLERANCE``, ``RUNS`` (fewer than the first indices need), ``METHOD``,
         ``MONTE_CARLO_RUNS``, ``HELD_OUT``, ``SEED``; ``UNCERTAIN_OUTCOME``: the function gave no finite number.
 
     Examples
@@ -80,6 +89,44 @@ def expand(
     """
     _check(inputs, tolerance, runs, method, monte_carlo_runs, held_out, seed)
     callable_or_none("progress", progress)
+    if not is_whole(workers, 1, MOST_WORKERS):
+        raise SettingError.of(
+            "WORKERS", "workers", shown(workers), where="uncertainty", allowed=f"1 to {MOST_WORKERS}"
+        )
+    with _evaluator(function, int(workers)) as evaluate:
+        return _expanded(
+            evaluate, inputs, tolerance, runs, method, monte_carlo_runs, held_out, seed, of, unit, progress
+        )
+
+
+@contextmanager
+def _evaluator(function: Function, workers: int) -> Iterator[Evaluate]:
+    """What evaluates many points in order, in this process or in several."""
+    if workers == 1:
+        yield lambda points: map(function, points)
+        return
+    # Not forked: threads of numerical libraries do not survive that.
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    try:
+        yield lambda points: pool.map(function, points, chunksize=max(1, len(points) // (4 * workers)))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _expanded(
+    evaluate: Evaluate,
+    inputs: Mapping[str, Input],
+    tolerance: float,
+    runs: int,
+    method: str,
+    monte_carlo_runs: int,
+    held_out: int,
+    seed: int,
+    of: str,
+    unit: str,
+    progress: Progress | None,
+) -> UncertainOutcome:
+    """See :func:`expand`."""
     names = tuple(inputs)
     given = tuple(inputs[name] for name in names)
     least = held_out + least_runs(len(names))
@@ -88,7 +135,7 @@ def expand(
             "RUNS", "runs", f"{runs}", where="uncertainty",
             allowed=f"at least {least} for {plural(len(names), 'input')}, {held_out} of them held out",
         )  # fmt: skip
-    model = _Model(function, names, given, progress, monte_carlo_runs if method == "monte-carlo" else runs)
+    model = _Model(evaluate, names, given, progress, monte_carlo_runs if method == "monte-carlo" else runs)
     draws = [np.random.Generator(np.random.PCG64(one)) for one in np.random.SeedSequence(seed).spawn(3)]
     note, held_out_error = "", None
     if method != "monte-carlo":
@@ -123,28 +170,35 @@ class _Model:
 
     def __init__(
         self,
-        function: Function,
+        evaluate: Evaluate,
         names: Sequence[str],
         inputs: Sequence[Input],
         progress: Progress | None,
         most: int,
     ) -> None:
-        self._function, self._names, self._inputs, self._progress = function, names, inputs, progress
+        self._evaluate, self._names, self._inputs, self._progress = evaluate, names, inputs, progress
         self.most, self.runs = most, 0
 
-    def __call__(self, z: Floats) -> float:
+    def __call__(self, z: Floats) -> list[float]:
+        """The outcomes at standardised inputs, (n, d)."""
         cancellation.checkpoint()
-        values = {
-            name: one.value(x) for name, one, x in zip(self._names, self._inputs, z.tolist(), strict=True)
-        }
-        outcome = self._function(values)
-        if not is_real(outcome):
-            at = ", ".join(f"{name}={value:g}" for name, value in values.items())
-            raise SettingError("UNCERTAIN_OUTCOME", f"{shown(outcome)} at {at}", allowed="a finite number")
-        self.runs += 1
-        if self._progress is not None:
-            self._progress(self.runs, self.most)
-        return float(outcome)
+        points = [
+            {name: one.value(x) for name, one, x in zip(self._names, self._inputs, row, strict=True)}
+            for row in z.tolist()
+        ]
+        outcomes = []
+        for values, outcome in zip(points, self._evaluate(points), strict=True):
+            cancellation.checkpoint()
+            if not is_real(outcome):
+                at = ", ".join(f"{name}={value:g}" for name, value in values.items())
+                raise SettingError(
+                    "UNCERTAIN_OUTCOME", f"{shown(outcome)} at {at}", allowed="a finite number"
+                )
+            self.runs += 1
+            if self._progress is not None:
+                self._progress(self.runs, self.most)
+            outcomes.append(float(outcome))
+        return outcomes
 
 
 def _grown(
@@ -157,7 +211,7 @@ def _grown(
 ) -> tuple[IndexGrowth, float]:
     """An expansion, and its mean square error at held-out inputs as a share of the variance."""
     z = _random(inputs, rng, held_out)
-    truth = np.array([model(row) for row in z])
+    truth = np.array(model(z))
     growth = IndexGrowth(model, inputs)
     growth.start()
     rounding = float(np.mean(truth * truth)) * _ROUNDING * _ROUNDING

@@ -36,11 +36,11 @@ class IndexGrowth:
 
     Parameters
     ----------
-    evaluate : from standardised inputs, (d,), to the outcome; it is called once for each point.
+    evaluate : from standardised inputs, (n, d), to the outcomes; each point is asked for once.
     inputs : their distributions.
     """
 
-    def __init__(self, evaluate: Callable[[Floats], float], inputs: Sequence[Input]) -> None:
+    def __init__(self, evaluate: Callable[[Floats], Sequence[float]], inputs: Sequence[Input]) -> None:
         self._evaluate, self._inputs = evaluate, inputs
         self._values: dict[tuple[float, ...], float] = {}
         self._tensors: dict[Index, Terms] = {}
@@ -55,7 +55,9 @@ class IndexGrowth:
 
     def start(self) -> None:
         """Compute all indices of order up to :data:`FORCED`; those of that order are active."""
-        for index in _of_order(len(self._inputs), FORCED):
+        first = _of_order(len(self._inputs), FORCED)
+        self._evaluate_all(first)
+        for index in first:
             self._add(index)
             if sum(index) < FORCED:
                 self.active.pop(index)
@@ -85,6 +87,7 @@ class IndexGrowth:
                 continue
             del self.active[index]
             self.old.add(index)
+            self._evaluate_all(following)
             for new in following:
                 self._add(new)
             return True
@@ -119,7 +122,7 @@ class IndexGrowth:
         """Coefficients of the tensor product of the rules of an index."""
         if index not in self._tensors:
             rules = [one.rule(level) for one, level in zip(self._inputs, index, strict=True)]
-            values = np.array([self._at(point) for point in self._points(index)])
+            values = np.array([self._values[point] for point in self._points(index)])
             table = values.reshape([len(rule.points) for rule in rules])
             for rule in rules:
                 # The first axis is projected and goes last: after all of them the order is the old one.
@@ -132,10 +135,12 @@ class IndexGrowth:
         rules = (one.rule(level) for one, level in zip(self._inputs, index, strict=True))
         return itertools.product(*(rule.points.tolist() for rule in rules))
 
-    def _at(self, point: tuple[float, ...]) -> float:
-        if point not in self._values:
-            self._values[point] = self._evaluate(np.array(point))
-        return self._values[point]
+    def _evaluate_all(self, indices: Sequence[Index]) -> None:
+        """Ask for the outcomes at all points of some indices that are not known, at once."""
+        wanted = dict.fromkeys(point for index in indices for point in self._points(index))
+        new = [point for point in wanted if point not in self._values]
+        if new:
+            self._values.update(zip(new, self._evaluate(np.array(new)), strict=True))
 
 
 def _of_order(count: int, order: int) -> list[Index]:

@@ -34,9 +34,12 @@ def mixtures(count: int) -> tuple[int, ...]:
 
 
 def sampled(
-    evaluate: Callable[[Floats], float], inputs: Sequence[Input], rng: np.random.Generator, runs: int
+    evaluate: Callable[[Floats], Sequence[float]],
+    inputs: Sequence[Input],
+    rng: np.random.Generator,
+    runs: int,
 ) -> Sampled:
-    """Estimates from so many runs.
+    """Estimates from so many runs; ``evaluate`` gives the outcomes at inputs (n, d).
 
     Two independent sets A and B of n inputs, and for each input k two more: A with column k of B, and B with column k of A.
     Mean and spread are those of A and B together. With the outcomes a, b, ``a_k`` and ``b_k`` of the four, the first-order
@@ -50,7 +53,7 @@ def sampled(
     at: dict[int, Floats] = {}
     for mask in mixed:
         rows = np.where([mask >> k & 1 == 1 for k in range(len(inputs))], b, a)
-        at[mask] = np.array([evaluate(row) for row in rows])
+        at[mask] = np.array(evaluate(rows))
     whole = mixed[-1]
     sample = np.concatenate((at[0], at[whole]))
     mean, variance = float(sample.mean()), float(sample.var(ddof=1))

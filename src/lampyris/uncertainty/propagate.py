@@ -59,6 +59,7 @@ def propagate_uncertainty(
     held_out: int = defaults.HELD_OUT_RUNS,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    workers: int = 1,
 ) -> UncertainOutcome:
     """The distribution of a planned drive's duration, length or energy under uncertain settings.
 
@@ -76,8 +77,8 @@ def propagate_uncertainty(
     planner, planner_settings : how the path is planned.
     law, law_settings, smooth : how fast it is driven, as for :func:`lampyris.speed_profile`; a law in SI units.
     energy : the energy model.
-    tolerance, runs, method, monte_carlo_runs, held_out, seed, progress : as for :func:`lampyris.uncertainty.expand`; ``seed``
-        is the planner's, too.
+    tolerance, runs, method, monte_carlo_runs, held_out, seed, progress, workers : as for
+        :func:`lampyris.uncertainty.expand`; ``seed`` is the planner's, too.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def propagate_uncertainty(
     made = propagate(
         scene, vary, of=of, planner=planner, planner_settings=planner_settings, law=law, law_settings=law_settings,
         smooth=smooth, energy=energy, tolerance=tolerance, runs=runs, method=method,
-        monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress,
+        monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress, workers=workers,
     )  # fmt: skip
     if made.outcome is None:
         raise SettingError(
@@ -140,11 +141,26 @@ def propagate(
     if nominal is None:
         return Propagation(None, None, plan, inputs)
 
-    def outcome(values: dict[str, float]) -> float:
-        full = {names[name]: value for name, value in values.items()}
+    outcome = _Outcome(run, names, of, smooth, seed)
+    made = expansion.expand(outcome, inputs, of=of, unit=OUTCOMES[of], seed=seed, **how)
+    return Propagation(nominal, made, plan, inputs)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """The outcome of a run as a function of the values that vary; it can be sent to other processes."""
+
+    run: Run
+    names: Mapping[str, str]
+    of: str
+    smooth: Smooth
+    seed: int
+
+    def __call__(self, values: dict[str, float]) -> float:
+        full = {self.names[name]: value for name, value in values.items()}
         at = ", ".join(f"{name}={value:.6g}" for name, value in values.items())
         try:
-            found, value = _evaluated(run.with_values(full), of, smooth, seed)
+            found, value = _evaluated(self.run.with_values(full), self.of, self.smooth, self.seed)
         except InputError as problem:
             problem.add_note(f"in the run with {at}")
             raise
@@ -156,9 +172,6 @@ def propagate(
                 allowed="ranges in which there is always a path",
             )
         return value
-
-    made = expansion.expand(outcome, inputs, of=of, unit=OUTCOMES[of], seed=seed, **how)
-    return Propagation(nominal, made, plan, inputs)
 
 
 def _input(name: str, given: Any) -> Input:

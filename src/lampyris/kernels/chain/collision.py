@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from math import floor
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.curves.angles import sine_cosine
 
 SPARE = 1e-9
+LOOK = 256
+"""Configurations between two looks at the flag that stops the search."""
 
 
 @kernel(out=("place",))
@@ -107,8 +109,10 @@ def struck(blocked, sums, width, height, chain, links, place, more):
 
 
 @kernel(out=("place", "counts"), each=2_000_000, of="links")
-def motion_hit(blocked, sums, width, height, chain, links, lever, reach, q, at, other, place, counts):
+def motion_hit(blocked, sums, width, height, chain, links, lever, reach, q, at, other, place, counts, halt):
     """The link that first collides on the way from one configuration to another; -1: the motion is free.
+
+    A check that is stopped answers with a link, so that no motion counts as free that was not looked at.
 
     Parameters
     ----------
@@ -129,6 +133,8 @@ def motion_hit(blocked, sums, width, height, chain, links, lever, reach, q, at, 
     more = moved / pieces + SPARE
     # The far end first: motions that fail, fail there most often.
     for i in range(pieces):
+        if i % LOOK == LOOK - 1 and stopped(halt):
+            return 0
         t = 1.0 - (i + 0.5) / pieces
         _lay(chain, links, q, at, other, t, place)
         counts[0] += 1

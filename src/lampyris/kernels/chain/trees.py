@@ -39,7 +39,7 @@ def _nearest(q, side, count, n, lever, which, target):
 @kernel(out=("q", "side", "parent", "place", "hits", "state"))
 def _extend(
     blocked, sums, width, height, chain, links, lever, reach, stride, q, side, parent, place, hits, state,
-    near, target, spare, which,
+    near, target, spare, which, halt,
 ):  # fmt: skip
     """Go from a node towards a configuration by ``stride`` at most; the new node, or -1 if the motion collides.
 
@@ -56,7 +56,7 @@ def _extend(
         here = q[near * n + k]
         q[spare + k] = q[target + k] if share == 1.0 else here + share * (q[target + k] - here)
     hit = motion_hit(
-        blocked, sums, width, height, chain, links, lever, reach, q, near * n, spare, place, state
+        blocked, sums, width, height, chain, links, lever, reach, q, near * n, spare, place, state, halt
     )
     if hit >= 0:
         hits[hit] += 1
@@ -142,7 +142,7 @@ def grow(
         near = _nearest(q, side, state[1], n, lever, which, sample)
         new = _extend(
             blocked, sums, width, height, chain, links, lever, reach, stride, q, side, parent, place, hits, state,
-            near, sample, spare, which,
+            near, sample, spare, which, halt,
         )  # fmt: skip
         if new < 0:
             state[3] += 1
@@ -164,7 +164,7 @@ def grow(
             if gap > 0.0:
                 last = _extend(
                     blocked, sums, width, height, chain, links, lever, reach, stride, q, side, parent, place, hits,
-                    state, at, goal, spare, 1 - which if both == 1 else 0,
+                    state, at, goal, spare, 1 - which if both == 1 else 0, halt,
                 )  # fmt: skip
                 if last < 0:
                     break

@@ -8,7 +8,7 @@ a path by the admissible heuristic are left out, and closed states are not opene
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.lattice.search import _pop, _push
+from lampyris.kernels.lattice.search import _pop, _push, is_goal
 
 
 @kernel(inline=True)
@@ -158,15 +158,7 @@ def greedy(
             mark[u64(to)] = low + g_to
             parent[u64(to)] = p
             closed[u64(to)] = 0
-            left = 0
-            right = len(goals) - 1
-            while left < right:
-                middle = (left + right) >> 1
-                if goals[u64(middle)] < to:
-                    left = middle + 1
-                else:
-                    right = middle
-            if goals[u64(left)] == to:
+            if is_goal(goals, to):
                 best[u64(0)] = g_to
                 best[u64(1)] = to
                 result = 0

@@ -10,23 +10,10 @@ from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.lattice.low_field import is_free
-from lampyris.kernels.lattice.search import _pop, _push
+from lampyris.kernels.lattice.search import _pop, _push, is_goal
 
 LOW = 5
 """Entry of ``count``: cells expanded, a part of all expansions."""
-
-
-@kernel(inline=True)
-def _is_goal(goals, state):
-    left = 0
-    right = len(goals) - 1
-    while left < right:
-        middle = (left + right) >> 1
-        if goals[u64(middle)] < state:
-            left = middle + 1
-        else:
-            right = middle
-    return goals[u64(left)] == state
 
 
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=1)
@@ -144,7 +131,7 @@ def search(
                 parent[u64(to)] = p
                 if new:
                     closed[u64(to)] = 0
-                if h <= near and _is_goal(goals, to):
+                if h <= near and is_goal(goals, to):
                     best[u64(0)] = g_to
                     best[u64(1)] = to
                 if closed[u64(to)] == round_ and weight > 1.0:

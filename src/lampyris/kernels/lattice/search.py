@@ -59,6 +59,20 @@ def _pop(keys, states, n):
     states[u64(i)] = state
 
 
+@kernel(inline=True)
+def is_goal(goals, state):
+    """Whether a state is one of the goal states, which rise; there is at least one."""
+    left = 0
+    right = len(goals) - 1
+    while left < right:
+        middle = (left + right) >> 1
+        if goals[u64(middle)] < state:
+            left = middle + 1
+        else:
+            right = middle
+    return goals[u64(left)] == state
+
+
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=1)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
@@ -165,15 +179,7 @@ def search(
             if new:
                 closed[u64(to)] = 0
             if h <= near:
-                left = 0
-                right = len(goals) - 1
-                while left < right:
-                    middle = (left + right) >> 1
-                    if goals[u64(middle)] < to:
-                        left = middle + 1
-                    else:
-                        right = middle
-                if goals[u64(left)] == to:
+                if is_goal(goals, to):
                     best[u64(0)] = g_to
                     best[u64(1)] = to
             if closed[u64(to)] == round_ and weight > 1.0:

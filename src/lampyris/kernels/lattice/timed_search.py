@@ -28,9 +28,8 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.lattice.hybrid import _is_goal
 from lampyris.kernels.lattice.low_field import is_free
-from lampyris.kernels.lattice.search import _pop, _push
+from lampyris.kernels.lattice.search import _pop, _push, is_goal
 
 FOUND, EXHAUSTED, LIMIT, FULL, MANY_SPANS = 0, 1, 2, 3, 4
 
@@ -376,7 +375,7 @@ def timed_search(
             continue
         node_open[u64(node)] = 0
         state = int(node_state[u64(node)])
-        if _is_goal(goals, state):
+        if is_goal(goals, state):
             node_open[u64(node)] = 1
             count[u64(3)] = node
             result = 0

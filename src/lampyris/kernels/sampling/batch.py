@@ -13,27 +13,21 @@ from math import inf
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.lattice.search import _pop, _push
 from lampyris.kernels.sampling.buckets import around, file_node, node_at
-from lampyris.kernels.sampling.draws import drawn, drawn_cell, length
-from lampyris.kernels.sampling.growth import (
+from lampyris.kernels.sampling.draws import (
     ANCESTORS,
     BASE,
-    DONE,
-    DRAWN,
     GOAL,
     HIGH,
     KEY,
-    LINES,
-    NARROW,
-    NODES,
-    REACHED,
     RULE,
-    SAMPLED,
     SAMPLES,
-    START,
-    STOPPED,
     STRIDE,
     WIDE,
-)  # fmt: skip
+    drawn,
+    drawn_cell,
+    length,
+)
+from lampyris.kernels.sampling.growth import DONE, DRAWN, LINES, NODES, REACHED, SAMPLED, STOPPED
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
 
@@ -81,7 +75,6 @@ def search_batch(
     wide = whole[WIDE]
     high = whole[HIGH]
     base = whole[BASE]
-    start = whole[START]
     goal = whole[GOAL]
     key = whole[KEY]
     room = len(cost)
@@ -99,19 +92,7 @@ def search_batch(
             if turn % LOOK == LOOK - 1 and stopped(halt):
                 return STOPPED
             count[SAMPLED] += 1
-            cell = drawn_cell(
-                free,
-                stride,
-                cells,
-                narrow,
-                whole[NARROW],
-                key,
-                start,
-                goal,
-                best if best < inf else -1.0,
-                count,
-                DRAWN,
-            )
+            cell = drawn_cell(free, cells, narrow, whole, best if best < inf else -1.0, count, DRAWN)
             if cell < 0:
                 continue
             y = cell // stride

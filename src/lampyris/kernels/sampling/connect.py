@@ -8,21 +8,8 @@ steps then serve narrow places, too, and nodes slide along walls to doors.
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.sampling.draws import drawn_cell
-from lampyris.kernels.sampling.growth import (
-    DONE,
-    FOUND,
-    GOAL,
-    KEY,
-    LOOK,
-    NARROW,
-    RULE,
-    SAMPLES,
-    START,
-    STOPPED,
-    STRIDE,
-    steered,
-)  # fmt: skip
+from lampyris.kernels.sampling.draws import GOAL, RULE, SAMPLES, STRIDE, drawn_cell
+from lampyris.kernels.sampling.growth import DONE, FOUND, LOOK, STOPPED, steered
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
 
@@ -89,19 +76,7 @@ def connect(free, even, cells, narrow, whole, step, sides, stack, node_x, node_y
             return STOPPED
         tree = count[SAMPLED] & 1
         count[SAMPLED] += 1
-        target = drawn_cell(
-            free,
-            stride,
-            cells,
-            narrow,
-            whole[NARROW],
-            whole[KEY],
-            whole[START],
-            whole[GOAL],
-            -1.0,
-            count,
-            DRAWN,
-        )
+        target = drawn_cell(free, cells, narrow, whole, -1.0, count, DRAWN)
         if count[SAMPLED] == 1:
             target = whole[GOAL]
         y = target // stride

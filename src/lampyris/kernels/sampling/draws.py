@@ -13,6 +13,8 @@ from lampyris.kernels._jit import kernel, u64
 
 MASK = 0xFFFFFFFF
 WHOLE = 4294967296.0
+# Entries of ``whole``, the array of whole numbers that trees in the plane are given.
+STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW = range(14)
 TRIES = 64
 """Draws of a cell at most for one sample: of those within an ellipse some lie in walls."""
 
@@ -40,7 +42,7 @@ def length(ax, ay, bx, by):
 
 
 @kernel(out=("count",))
-def drawn_cell(free, stride, cells, narrow, share, key, start, goal, best, count, at):
+def drawn_cell(free, cells, narrow, whole, best, count, at):
     """A random free cell, flat; -1: none of :data:`TRIES` lay in the ellipse and in free cells.
 
     Each free cell is as likely as any other, but for a share of samples that are narrow places; once a path is known, each
@@ -51,17 +53,19 @@ def drawn_cell(free, stride, cells, narrow, share, key, start, goal, best, count
     Parameters
     ----------
     free : uint8 (n,), padded.
-    stride : length of a padded row.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    share : of 2**32 samples so many are in narrow places.
-    key : of the draws.
-    start, goal : flat cells.
+    whole : int64 (14,): ``STRIDE``: length of a padded row. ``NARROW``: of 2**32 samples so many are in narrow places.
+        ``KEY``: of the draws. ``START``, ``GOAL``: flat cells.
     best : length of the best path; negative: none is known, or the whole map is to be drawn from.
     count : int64: the number of the next draw is ``count[at]``.
     """
+    stride = whole[STRIDE]
+    key = whole[KEY]
+    start = whole[START]
+    goal = whole[GOAL]
     bits = drawn(key, count[at])
     count[at] += 1
-    if bits < share and len(narrow) > 0:
+    if bits < whole[NARROW] and len(narrow) > 0:
         bits = drawn(key, count[at])
         count[at] += 1
         cell = int(narrow[u64((bits * len(narrow)) >> 32)])

@@ -19,7 +19,24 @@ from math import floor
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.sampling.buckets import around, file_node
-from lampyris.kernels.sampling.draws import drawn, drawn_cell, length
+from lampyris.kernels.sampling.draws import (
+    ANCESTORS,
+    BASE,
+    BIAS,
+    GOAL,
+    HIGH,
+    INFORMED,
+    KEY,
+    RULE,
+    SAMPLES,
+    STAR,
+    START,
+    STRIDE,
+    WIDE,
+    drawn,
+    drawn_cell,
+    length,
+)
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
 from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
@@ -27,8 +44,6 @@ from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
 DONE, FOUND, STOPPED = 0, 1, 2
 LOOK = 32
 """Samples between two looks at the flag that stops the search."""
-# Entries of ``whole``.
-STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW = range(14)
 # Entries of ``count``.
 NODES, DRAWN, SAMPLED, REACHED, LINES = range(5)
 
@@ -60,7 +75,7 @@ def grow(
     free : uint8 (n,), padded; 1 where the robot may be.
     even : uint8 (1,): 0.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    whole : int64 (14,): what the names above say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
+    whole : int64 (14,): what the names in :mod:`.draws` say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
         ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that
         are tried in its place.
     step : longest line by which the tree grows, cells.
@@ -94,19 +109,8 @@ def grow(
         count[DRAWN] += 1
         target = goal
         if bits >= whole[BIAS] or reached >= 0:
-            target = drawn_cell(
-                free,
-                stride,
-                cells,
-                narrow,
-                whole[NARROW],
-                key,
-                start,
-                goal,
-                best if whole[INFORMED] != 0 else -1.0,
-                count,
-                DRAWN,
-            )
+            informed = best if whole[INFORMED] != 0 else -1.0
+            target = drawn_cell(free, cells, narrow, whole, informed, count, DRAWN)
             if target < 0:
                 continue
         y = target // stride

@@ -123,11 +123,15 @@ class ChainSearch:
         with cancellation.watching(seconds, stop) as own:
             try:
                 if self._grown(trees, planner, np.random.Generator(np.random.PCG64(seed)), most):
-                    status, rows = Status.FOUND, self._shortened(trees.path(), trees.state)
+                    status, rows = Status.FOUND, trees.path()
+                    rows = self._shortened(rows, trees.state)
             except Cancelled:
                 if own is None or (own.outer is not None and own.outer.is_over):
                     raise
-                status = Status.CANCELLED if own.was_cancelled else Status.LIMIT
+                if own.was_cancelled:
+                    status, rows = Status.CANCELLED, None
+                elif rows is None:
+                    status = Status.LIMIT
         checks, nodes, samples, *_ = trees.state.tolist()
         every = tuple(range(self._chain.joints))
         released = tuple(trees.order[: trees.state[5]].tolist()) if planner == "rrt-adaptive" else every

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
@@ -101,6 +102,33 @@ class PoseRrtConnect:
         return PoseRrtSession(self, scene, rng, record=record)
 
 
+@dataclass(slots=True)
+class PoseRun:
+    """What a call has done so far.
+
+    Parameters
+    ----------
+    least : no path costs less, cells.
+    total : samples that are taken at most.
+    """
+
+    least: float
+    total: int
+    best: tuple[CellPose, Floats] | None = None
+    most: float = math.inf
+    spent: int = 0
+    trace: list[float] = field(default_factory=list)
+    edges: Floats | None = None
+    proven: bool = False
+    separated: bool = False
+    detail: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether samples are left and a shorter path is possible."""
+        return self.spent < self.total and self.most > self.least * (1 + 1e-9)
+
+
 class PoseRrtSession(PoseSession[HybridMap]):
     """Remembers the map and the robot; the trees of each call are new.
 
@@ -169,55 +197,69 @@ class PoseRrtSession(PoseSession[HybridMap]):
     def _rounds(self, task: PoseTask, limit: int | None) -> Plan:
         """Grow trees, round after round, and keep the best path."""
         settings, name = self._settings, self._name
-        least = self._least(task)
-        best: tuple[CellPose, Floats] | None = None
-        most, spent, proven, detail = math.inf, 0, False, ""
-        trace: list[float] = []
-        edges: Floats | None = None
-        total = settings.samples if limit is None else min(limit, settings.samples)
+        run = PoseRun(self._least(task), settings.samples if limit is None else min(limit, settings.samples))
         if self._cells is None:
             self._cells = base_cells(task.hybrid_map)
         try:
-            while len(trace) < settings.rounds and spent < total and most > least * (1 + 1e-9):
-                key = int(self._rng.integers(2**32))
-                trees = PoseTrees(task, self._cells, key, total - spent, most)
-                begun, met = spent, False
-                while not met and spent < total:
-                    met = trees.run(min(BATCH, total - spent))
-                    spent = begun + trees.taken
-                    if not met and best is None and not proven and spent >= min(PROVE, total):
-                        proven = True
-                        if self._separated(task):
-                            return Plan(Status.NO_PATH, name, expansions=spent, detail=_SEPARATED)
-                if met:
-                    first, segments, cost = self._shortened(task, *trees.path())
-                    if cost < most:
-                        best, most = (first, segments), cost
-                trace.append(most)
-                if self._record:
-                    edges = trees.edges()
+            self._grow(task, run, self._cells)
         except Cancelled:
             scope = cancellation.watch()
-            if best is None or scope is None or any(stop.is_set for stop in scope.stops):
+            if run.best is None or scope is None or any(stop.is_set for stop in scope.stops):
                 raise
-            detail = "Stopped improving at the time limit."
-        if best is None:
-            if limit is not None and total == limit:
-                return Plan(Status.LIMIT, name, iterations=len(trace), expansions=spent)
+            run.detail = "Stopped improving at the time limit."
+        if run.best is None:
+            if run.separated:
+                return Plan(Status.NO_PATH, name, expansions=run.spent, detail=_SEPARATED)
+            if limit is not None and run.total == limit:
+                return Plan(Status.LIMIT, name, iterations=len(run.trace), expansions=run.spent)
             detail = f"No path was found with {settings.samples} samples; there may be one."
-            return Plan(Status.ITERATION_LIMIT, name, iterations=len(trace), expansions=spent, detail=detail)
+            return Plan(
+                Status.ITERATION_LIMIT, name, iterations=len(run.trace), expansions=run.spent, detail=detail
+            )
         cell = self._scene.grid.resolution
         more: dict[str, Any] = {}
         if self._record:
-            more = {"best_by_iteration": tuple(trace), "tree": edges}
+            more = {"best_by_iteration": tuple(run.trace), "tree": run.edges}
         arm = self._scene.robot.radius / cell
-        gears = np.sign(best[1][:, 0]).astype(np.int8)
-        path, cells = path_along(best[0], best[1], gears, most, min(least, most), self._scene.grid, arm)
+        first, segments = run.best
+        gears = np.sign(segments[:, 0]).astype(np.int8)
+        least = min(run.least, run.most)
+        path, cells = path_along(first, segments, gears, run.most, least, self._scene.grid, arm)
         terrain = "" if self._scene.grid.terrain is None else "terrain is ignored by planners that sample"
         return Plan(
-            Status.FOUND, name, path_of(cells, MOVES["octile"], None), iterations=len(trace), expansions=spent, detail=detail,
-            pose_path=path, notes=(terrain,) if terrain else (), attributes=settings.judged_by(cell), **more,
+            Status.FOUND, name, path_of(cells, MOVES["octile"], None), iterations=len(run.trace), expansions=run.spent,
+            detail=run.detail, pose_path=path, notes=(terrain,) if terrain else (), attributes=settings.judged_by(cell), **more,
         )  # fmt: skip
+
+    def _grow(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
+        """Grow pairs of trees, each kept to what costs less than the best path so far."""
+        while len(run.trace) < self._settings.rounds and run.is_open:
+            self._grow_pair(task, run, cells)
+
+    def _grow_pair(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
+        """Grow two trees until they meet or the samples are used."""
+        key = int(self._rng.integers(2**32))
+        trees = PoseTrees(task, cells, key, run.total - run.spent, run.most)
+        begun, met = run.spent, False
+        while not met and run.spent < run.total:
+            met = trees.run(min(BATCH, run.total - run.spent))
+            run.spent = begun + trees.taken
+            if not met and run.best is None and not run.proven and run.spent >= min(PROVE, run.total):
+                run.proven = True
+                if self._separated(task):
+                    run.separated, run.total = True, run.spent
+                    return
+        if met:
+            self._keep(task, run, *trees.path())
+        run.trace.append(run.most)
+        if self._record:
+            run.edges = trees.edges()
+
+    def _keep(self, task: PoseTask, run: PoseRun, first: CellPose, segments: Floats) -> None:
+        """Keep a path with its shortcuts if it costs less than the best one."""
+        first, segments, cost = self._shortened(task, first, segments)
+        if cost < run.most:
+            run.best, run.most = (first, segments), cost
 
     def _separated(self, task: PoseTask) -> bool:
         ends = [
@@ -238,10 +280,14 @@ class PoseRrtSession(PoseSession[HybridMap]):
         shortest(np.array(start), np.array(goal), radius, self._shape.backward, length, *room)
         return max(plain, float(length[0]) * radius) * (1 - 1e-9)
 
+    def _prices(self, task: PoseTask) -> ShortcutShape:
+        """The robot and what its segments cost."""
+        shape = self._shape
+        return ShortcutShape(shape.footprint, shape.drive, shape.radius, task.reverse, task.turn_cost)
+
     def _shortened(self, task: PoseTask, first: CellPose, segments: Floats) -> tuple[CellPose, Floats, float]:
         """The path with shortcuts, and what it costs, in cells."""
-        shape = self._shape
-        robot = ShortcutShape(shape.footprint, shape.drive, shape.radius, task.reverse, task.turn_cost)
+        robot = self._prices(task)
         if self._settings.shortcut and len(segments):
             try:
                 segments = shortened(np.array(first), segments, robot, task.hybrid_map)

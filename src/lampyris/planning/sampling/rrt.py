@@ -5,20 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from lampyris._core.settings import check_settings, flag, under_name
-from lampyris.model.scene import Scene
+from lampyris._core.settings import flag
 from lampyris.planning.base import Traits
 from lampyris.planning.sampling import settings
-from lampyris.planning.sampling.session import SamplingSession
+from lampyris.planning.sampling.session import SamplingPlanner
 from lampyris.planning.sampling.trees import OneTree, Query, TwoTrees
 
 TRAITS = Traits(optimal=False, stochastic=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Rrt:
+class Rrt(SamplingPlanner):
     """RRT: a tree from the start grows towards random cells until it reaches the goal.
 
     States are the centres of free cells, lines between them are as for :class:`~lampyris.planning.graph.theta_star.ThetaStar`.
@@ -52,20 +49,13 @@ class Rrt:
     source: ClassVar[str] = "LaValle 1998; exact lines on the grid and the shortcuts are ours."
     improves: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-
     def begin(self, query: Query) -> OneTree:
         """The search of one call."""
         return OneTree(query, self.goal_bias, star=False, informed=False, ancestors=0)
 
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
-        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
-        return SamplingSession(self, scene, rng, record=record)
-
 
 @dataclass(frozen=True, slots=True)
-class RrtConnect:
+class RrtConnect(SamplingPlanner):
     """RRT-Connect: trees from the start and the goal grow towards random cells and towards each other.
 
     States, lines and completeness are those of :class:`Rrt`. The first sample is the goal, and a step that is blocked
@@ -100,13 +90,6 @@ class RrtConnect:
     )
     improves: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-
     def begin(self, query: Query) -> TwoTrees:
         """The search of one call."""
         return TwoTrees(query)
-
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
-        """Start a session; with ``record`` its plans hold the length after each batch, and the trees."""
-        return SamplingSession(self, scene, rng, record=record)

@@ -5,19 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from lampyris._core.settings import check_settings, flag, under_name
-from lampyris.model.scene import Scene
+from lampyris._core.settings import flag
 from lampyris.planning.base import Traits
 from lampyris.planning.sampling import settings
 from lampyris.planning.sampling.rrt import TRAITS
-from lampyris.planning.sampling.session import SamplingSession
+from lampyris.planning.sampling.session import SamplingPlanner
 from lampyris.planning.sampling.trees import BatchSearch, OneTree, Query
 
 
 @dataclass(frozen=True, slots=True)
-class RrtStar:
+class RrtStar(SamplingPlanner):
     """RRT*: a random tree from the start that is rewired as it grows, so that its paths become shorter.
 
     States, lines and completeness are those of :class:`~lampyris.planning.sampling.rrt.Rrt`. The length of the path
@@ -57,16 +54,9 @@ class RrtStar:
     improves: ClassVar[bool] = True
     informed: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
-
     def begin(self, query: Query) -> OneTree:
         """The search of one call."""
         return OneTree(query, self.goal_bias, star=True, informed=self.informed, ancestors=self.ancestors)
-
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
-        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
-        return SamplingSession(self, scene, rng, record=record)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +80,7 @@ class InformedRrtStar(RrtStar):
 
 
 @dataclass(frozen=True, slots=True)
-class BitStar:
+class BitStar(SamplingPlanner):
     """BIT*: batches of samples, searched in the order of what a path through them may cost.
 
     Lines are checked only where they may lead to a shorter path. States, lines and completeness are those of
@@ -124,16 +114,8 @@ class BitStar:
         "Gammell, Srinivasa, Barfoot 2020; ancestors: Jeong, Lee, Kim 2019; random parents, exact lines on the grid "
         "and the shortcuts are ours."
     )
-    step: ClassVar[float | None] = None
     improves: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_settings(self, under_name(self.name))
 
     def begin(self, query: Query) -> BatchSearch:
         """The search of one call."""
         return BatchSearch(query, ancestors=self.ancestors)
-
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
-        """Start a session; with ``record`` its plans hold the length after each batch, and the tree."""
-        return SamplingSession(self, scene, rng, record=record)

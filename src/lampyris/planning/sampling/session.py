@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
+from lampyris._core.settings import check_settings, under_name
 from lampyris.kernels import loading
 from lampyris.kernels.graph.search import LIMIT
 from lampyris.model.change import Change
@@ -36,44 +38,38 @@ EDGES = 40_000
 """Lines of trees that a plan keeps for pictures, at most."""
 
 
-class SamplingPlanner(Protocol):
-    """What the session needs of a planner's settings."""
+class SamplingPlanner:
+    """What planners that sample discs' paths have alike; the fields of each are its settings.
+
+    Attributes
+    ----------
+    samples : that a call takes at most.
+    batch : samples of one iteration.
+    narrow : share of samples in narrow places.
+    shortcut : whether the path is made shorter at the end.
+    improves : whether it goes on when it has a path.
+    """
+
+    __slots__ = ()
+
+    samples: int
+    batch: int
+    narrow: float
+    shortcut: bool
 
     name: ClassVar[str]
+    improves: ClassVar[bool]
 
-    @property
-    def samples(self) -> int:
-        """Samples that a call takes at most."""
-        ...
+    def __post_init__(self) -> None:
+        check_settings(self, under_name(self.name))
 
-    @property
-    def batch(self) -> int:
-        """Samples of one iteration."""
-        ...
-
-    @property
-    def step(self) -> float | None:
-        """Longest line by which a tree grows, cells; None: by the size of the map."""
-        ...
-
-    @property
-    def narrow(self) -> float:
-        """Share of samples in narrow places."""
-        ...
-
-    @property
-    def shortcut(self) -> bool:
-        """Whether the path is made shorter at the end."""
-        ...
-
-    @property
-    def improves(self) -> bool:
-        """Whether it goes on when it has a path."""
-        ...
-
+    @abstractmethod
     def begin(self, query: Query) -> SampledSearch:
         """The search of one call."""
-        ...
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> SamplingSession:
+        """Start a session; with ``record`` its plans hold the length after each batch, and the trees."""
+        return SamplingSession(self, scene, rng, record=record)
 
 
 @dataclass(slots=True)
@@ -171,7 +167,7 @@ class SamplingSession(SessionBase):
             return self._found(run, ground, timing)
 
     def _step(self, ground: SamplingMap) -> float:
-        step = self._planner.step
+        step: float | None = getattr(self._planner, "step", None)  # bit-star has none
         return float(min(max(0.1 * ground.diagonal(), 4.0), 64.0) if step is None else step)
 
     def _sample(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:

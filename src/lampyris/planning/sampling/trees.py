@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels.sampling import batch, growth
+from lampyris.kernels.sampling import batch, draws, growth
 from lampyris.kernels.sampling import connect as pair
 from lampyris.planning.sampling.ground import EVEN, Chain, SamplingMap, neighbourhood
 from lampyris.typing import Floats
@@ -89,14 +89,14 @@ class SampledSearch:
         ground, query = self._query.ground, self._query
         whole = np.zeros(14, dtype=np.int64)
         fixed = {
-            growth.STRIDE: ground.stride, growth.RULE: ground.rule, growth.WIDE: ground.wide, growth.HIGH: ground.high,
-            growth.BASE: base, growth.START: query.start, growth.GOAL: query.goal, growth.KEY: query.key,
-            growth.NARROW: int(query.narrow * _WHOLE),
+            draws.STRIDE: ground.stride, draws.RULE: ground.rule, draws.WIDE: ground.wide, draws.HIGH: ground.high,
+            draws.BASE: base, draws.START: query.start, draws.GOAL: query.goal, draws.KEY: query.key,
+            draws.NARROW: int(query.narrow * _WHOLE),
         }  # fmt: skip
         for place, value in fixed.items():
             whole[place] = value
         for name, value in more.items():
-            whole[getattr(growth, name.upper())] = value
+            whole[getattr(draws, name.upper())] = value
         return whole
 
     def _place(self, flat: int) -> tuple[int, int]:
@@ -180,8 +180,8 @@ class OneTree(SampledSearch):
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
-        self._whole_[growth.SAMPLES] = samples
-        if self._whole_[growth.INFORMED] and math.isfinite(self.best):
+        self._whole_[draws.SAMPLES] = samples
+        if self._whole_[draws.INFORMED] and math.isfinite(self.best):
             nodes = int(self._count[growth.NODES])
             ends = (0, int(self._count[growth.REACHED]))
             self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
@@ -236,7 +236,7 @@ class TwoTrees(SampledSearch):
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
-        self._whole_[growth.SAMPLES] = samples
+        self._whole_[draws.SAMPLES] = samples
         outcome = pair.connect(
             ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._sides, self._stack,
             self._x, self._y, self._parent, self._count,
@@ -298,7 +298,7 @@ class BatchSearch(SampledSearch):
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
         ground = self._query.ground
-        self._whole_[growth.SAMPLES] = samples
+        self._whole_[draws.SAMPLES] = samples
         nodes = int(self._count[growth.NODES])
         radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
         while True:

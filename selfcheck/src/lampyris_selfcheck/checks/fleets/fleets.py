@@ -19,6 +19,7 @@ from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.fleets import fleet_answers as answers
 from lampyris_selfcheck.checks.fleets.fleet_draws import STYLES, TREE_STYLES, DrawnFleet, biconnected, draw
+from lampyris_selfcheck.checks.fleets.fleet_driven import discs_wrong, drive_wrong, lifelong_wrong
 from lampyris_selfcheck.checks.fleets.fleet_related import RELATIONS, related_wrong
 from lampyris_selfcheck.checks.fleets.fleet_spoiled import figures_wrong, paths_wrong
 from lampyris_selfcheck.checks.fleets.swarm_cases import motion_wrong, swarm_wrong, trace_wrong
@@ -31,6 +32,13 @@ REACH_SIDES = (4, 6, 12, 18)
 REACH_ROBOTS = 200
 OCTILE = ("lacam", "lns", "pibt", "prioritised-sipp", "cbs", "eecbs", "exhausted")
 """With octile moves: of case n the kind at n % 7, and that kind's case n // 7."""
+
+DRIVEN = {
+    "drives": (drive_wrong, ("few", "bay", "walls", "tiny")),
+    "lifelong": (lifelong_wrong, ("few", "walls", "tiny")),
+    "discs": (discs_wrong, ("walls", "open", "few")),
+}
+"""Kinds of fleets in motion: the judge of a case, and how its fleets look."""
 
 
 @lru_cache(maxsize=8)
@@ -123,6 +131,14 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         tally.count(word)
         if fault:
             tally.fail(number, fault)
+    elif kind in DRIVEN:
+        judge, styles = DRIVEN[kind]
+        drawn = replace(
+            draw(rng, styles[number % len(styles)]), octile=kind != "lifelong" and number % 3 == 2
+        )
+        fault, word = judge(rng, number, drawn)
+        tally.count(word)
+        _tell(tally, number, drawn, fault)
     elif kind == "reaches":
         side = REACH_SIDES[number % len(REACH_SIDES)]
         fleet = biconnected(rng, side, REACH_ROBOTS, dense=number % 8 >= 4)
@@ -230,6 +246,19 @@ KINDS = {
     ),
     "octile-referee": _kind(
         "octile moves: the referee's verdict is that of the definitions", 400, 50_000, 5_000
+    ),
+    "drives": _kind(
+        "plans that are driven with delays: no contact at any moment, all arrive when the trace says",
+        16,
+        3_000,
+        100,
+        found=0.4,
+    ),
+    "lifelong": _kind(
+        "tasks without end: no conflict, each task done where and when it is said to be", 16, 5_000, 200
+    ),
+    "discs": _kind(
+        "discs of several sizes: no contact within a tick, with robots or walls", 30, 1_000, 50, found=0.2
     ),
     "swarm-robots": _kind(
         "robots of a swarm: the same bytes again, no contact at any moment, by the referee and the definition",

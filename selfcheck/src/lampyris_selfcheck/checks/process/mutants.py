@@ -22,13 +22,14 @@ GROUPS = {
     "metamorphic": "anything that two answers must have in common",
     "swarm": "swarm planners and their bounds",
     "fleets": "planners of fleets, robots of swarms and their referees",
+    "plans": "sampling, models of the map, chains, photographs, uncertain settings, via points and unknown maps",
     "store": "the store of a study's results: reading, resuming and repair",
     "determinism": "draws, orders and sums, which must be the same everywhere",
 }
 """Groups of defects, a file of them each."""
 COMMIT = {
     "planner": 2, "repair": 1, "profile": 1, "sim": 1, "parsers": 1, "referee": 1,
-    "metamorphic": 0, "swarm": 0, "fleets": 1, "store": 0, "determinism": 0,
+    "metamorphic": 0, "swarm": 0, "fleets": 1, "plans": 1, "store": 0, "determinism": 0,
 }  # fmt: skip
 """How many of each the size ``commit`` has: the first ones, which are quick; none of those that start
 processes of their own.

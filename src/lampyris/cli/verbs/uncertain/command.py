@@ -75,6 +75,16 @@ def uncertain(
         int,
         typer.Option("--held-out", metavar="N", help="Random runs that the expansion is checked against."),
     ] = defaults.HELD_OUT_RUNS,
+    workers: Annotated[
+        int,
+        typer.Option(
+            "--workers",
+            metavar="N",
+            min=1,
+            max=256,
+            help="Worker processes; the result does not depend on it.",
+        ),
+    ] = 1,
     smooth: Annotated[
         str,
         typer.Option(
@@ -94,7 +104,7 @@ def uncertain(
     check_choice("SMOOTH", "--smooth", smooth, tuple(SMOOTHING))
     how = {
         "of": of, "method": method, "tolerance": tolerance, "runs": runs, "monte_carlo_runs": monte_carlo_runs,
-        "held_out": held_out, "smooth": smooth,
+        "held_out": held_out, "smooth": smooth, "workers": workers,
     }  # fmt: skip
     raise typer.Exit(
         propagate_and_print(request, vary_of(vary or []), how, UncertainOutputs(json_, picture, force))

@@ -1,0 +1,1 @@
+"""Straight lines and polygons, from their definitions."""

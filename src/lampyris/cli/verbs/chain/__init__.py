@@ -1,0 +1,1 @@
+"""``lampyris chain``: motions of a planar chain of links among obstacles."""

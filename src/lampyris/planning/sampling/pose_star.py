@@ -1,0 +1,84 @@
+"""The planner pose-rrt-star: a path of RRT-Connect over poses that costs less with every batch of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.settings import redeclared, whole
+from lampyris.model.scene import Scene
+from lampyris.planning.lattice.shortcut import LEAST_SAVING
+from lampyris.planning.sampling.pose_rrt import PoseRrtConnect, PoseRrtSession, PoseRun
+from lampyris.planning.sampling.pose_star_tree import PoseStarTree
+from lampyris.planning.sampling.pose_trees import PoseTask
+
+
+@dataclass(frozen=True, slots=True)
+class PoseRrtStar(PoseRrtConnect):
+    """RRT* over poses: a path of :class:`PoseRrtConnect`, and a tree around it that is rewired as it grows.
+
+    The tree begins with the first path. A sample is a pose that a cheaper path may lead through; half of the samples are near
+    the best path. It is joined to the node around it from which it costs least, and nodes around it to it where they cost
+    less then. After each batch that lowered the cost the path is made shorter by exact curves, and these are taken into the
+    tree.
+
+    Parameters
+    ----------
+    rounds : batches of samples at most, the first path counted as one.
+    batch : samples of a batch.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    rounds: int = redeclared(PoseRrtConnect, "rounds", 100)
+    batch: int = whole(100, 1, 1_000_000)
+
+    name: ClassVar[str] = "pose-rrt-star"
+    summary: ClassVar[str] = (
+        "RRT* for a footprint: a path of exact curves that costs less with every batch of samples."
+    )
+    source: ClassVar[str] = (
+        "Karaman, Frazzoli 2011; Gammell, Srinivasa, Barfoot 2014; samples near the path: Nasir et al. 2013; first path as "
+        "pose-rrt-connect; shortcuts in the tree are ours."
+    )
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> PoseRrtStarSession:
+        """Start a session; with ``record`` its plans hold the cost after each batch, and the tree."""
+        return PoseRrtStarSession(self, scene, rng, record=record)
+
+
+class PoseRrtStarSession(PoseRrtSession):
+    """As :class:`PoseRrtSession`; the tree of each call is new."""
+
+    def __init__(
+        self, settings: PoseRrtStar, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
+        super().__init__(settings, scene, rng, record=record)
+        self._batch = settings.batch
+
+    def _grow(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
+        """Find a first path, and improve it."""
+        self._grow_pair(task, run, cells)
+        if run.best is None:
+            return
+        tree = PoseStarTree(task, cells, int(self._rng.integers(2**32)), self._prices(task))
+        tree.take(*run.best)
+        begun = run.spent
+        while len(run.trace) < self._settings.rounds and run.is_open:
+            tree.run(min(self._batch, run.total - run.spent))
+            run.spent = begun + tree.taken
+            if tree.cost < run.most - LEAST_SAVING:
+                self._keep(task, run, *tree.path())
+                assert run.best is not None
+                if run.most < tree.cost - LEAST_SAVING:
+                    tree.take(*run.best)
+                else:
+                    tree.follow(*run.best)
+            run.trace.append(run.most)
+        if self._record:
+            run.edges = tree.edges()
