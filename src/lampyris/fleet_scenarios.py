@@ -41,10 +41,7 @@ def read_fleet_scenario(parsed: Document, files: Files) -> FleetScenario:
     """
     from lampyris.io.fleet_scenario.build import fleet_scenario_of
 
-    def drawn(grid: Grid, robots: int, seed: int) -> Fleet:
-        return fleets.random_fleet(grid, robots, seed=seed)
-
-    return fleet_scenario_of(parsed, _known, drawn, files)
+    return fleet_scenario_of(parsed, _known, fleets.bare_fleet, files)
 
 
 def _known(name: str, settings: Mapping[str, Any], lifelong: bool) -> object:

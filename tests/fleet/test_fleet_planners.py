@@ -329,6 +329,31 @@ def test_random_fleets_of_one_seed_begin_alike() -> None:
         random_fleet(grid, 400)
 
 
+@pytest.mark.parametrize("radius", [0.4, 0.7, 1.0, 1.6])
+def test_random_robots_have_room_for_their_discs(radius: float) -> None:
+    """Judged from the definitions, in metres: walls are squares."""
+    cell = 0.5
+    grid = lampyris.Grid(random_map(2, 40, 30, 0.02).blocked, resolution=cell)
+    robot = lampyris.Robot(radius=radius * cell)
+    large, small = (random_fleet(grid, n, seed=7, robot=robot) for n in (12, 5))
+    assert small.robots == large.robots[:5]
+    wall = np.argwhere(grid.blocked)[:, ::-1].astype(float)
+    for ends in (large.starts, large.goals):
+        at = np.array(ends, dtype=float)
+        away = np.sqrt(((at[:, None] - at[None, :]) ** 2).sum(axis=2)) + 1e9 * np.eye(len(at))
+        assert away.min() >= 2 * radius - 1e-9
+        gap = np.maximum(np.abs(at[:, None] - wall[None, :]) - 0.5, 0.0)
+        assert np.sqrt((gap**2).sum(axis=2)).min() >= min(radius, 0.5) - 1e-9
+        if radius > 0.5:
+            assert np.sqrt((gap**2).sum(axis=2)).min() >= radius - 1e-9
+    made = lampyris.plan_fleet(large, "pibt", budget=lampyris.Budget(3))
+    assert made.paths  # starts and goals are taken, and the referee has nothing against them
+    with pytest.raises(SettingError, match="found room|from walls" if radius > 0.5 else "robots 1200"):
+        random_fleet(grid, 1200, seed=7, robot=robot)
+    with pytest.raises(SettingError, match="no cell is 30 m or more"):
+        random_fleet(grid, 1, robot=lampyris.Robot(radius=30.0))
+
+
 def test_what_is_refused() -> None:
     fleet = random_fleet(lampyris.load_grid("guide"), 3)
     with pytest.raises(UsageError, match="did you mean lacam"):

@@ -13,7 +13,6 @@ from typing import Any
 from lampyris import fleets
 from lampyris.errors import FileError, LampyrisError
 from lampyris.io.fleet_files import read_scen_fleet
-from lampyris.io.fleet_scenario.build import with_robot
 from lampyris.io.maps.load import load_map
 from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.validation_errors import Document
@@ -204,8 +203,8 @@ class FleetWorlds(Worlds):
 
     def _drawn_fleet(self, ground: StudyMap, k: int) -> Fleet:
         seed = hashlib.sha256(canonical([self.root, "fleets", ground.hash, k])).digest()
-        drawn = fleets.random_fleet(ground.grid, self.most, seed=int.from_bytes(seed[:8], "big") >> 1)
-        return with_robot(drawn, self.robot if self.robot.radius else None, drawn=True)
+        robot = self.robot if self.robot.radius else None
+        return fleets.random_fleet(ground.grid, self.most, seed=int.from_bytes(seed[:8], "big") >> 1, robot=robot)
 
     def _fleet(self, ground: StudyMap, ends: Sequence[tuple[int, int, int, int]]) -> Fleet:
         robot = self.robot if self.robot.radius else None
