@@ -18,11 +18,9 @@ from lampyris.io.maps.recipes.make import recipe_named
 from lampyris.io.scenario.map_source import Files
 from lampyris.io.scenario.scenario import Made
 from lampyris.io.scenario.validation_errors import Document
-from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.fleet.lifelong import LifelongTrace
-from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning.base import Budget
 from lampyris.planning.fleet import registry

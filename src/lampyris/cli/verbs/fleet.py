@@ -330,7 +330,7 @@ def _fleet(
     document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int, coarse: Grid,
     lifelong: bool, radius: float,
 ) -> tuple[FleetFile, Grid | None]:  # fmt: skip
-    """The fleet of the file that is given, or a random one; and the map before its cells were made larger, None if they were not."""
+    """The fleet of the file that is given, or a random one; and the map before its cells were made larger, or None."""
     from lampyris import fleets
     from lampyris.errors import SettingError, UsageError
     from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet

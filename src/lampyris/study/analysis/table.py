@@ -14,6 +14,8 @@ from lampyris.study.design.study import Study
 LABELS = ("map", "query", "traffic", "seed", "planner", "law", "published")
 FLEET_LABELS = ("map", "query", "robots", "seed", "planner")
 """The same of studies of fleets."""
+FLEET_SWEPT = ("radius", "delays")
+"""Further ones, of studies that compare several."""
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What depends on the machine: the last columns, and left out wherever bytes are compared."""
 
@@ -97,7 +99,7 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
     del place
     order = sorted(range(len(index)), key=index.__getitem__)
     of_fleets = study.kind == "fleet"
-    labels = FLEET_LABELS if of_fleets else LABELS
+    labels = labels_of(study)
     metrics = _ordered(FLEET_METRICS if of_fleets else METRICS, held.metrics)
     timing = _ordered(TIMING, held.timing)
     columns: dict[str, Column] = {name: [] for name in ("index", "key", *labels)}
@@ -111,6 +113,17 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
             column = source.pop(name, None)
             columns[name] = [None] * len(order) if column is None else [column[k] for k in order]
     return ResultTable(columns, metrics, timing, len(study), strange)
+
+
+def labels_of(study: Study) -> tuple[str, ...]:
+    """The labels of a study's runs."""
+    if study.kind != "fleet":
+        return LABELS
+    swept = {
+        "radius": any(c.radius for c in study.traffic_cases),
+        "delays": any(c.rate is not None for c in study.traffic_cases),
+    }
+    return (*FLEET_LABELS, *(name for name in FLEET_SWEPT if swept[name]))
 
 
 def code_of(error: str) -> str:
@@ -167,5 +180,5 @@ def _label(columns: dict[str, Column], study: Study, wanted: list[int]) -> None:
         k += 1
         columns["index"].append(job.index)
         columns["key"].append(job.key)
-        for name in FLEET_LABELS if study.kind == "fleet" else LABELS:
+        for name in labels_of(study):
             columns[name].append(job.labels[name])
