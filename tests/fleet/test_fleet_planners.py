@@ -197,6 +197,20 @@ def test_improvement_keeps_to_the_budget_and_never_gets_worse() -> None:
     assert costs == sorted(set(costs), reverse=True)
 
 
+def test_lns_records_each_neighbourhood_that_made_the_plan_cheaper() -> None:
+    fleet = random_fleet(random_map(3, 16, 16, 0.1), 50, seed=3)
+    ticked: list[int] = []
+    plan = lampyris.plan_fleet(fleet, "lns", rounds=250, progress=lambda done, _cost: ticked.append(done))
+    rounds, costs = zip(*plan.improvements, strict=True)
+    assert list(costs) == sorted(set(costs), reverse=True)
+    assert (costs[-1], rounds[-1] <= plan.iterations) == (plan.sum_of_costs, True)
+    assert len(rounds) > 3 * len(ticked)
+    # Cut off after any of them, the search has just that cost.
+    k = len(rounds) // 2
+    short = lampyris.plan_fleet(fleet, "lns", rounds=rounds[k] - rounds[0])
+    assert short.improvements == plan.improvements[: k + 1]
+
+
 def test_samples_make_plans_cheaper() -> None:
     costs = {1: 0, 10: 0}
     for seed in range(5):

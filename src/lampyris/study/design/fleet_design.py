@@ -85,19 +85,24 @@ def fleet_study(parsed: Document, file: form.StudyFile, files: Any, has_folder: 
         fault = FileError("KEY", "`expansions` with `lifelong`", allowed="seconds, of the whole run")
         tried.refuse(("budget", "expansions"), fault)
     delayed = _several(file.delays, "delays", tried)
-    if delayed and "execute" not in drive:
+    if delayed and file.execute is None:
         tried.refuse(
             ("delays",), FileError("KEY", "`delays` of robots that do not drive", allowed="with `execute`")
         )
-    elif delayed and drive["execute"]["settings"]["policy"] == "orca" and any(rate for rate, _ in delayed):
+    elif (
+        delayed
+        and drive
+        and drive["execute"]["settings"]["policy"] == "orca"
+        and any(rate for rate, _ in delayed)
+    ):
         tried.refuse(
             ("delays",), FileError("KEY", "`delays` with orca", allowed="policy: order; orca knows no delays")
         )
+    sizes_of = [value for value, _ in radii] or [0.0]
+    rates: list[float | None] = [rate for rate, _ in delayed]
     cases = tuple(
-        StudyTraffic(ROBOTS, count, rate, radius or 0.0)
-        for count, radius, rate in product(
-            numbers, [value for value, _ in radii] or [None], [rate for rate, _ in delayed] or [None]
-        )
+        StudyTraffic(ROBOTS, count, rate, radius)
+        for count, radius, rate in product(numbers, sizes_of, rates or [None])
     )
     many = file.seeds if isinstance(file.seeds, int) else len(file.seeds)
     if isinstance(file.seeds, list):

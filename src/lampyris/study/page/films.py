@@ -79,7 +79,8 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
         )
     size, w, s, other = best
     rest = [e for e in range(len(runs.entrants)) if e not in (base, other) and known[w, s, e]]
-    why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {ALL[name].title if name in _OF_FLEETS else name}"
+    what = ALL[name].title if name in _OF_FLEETS else name
+    why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {what}"
     return Chosen(w, traffic, s, (base, other, *rest[: MOST - 2]), why)
 
 
@@ -177,4 +178,6 @@ def draw_run(job: Job, study: Study, out: Path, *, scale: int | None = None) -> 
     elif isinstance(noun, LifelongTrace):
         lifelong_film(noun, out)
     else:
-        raise UsageError("FILM", "nothing moves in this run", allowed="runs of simulations, drives and fleets")
+        raise UsageError(
+            "FILM", "nothing moves in this run", allowed="runs of simulations, drives and fleets"
+        )

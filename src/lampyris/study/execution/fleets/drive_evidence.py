@@ -84,8 +84,10 @@ def drive_of(
             Track(table[:, 0], table[:, 1:], radius, top)
             for table, (radius, top) in zip(corners, got["discs"].tolist(), strict=True)
         ]
-        counts = dict(zip(_COUNTS, (e.whole(n, "counts") for n in plain["counts"]), strict=True))
-        columns = dict(zip(_COLUMNS, got["columns"].T, strict=True))
+        counts: dict[str, Any] = dict(
+            zip(_COUNTS, (e.whole(n, "counts") for n in plain["counts"]), strict=True)
+        )
+        columns: dict[str, Any] = dict(zip(_COLUMNS, got["columns"].T, strict=True))
         return FleetTrace(
             status=Status(plain["status"]), grid=fleet.grid, settings=settings, delays=delays, seed=seed, robots=robots,
             starts=np.array(fleet.starts, np.int32), goals=np.array(fleet.goals, np.int32), robot=got["robot"], **columns,

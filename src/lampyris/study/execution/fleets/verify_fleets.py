@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from lampyris import fleets, referee
-from lampyris.fleet_drives import OBSTACLE_RADIUS, robots_of
+from lampyris.fleet_drives import OBSTACLE_RADIUS, longest_step, robots_of
 from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
@@ -72,6 +74,11 @@ def _drive(plain: Mapping[str, Any], evidence: Mapping[str, Any], fleet: Fleet) 
         refuse("a moving obstacle of another size or speed than asked for")
     if not ask["delays"]["probability"] and trace.delayed:
         refuse(f"{trace.delayed} delayed moves, without delays")
+    if plan is not None:
+        tick = fleet.grid.resolution * longest_step(plan.paths) / min(one.v_max for one in robots)
+        planned = np.array([(len(path) - 1) * tick for path in plan.paths])
+        if trace.tick != tick or not np.array_equal(trace.planned, planned):
+            refuse("other times of the plan than its ticks at full speed")
     demand(referee.check_fleet_trace(trace))
     return fleet_drive_metrics(trace, plan)
 
@@ -88,6 +95,10 @@ def _lifelong(plain: Mapping[str, Any], evidence: Any, fleet: Fleet) -> Metrics:
         refuse(f"{trace.status.value} after {trace.ticks} ticks; asked for were {ask['ticks']}")
     if trace.ticks > ask["ticks"] or trace.fallbacks > trace.windows or trace.windows > trace.ticks + 1:
         refuse(f"{trace.ticks} ticks, {trace.windows} windows and {trace.fallbacks} fallbacks")
+    if any(
+        at >= 0 and at != one.release for at, one in zip(trace.assigned.tolist(), trace.tasks, strict=True)
+    ):
+        refuse("a drawn task that is given later than it is drawn")
     demand(referee.check_lifelong(trace))
     return lifelong_metrics(trace)
 
