@@ -72,9 +72,11 @@ export class Fleet {
     const about = el("p", { class: "hint" });
     /** @type {Array<{name: string, summary: string}>} */
     const planners = page.hello.planners_of_fleets;
-    this.planners = el("select", { onchange: () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "") },
+    this.planners = el("select", { onchange: () => this.about() },
       ...planners.map(({ name }) => el("option", { value: name }, name)));
-    about.textContent = planners[0].summary;
+    /** Say what the chosen planner is. */
+    this.about = () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "");
+    this.about();
     this.seconds = el("input", { type: "number", min: 0.1, max: 30, step: "any", value: 2 });
     this.seed = whole(0, 0, 1e9);
     this.go = button("Plan", () => void this.plan(), { class: "btn primary" });

@@ -90,6 +90,7 @@ export function restore(fleet, state) {
   put(fleet.number, state.robots);
   put(fleet.slider, fleet.number.value);
   for (const name of FIELDS) put(fleet[name === "planner" ? "planners" : name], state[name]);
+  fleet.about();
   for (const name of OF_SWARMS) put(swarm[name], state[name]);
   swarm.sight.checked = state.sight !== false;
   if (!map) return;
