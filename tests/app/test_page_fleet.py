@@ -167,12 +167,21 @@ def test_a_fleet_is_in_the_address_and_in_files(page: Any, tmp_path: Path) -> No
     # Somebody else opens the address: the same panel, planned, with the wall that is painted.
     page.click("#fleet-time button >> nth=0")
     tick_to(page, 0)
-    free = next(cell for cell in ((x, 25) for x in range(50)) if not grid.blocked[25, cell[0]] and cell not in fleet.starts)
+    free = next(
+        cell
+        for cell in ((x, 25) for x in range(50))
+        if not grid.blocked[25, cell[0]] and cell not in fleet.starts
+    )
     page.keyboard.press("b")
     paint(page, free)
     page.wait_for_selector("#fleet [role=status] >> text=planned again")
     state = in_address(page)["fleet"]
-    assert (state["open"], state["planned"], state["robots"], state["blocked"]) == (True, True, 30, [list(free)])
+    assert (state["open"], state["planned"], state["robots"], state["blocked"]) == (
+        True,
+        True,
+        30,
+        [list(free)],
+    )
     other = page.context.new_page()
     other.goto(page.url)
     other.locator("#fleet-now dt:text-is('Makespan')").wait_for()

@@ -143,9 +143,7 @@ def moved(array: np.ndarray) -> np.ndarray:
 
 def test_lies_about_drives_are_refused(tmp_path: Path) -> None:
     study = load_study(put(tmp_path, DRIVES))
-    lies: dict[str, Any] = {
-        name: moved for name in ("robot", "columns", "arrivals", "planned", "waits", "discs")
-    }
+    lies: dict[str, Any] = dict.fromkeys(("robot", "columns", "arrivals", "planned", "waits", "discs"), moved)
     words = {
         "status": "no-path",
         "plan": None,
@@ -159,9 +157,7 @@ def test_lies_about_drives_are_refused(tmp_path: Path) -> None:
 
 def test_lies_about_lifelong_fleets_are_refused(tmp_path: Path) -> None:
     study = load_study(put(tmp_path, LIFELONG))
-    lies: dict[str, Any] = {
-        name: moved for name in ("starts", "steps", "done", "assigned", "visits", "stop_counts")
-    }
+    lies: dict[str, Any] = dict.fromkeys(("starts", "steps", "done", "assigned", "visits", "stop_counts"), moved)
     lies["steps"] = lambda steps: steps[: len(steps) // 2 * 1 - len(steps) // 2 % 6]
     words = {"status": "limit", "windows": -1, "fallbacks": 10**6, "kind": "fleet-plan"}
     lies_refused(study, drive_evidence._LIFELONG, lies, words)

@@ -57,7 +57,7 @@ class FleetRun(NamedTuple):
     plan: FleetPlan | None = None
     """That was driven."""
     plan_s: float | None = None
-    """CPU seconds of planning; None: it cannot be told from the rest."""
+    """CPU seconds of planning; None: not measured apart from the rest."""
 
 
 def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
@@ -67,7 +67,7 @@ def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
     ------
     LampyrisError : as :func:`plan_of_fleet`, :func:`lampyris.simulate_fleet` and :func:`lampyris.lifelong_fleet`.
     """
-    who, began = plain["planner"], loading.cpu()
+    who = plain["planner"]
     if "lifelong" in plain:
         ask = plain["lifelong"]
         seconds = plain["budget"]["seconds"]
@@ -78,20 +78,26 @@ def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
         return FleetRun(made)
     ask = plain.get("execute")
     if ask is None:
-        found = plan_of_fleet(plain, fleet)
-        return FleetRun(found, None, loading.cpu() - began)
-    plan = None
-    spent = 0.0
+        found, plan_s = _timed_plan(plain, fleet)
+        return FleetRun(found, None, plan_s)
+    plan, plan_s = None, 0.0
     if ask["settings"]["policy"] != "orca":
-        plan = plan_of_fleet(plain, fleet)
-        spent = loading.cpu() - began
+        plan, plan_s = _timed_plan(plain, fleet)
         if not plan:
-            return FleetRun(plan, None, spent)
+            return FleetRun(plan, None, plan_s)
     trace = fleet_drives.simulate_fleet(
         fleet, plan, planner=who["name"], robot=usual_robot(plain, fleet.grid), delays=Delays(**ask["delays"]),
         seed=plain["seed"], drive_settings=ask["settings"],
     )  # fmt: skip
-    return FleetRun(trace, plan, spent)
+    return FleetRun(trace, plan, plan_s)
+
+
+def _timed_plan(plain: Mapping[str, Any], fleet: Fleet) -> tuple[FleetPlan, float]:
+    """The plan, and the CPU seconds that it took."""
+    began = loading.cpu()
+    found = plan_of_fleet(plain, fleet)
+    seconds = loading.cpu() - began
+    return found, seconds
 
 
 def usual_robot(plain: Mapping[str, Any], grid: Grid) -> Robot:
