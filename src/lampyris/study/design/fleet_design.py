@@ -84,20 +84,7 @@ def fleet_study(parsed: Document, file: form.StudyFile, files: Any, has_folder: 
     if "lifelong" in drive and budget is not None and budget.expansions is not None:
         fault = FileError("KEY", "`expansions` with `lifelong`", allowed="seconds, of the whole run")
         tried.refuse(("budget", "expansions"), fault)
-    delayed = _several(file.delays, "delays", tried)
-    if delayed and file.execute is None:
-        tried.refuse(
-            ("delays",), FileError("KEY", "`delays` of robots that do not drive", allowed="with `execute`")
-        )
-    elif (
-        delayed
-        and drive
-        and drive["execute"]["settings"]["policy"] == "orca"
-        and any(rate for rate, _ in delayed)
-    ):
-        tried.refuse(
-            ("delays",), FileError("KEY", "`delays` with orca", allowed="policy: order; orca knows no delays")
-        )
+    delayed = _delays(file, drive, tried)
     sizes_of = [value for value, _ in radii] or [0.0]
     rates: list[float | None] = [rate for rate, _ in delayed]
     cases = tuple(
@@ -160,6 +147,25 @@ def _several(given: Any, key: str, tried: Tried) -> Made[float]:
     made: Made[float] = [(float(value), (key, k)) for k, value in enumerate(given)]
     tried.each_once(made, lambda value: value, "DUPLICATE", "the same value a second time")
     return made
+
+
+def _delays(file: form.StudyFile, drive: Mapping[str, Any], tried: Tried) -> Made[float]:
+    """The chances of delays that are compared, with their places."""
+    delayed = _several(file.delays, "delays", tried)
+    if delayed and file.execute is None:
+        tried.refuse(
+            ("delays",), FileError("KEY", "`delays` of robots that do not drive", allowed="with `execute`")
+        )
+    elif (
+        delayed
+        and drive
+        and drive["execute"]["settings"]["policy"] == "orca"
+        and any(rate for rate, _ in delayed)
+    ):
+        tried.refuse(
+            ("delays",), FileError("KEY", "`delays` with orca", allowed="policy: order; orca knows no delays")
+        )
+    return delayed
 
 
 def _drive(file: form.StudyFile, planners: Made[Config], moves: str, tried: Tried) -> dict[str, Any]:
