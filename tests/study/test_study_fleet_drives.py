@@ -157,7 +157,9 @@ def test_lies_about_drives_are_refused(tmp_path: Path) -> None:
 
 def test_lies_about_lifelong_fleets_are_refused(tmp_path: Path) -> None:
     study = load_study(put(tmp_path, LIFELONG))
-    lies: dict[str, Any] = dict.fromkeys(("starts", "steps", "done", "assigned", "visits", "stop_counts"), moved)
+    lies: dict[str, Any] = dict.fromkeys(
+        ("starts", "steps", "done", "assigned", "visits", "stop_counts"), moved
+    )
     lies["steps"] = lambda steps: steps[: len(steps) // 2 * 1 - len(steps) // 2 % 6]
     words = {"status": "limit", "windows": -1, "fallbacks": 10**6, "kind": "fleet-plan"}
     lies_refused(study, drive_evidence._LIFELONG, lies, words)
