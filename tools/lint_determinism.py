@@ -56,6 +56,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
                 "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
                 "planning/sampling/session.py",
                 "planning/spacetime/session.py", "planning/swarm/session.py", "planning/swarm/step_session.py",
+                "study/execution/fleets/fleet_runs.py",
             )
         ),
         _MEASURED,

@@ -174,7 +174,7 @@ class _Run:
         _fits(plan, self._fleet)
         self._moves = plan.moves
         n, grid = len(self._robots), self._fleet.grid
-        tick = self._tick(_longest(plan.paths))
+        tick = self._tick(longest_step(plan.paths))
         makespan = plan.makespan or 0
         limit = self._settings.drive_limit
         if limit is None:
@@ -431,7 +431,7 @@ def _names(robots: Sequence[int]) -> str:
     return f"robot{'s' if robots[1:] else ''} {names}"
 
 
-def _longest(paths: Sequence[Cells]) -> float:
+def longest_step(paths: Sequence[Cells]) -> float:
     """The longest step of paths, cells."""
     square = max((int((np.diff(path, axis=0) ** 2).sum(axis=1).max(initial=0)) for path in paths), default=0)
     return math.sqrt(max(1, square))

@@ -18,11 +18,9 @@ from lampyris.io.maps.recipes.make import recipe_named
 from lampyris.io.scenario.map_source import Files
 from lampyris.io.scenario.scenario import Made
 from lampyris.io.scenario.validation_errors import Document
-from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.fleet.lifelong import LifelongTrace
-from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning.base import Budget
 from lampyris.planning.fleet import registry
@@ -41,10 +39,7 @@ def read_fleet_scenario(parsed: Document, files: Files) -> FleetScenario:
     """
     from lampyris.io.fleet_scenario.build import fleet_scenario_of
 
-    def drawn(grid: Grid, robots: int, seed: int) -> Fleet:
-        return fleets.random_fleet(grid, robots, seed=seed)
-
-    return fleet_scenario_of(parsed, _known, drawn, files)
+    return fleet_scenario_of(parsed, _known, fleets.bare_fleet, files)
 
 
 def _known(name: str, settings: Mapping[str, Any], lifelong: bool) -> object:

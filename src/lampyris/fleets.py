@@ -29,11 +29,14 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES as STEPS
 from lampyris.model.moves import moves_named, octile_pair
 from lampyris.model.plan import Status
+from lampyris.model.robot import Robot
 from lampyris.planning.base import Budget
-from lampyris.planning.field.layers import largest_region
+from lampyris.planning.field.layers import free_cells, largest_region
 from lampyris.planning.field.solve import solve
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.base import FleetPlanner
+from lampyris.planning.fleet.separation import apart
+from lampyris.typing import CellLike
 
 PLANNER = "lacam"
 """The planner by default."""
@@ -168,29 +171,53 @@ def _within(
             return FleetPlan(status, chosen.name, seed=seed)
 
 
-def random_fleet(grid: Grid, robots: int, *, seed: int = 0) -> Fleet:
+def random_fleet(grid: Grid, robots: int, *, seed: int = 0, robot: Robot | None = None) -> Fleet:
     """A fleet with random starts and goals in the largest connected region of a map.
+
+    Robots larger than a cell keep their radius from walls and do not overlap at their starts, nor at their goals.
 
     Parameters
     ----------
     grid : the map.
     robots : how many.
     seed : of the draws; of two fleets with one seed the smaller is the beginning of the larger.
+    robot : all of them; None: robots small enough for their cells.
 
     Raises
     ------
-    SettingError : ``ROBOTS``: fewer than one, or more than the region has cells.
+    SettingError : ``ROBOTS``: fewer than one, more than the region has cells, or more than found room beside each other.
     """
+    of_kind("robot", robot, Robot, none=True)
+    bare = bare_fleet(grid, robots, seed, 0.0 if robot is None else robot.radius)
+    return Fleet(grid, [Agent(one.start, one.goal, robot) for one in bare.robots])
+
+
+def bare_fleet(grid: Grid, robots: int, seed: int, radius: float) -> Fleet:
+    """The starts and goals of :func:`random_fleet`, for discs of a radius in metres; its robots have no size."""
     of_kind("grid", grid, Grid)
     if not is_whole(seed, 0, MAX_SEED):
         raise SettingError.of("SEED", "seed", shown(seed), allowed=SEED_RANGE)
-    region = largest_region(~grid.blocked)
+    region = largest_region(free_cells(grid, radius))
     if not is_whole(robots, 1, len(region)):
-        allowed = f"a whole number, 1 to {len(region):,}: the free cells of the largest region"
+        what = "the free cells of the largest region"
+        if 2.0 * radius > grid.resolution:
+            what = f"the cells of the largest region that are {radius:g} m or more from walls"
+        allowed = f"a whole number, 1 to {len(region):,}: {what}"
+        if not len(region):
+            allowed = f"smaller robots or another map: no cell is {radius:g} m or more from walls"
         raise SettingError.of("ROBOTS", "robots", shown(robots), allowed=allowed)
     rng = np.random.Generator(np.random.PCG64(int(seed)))
-    starts, goals = (region[rng.permutation(len(region))[: int(robots)]].tolist() for _ in range(2))
-    return Fleet(grid, [Agent(start, goal) for start, goal in zip(starts, goals, strict=True)])
+    ends: list[list[CellLike]] = []
+    for where in ("starts", "goals"):
+        placed = apart(region[rng.permutation(len(region))], int(robots), 2.0 * radius / grid.resolution)
+        if len(placed) < robots:
+            found = f"only {len(placed):,} discs of radius {radius:g} m found room at their {where}"
+            raise SettingError.of(
+                "ROBOTS", "robots", f"{robots}: {found}", allowed=f"1 to {len(placed):,} with this seed",
+                todo="take fewer or smaller robots, another seed, or a larger map",
+            )  # fmt: skip
+        ends.append(placed.tolist())
+    return Fleet(grid, [Agent(start, goal) for start, goal in zip(*ends, strict=True)])
 
 
 def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) -> tuple[Path, ...]:

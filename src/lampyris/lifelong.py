@@ -94,7 +94,7 @@ def lifelong_fleet(
         raise UsageError(
             "PLANNER", f"{shown(planner)} plans no windows", allowed=", ".join(PLANNERS), setting="planner"
         )
-    _check_radii(fleet)
+    keeps_apart(fleet)
     if window is not None and not is_whole(window, 1, MAX_WINDOW):
         allowed = f"a whole number, 1 to {MAX_WINDOW:,}, or None"
         raise SettingError.of("WINDOW", "window", shown(window), allowed=allowed)
@@ -185,8 +185,13 @@ def _tasks(given: Any, fleet: Fleet) -> list[FleetTask]:
     return list(given)
 
 
-def _check_radii(fleet: Fleet) -> None:
-    """See that the cells of the robots keep them apart."""
+def keeps_apart(fleet: Fleet) -> Fleet:
+    """The fleet, if the cells of its robots keep them apart.
+
+    Raises
+    ------
+    SettingError : ``FLEET_ROBOT``: a robot too large for that.
+    """
     radii = fleet.radii
     k = int(radii.argmax())
     if radii[k] > MOST_RADIUS * (1.0 + FORGIVEN):
@@ -195,6 +200,7 @@ def _check_radii(fleet: Fleet) -> None:
             "FLEET_ROBOT", f"a radius of {radii[k] * cell:g} m, {radii[k]:.3g} cells", where=f"robots[{k}].robot",
             setting="robot.radius", allowed=f"at most {MOST_RADIUS:.3g} cells, {MOST_RADIUS * cell:.4g} m, in lifelong fleets",
         )  # fmt: skip
+    return fleet
 
 
 def _faults(given: Any, robots: int) -> list[tuple[int, int]]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from page_browser import needs_chromium
-from page_person import changed, click, draw, drawn, picture, until
+from page_person import changed, click, draw, drawn, in_address, picture, until
 
 import lampyris
 
@@ -127,6 +129,71 @@ def test_a_fleet_is_planned_watched_and_planned_again_around_what_is_painted(pag
     page.mouse.move(2, 2)
     drawn(page)
     until(page, lambda: changed(before, picture(page)) < 0.005)
+
+
+@pytest.mark.nightly
+def test_a_fleet_is_in_the_address_and_in_files(page: Any, tmp_path: Path) -> None:
+    page.click("#tab-fleet")
+    page.fill("#fleet-number", "30")
+    page.select_option("#fleet-planner", "lns")
+    page.fill("#fleet-seconds", "0.5")
+    page.fill("#fleet-seed", "9")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    page.locator("#fleet-time").get_by_role("button", name="Pause").click()
+    grid = lampyris.load_grid("env-3")
+    fleet = lampyris.random_fleet(grid, 30, seed=9)
+    costs = number(page, "Sum of costs")
+
+    def kept(name: str) -> bytes:
+        with page.expect_download() as coming:
+            page.locator("#fleet").get_by_role("button", name=name, exact=True).click()
+        coming.value.save_as(tmp_path / name)
+        return (tmp_path / name).read_bytes()
+
+    record = json.loads(kept("JSON"))
+    assert f"{record['sum_of_costs']:,}" == costs
+    assert [tuple(goal) for goal in record["goals"]] == list(fleet.goals)
+    rows = kept("CSV").decode().splitlines()
+    assert rows[0] == "robot,tick,x,y"
+    assert len(rows) == 1 + sum(map(len, record["paths"]))
+    assert kept("Film")[8:12] == b"WEBP"
+    assert kept("Picture")[1:4] == b"PNG"
+    (tmp_path / "s.yaml").write_bytes(kept("Scenario"))
+    scenario = lampyris.load_scenario(tmp_path / "s.yaml")
+    assert scenario.fleet == fleet
+    assert lampyris.run(scenario).sum_of_costs == record["sum_of_costs"]
+
+    # Somebody else opens the address: the same panel, planned, with the wall that is painted.
+    page.click("#fleet-time button >> nth=0")
+    tick_to(page, 0)
+    free = next(
+        cell
+        for cell in ((x, 25) for x in range(50))
+        if not grid.blocked[25, cell[0]] and cell not in fleet.starts
+    )
+    page.keyboard.press("b")
+    paint(page, free)
+    page.wait_for_selector("#fleet [role=status] >> text=planned again")
+    state = in_address(page)["fleet"]
+    assert (state["open"], state["planned"], state["robots"], state["blocked"]) == (
+        True,
+        True,
+        30,
+        [list(free)],
+    )
+    other = page.context.new_page()
+    other.goto(page.url)
+    other.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    assert other.input_value("#fleet-planner") == "lns"
+    assert (other.input_value("#fleet-number"), other.input_value("#fleet-seed")) == ("30", "9")
+    assert other.locator("#fleet").get_by_role("button", name="Clear painted walls").is_visible()
+
+    # A new tab of this browser has it as the draft.
+    third = page.context.new_page()
+    third.goto(page.url.split("&s=")[0])
+    third.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    assert third.input_value("#fleet-planner") == "lns"
 
 
 @pytest.mark.nightly

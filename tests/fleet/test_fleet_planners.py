@@ -197,6 +197,20 @@ def test_improvement_keeps_to_the_budget_and_never_gets_worse() -> None:
     assert costs == sorted(set(costs), reverse=True)
 
 
+def test_lns_records_each_neighbourhood_that_made_the_plan_cheaper() -> None:
+    fleet = random_fleet(random_map(3, 16, 16, 0.1), 50, seed=3)
+    ticked: list[int] = []
+    plan = lampyris.plan_fleet(fleet, "lns", rounds=250, progress=lambda done, _cost: ticked.append(done))
+    rounds, costs = zip(*plan.improvements, strict=True)
+    assert list(costs) == sorted(set(costs), reverse=True)
+    assert (costs[-1], rounds[-1] <= plan.iterations) == (plan.sum_of_costs, True)
+    assert len(rounds) > 3 * len(ticked)
+    # Cut off after any of them, the search has just that cost.
+    k = len(rounds) // 2
+    short = lampyris.plan_fleet(fleet, "lns", rounds=rounds[k] - rounds[0])
+    assert short.improvements == plan.improvements[: k + 1]
+
+
 def test_samples_make_plans_cheaper() -> None:
     costs = {1: 0, 10: 0}
     for seed in range(5):
@@ -327,6 +341,31 @@ def test_random_fleets_of_one_seed_begin_alike() -> None:
     assert random_fleet(grid, 5, seed=4) != small
     with pytest.raises(SettingError, match="robots 400"):
         random_fleet(grid, 400)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.7, 1.0, 1.6])
+def test_random_robots_have_room_for_their_discs(radius: float) -> None:
+    """Judged from the definitions, in metres: walls are squares."""
+    cell = 0.5
+    grid = lampyris.Grid(random_map(2, 40, 30, 0.02).blocked, resolution=cell)
+    robot = lampyris.Robot(radius=radius * cell)
+    large, small = (random_fleet(grid, n, seed=7, robot=robot) for n in (12, 5))
+    assert small.robots == large.robots[:5]
+    wall = np.argwhere(grid.blocked)[:, ::-1].astype(float)
+    for ends in (large.starts, large.goals):
+        at = np.array(ends, dtype=float)
+        away = np.sqrt(((at[:, None] - at[None, :]) ** 2).sum(axis=2)) + 1e9 * np.eye(len(at))
+        assert away.min() >= 2 * radius - 1e-9
+        gap = np.maximum(np.abs(at[:, None] - wall[None, :]) - 0.5, 0.0)
+        assert np.sqrt((gap**2).sum(axis=2)).min() >= min(radius, 0.5) - 1e-9
+        if radius > 0.5:
+            assert np.sqrt((gap**2).sum(axis=2)).min() >= radius - 1e-9
+    made = lampyris.plan_fleet(large, "pibt", budget=lampyris.Budget(3))
+    assert made.paths  # starts and goals are taken, and the referee has nothing against them
+    with pytest.raises(SettingError, match="found room|from walls" if radius > 0.5 else "robots 1200"):
+        random_fleet(grid, 1200, seed=7, robot=robot)
+    with pytest.raises(SettingError, match="no cell is 30 m or more"):
+        random_fleet(grid, 1, robot=lampyris.Robot(radius=30.0))
 
 
 def test_what_is_refused() -> None:

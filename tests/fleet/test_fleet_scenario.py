@@ -165,7 +165,7 @@ def test_the_forms_of_a_fleet_and_the_way_out_are_in_the_message(tmp_path: Path)
     for text, words in (
         ("fleet: {robots: 20}\n", "{random: N}"),
         ("fleets: {random: 20}\n", "did you mean /fleet?"),
-        ("fleet: {random: 20}\nrobot: {radius: 0.6}\n", "without regard to their size"),
+        ("fleet: {random: 20}\nrobot: {radius: 0.6}\n", "discs of radius 0.6 m found room"),
         ("fleet: {agents: [{start: [0, 0], goal: [7, 5]}, {start: [1, 1], goal: [3, 3]}]}\ncell: 1\n", "make `cell` smaller"),
         ("fleet: {random: 2}\nexecute: {}\nfaults: 1@2\n", "a list of {robot: K, time: T}"),
     ):  # fmt: skip

@@ -30,6 +30,8 @@ from lampyris.report.data.serialize import plan_record, profile_record
 from lampyris.scenarios import speed_law, without_effect
 from lampyris.typing import Cell
 
+PIECE = 2**18
+"""Bytes of a file in one frame."""
 Look: TypeAlias = Callable[[], None]
 """Raises when nobody waits for the answer any more."""
 
@@ -147,6 +149,16 @@ def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A file: see :func:`lampyris.app.engine.export.export`. What draws is loaded when it is asked for."""
+    settings = question.get("settings")
+    if isinstance(settings, Mapping) and settings.get("fleet") is not None:
+        from lampyris.app.engine.fleets.export import fleet_file
+
+        data = fleet_file(question, look)
+        for at in range(0, len(data), PIECE):
+            look()
+            yield frame("B", data[at : at + PIECE])
+        yield json_frame("Z", {"bytes": len(data)})
+        return
     from lampyris.app.engine.export import export as exported
 
     yield from exported(question, scenario_of_request(question), look)

@@ -5,6 +5,7 @@ import { ServerError } from "./api.js";
 import { line } from "./brush.js";
 import { FleetClock } from "./fleetplay.js";
 import { FleetPicture } from "./fleetdraw.js";
+import { keeping, restore, stateOf } from "./fleetkeep.js";
 import { FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
@@ -49,6 +50,8 @@ export class Fleet {
     /** The map as it is without them; null: the fleet has seen none yet. @type {{ground: Ground, single: Uint8Array, cells: Uint8Array} | null} */
     this.map = null;
     this._shown = -1;
+    /** What the scenario of the page has of it, as text. */
+    this._kept = "";
     /** @type {AbortController | null} */
     this._job = null;
     /** The player of the single robot, while a fleet is shown. @type {Play | null} */
@@ -69,9 +72,11 @@ export class Fleet {
     const about = el("p", { class: "hint" });
     /** @type {Array<{name: string, summary: string}>} */
     const planners = page.hello.planners_of_fleets;
-    this.planners = el("select", { onchange: () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "") },
+    this.planners = el("select", { onchange: () => this.about() },
       ...planners.map(({ name }) => el("option", { value: name }, name)));
-    about.textContent = planners[0].summary;
+    /** Say what the chosen planner is. */
+    this.about = () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "");
+    this.about();
     this.seconds = el("input", { type: "number", min: 0.1, max: 30, step: "any", value: 2 });
     this.seed = whole(0, 0, 1e9);
     this.go = button("Plan", () => void this.plan(), { class: "btn primary" });
@@ -99,8 +104,11 @@ export class Fleet {
       field("Map", "map", this.maps),
       el("div", null, field("Robots", "number", this.number), this.slider, this.fits),
       own, this.swarm.fields, field("Seed", "seed", this.seed),
-      el("div", { class: "row" }, this.go, this.stop, this.free), this.words, looks,
+      el("div", { class: "row" }, this.go, this.stop, this.free), this.words, looks, keeping(this),
     );
+    pane.addEventListener("change", () => this.remember());
+    this.slider.addEventListener("change", () => this.remember());
+    page.store.listen((changed) => changed.has("fleet") && this._told());
     this.seen = new FleetSeen(this);
     byId("below").append(this.clock.bar);
     this.clock.bar.id = "fleet-time";
@@ -139,11 +147,42 @@ export class Fleet {
     page.tell("fleet");
     this._ground();
     this._actors();
+    if (!this._told()) this.remember();
+  }
+
+  /** Have draft and address hold what is set here. @param {boolean} [open] whether the panel is in place of the single robot */
+  remember(open = true) {
+    const { page } = this;
+    if (page.fleet !== this || !this.map) return;
+    const state = { open, ...stateOf(this) };
+    const text = JSON.stringify(state);
+    if (text === this._kept) return;
+    this._kept = text;
+    page.store.set({ fleet: state }, "fleet");
+  }
+
+  /** A link, a draft or an undo has another state than is set here; whether it had. */
+  _told() {
+    const { page } = this;
+    const state = page.store.scenario.fleet;
+    const text = JSON.stringify(state ?? null);
+    if (!state || text === this._kept || page.fleet !== this || !this.map) return false;
+    this._kept = text;
+    this._drop();
+    this.map.cells.set(this.map.single);
+    restore(this, state);
+    this._choose(state.swarm === true);
+    this._walls();
+    this._room();
+    page.map.setGround(this.map.ground);
+    if (state.planned) void this.plan();
+    return true;
   }
 
   /** @param {string} id the panel that was opened */
   _leave(id) {
     const { page, map } = this;
+    this.remember(false);
     this._job?.abort();
     this.clock.pause();
     if (this._single) page.play = this._single;
@@ -181,6 +220,7 @@ export class Fleet {
     }
     page.map.setGround(ground);
     this._room();
+    if (!this._told()) this.remember();
   }
 
   /** What draws: the fleet or the swarm. */
@@ -207,6 +247,7 @@ export class Fleet {
     this.swarm.on = swarm;
     this.clock.pause();
     document.body.classList.toggle("swarm", swarm);
+    this.remember();
     this.kinds.forEach((one, k) => one.setAttribute("aria-pressed", String(Boolean(k) === swarm)));
     this.lead.textContent = swarm ? "Robots that measure a signal, broadcast it as luciferin, and follow brighter neighbours until they gather at its sources."
       : "Each robot drives from a random cell to a random goal; no two are ever in one cell or exchange their cells.";
@@ -254,6 +295,7 @@ export class Fleet {
     this.page.map.setGround(this.map.ground);
     this._room();
     this.words.textContent = "The map is as it was. Plan again.";
+    this.remember();
   }
 
   // ---- what is asked --------------------
@@ -361,6 +403,7 @@ export class Fleet {
       this.clock.changed(this.run.last);
       this.clock.start();
     }
+    this.remember();
     this.seen.draw();
     page.tell("fleet");
     page.map.refresh();
@@ -430,6 +473,7 @@ export class Fleet {
     this.edits = [...this.edits.filter((edit) => edit.tick <= tick), { tick, cells: painted }];
     this._shown = -1;
     this._room();
+    this.remember();
     const wall = [...painted.values()].some((value) => value === 1);
     if (run && !this.swarm.on) void this._again(tick, wall);
     else if (this.swarm.on) this.swarm.stale();

@@ -224,6 +224,7 @@ function drawnIn(ground) {
 export function asked(scenario, poses, drives = false) {
   const made = /** @type {any} */ ({ ...scenario, simulate: drives === false ? scenario.simulate ?? {} : undefined, drive: drives ? scenario.drive ?? {} : undefined });
   delete made.controllers;
+  delete made.fleet;
   for (const end of ["start", "goal"]) {
     const yaw = made[`${end}_yaw`];
     if (poses && made[end] && yaw !== null) made[end] = { cell: made[end], yaw };

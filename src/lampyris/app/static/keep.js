@@ -1,7 +1,6 @@
 // Keep: what is shown as a file. The server makes it, from the scenario alone; the browser saves it.
 
-import { ServerError } from "./api.js";
-import { json } from "./frames.js";
+import { bytes, fileOf, safe, save } from "./filed.js";
 import { block, button, el, sentence, tell } from "./make.js";
 import { meeting } from "./meeting.js";
 
@@ -24,10 +23,6 @@ const STAGES = {
   compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], driving: ["Driving", "second"], drawing: ["Drawing the film", "frames"],
   writing: ["Writing the file", ""], comparing: ["Running", "runs"],
 };
-const TYPES = /** @type {Record<string, string>} */ ({
-  png: "image/png", svg: "image/svg+xml", webp: "image/webp", gif: "image/gif", csv: "text/csv", yaml: "application/yaml", html: "text/html",
-});
-
 const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report", compared: "Comparison" });
 
 /** @param {Page} page @param {HTMLElement} into */
@@ -109,7 +104,7 @@ class Keep {
       // Films and moments know every layer, pictures of the plan two.
       if (what === "webp" || what === "gif" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
       else if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
-      const file = await this._made({ ...body, progress: true }, ending, asked.signal);
+      const file = await fileOf(page, body, ending, asked.signal, (said) => this._share(said));
       // A scenario too large for YAML comes as JSON.
       const said = what === "scenario" && (await file.slice(0, 1).text()) === "{" ? name.replace(/yaml$/, "json") : name;
       save(file, said);
@@ -123,23 +118,6 @@ class Keep {
       this.asked = null;
       this._busy(false);
     }
-  }
-
-  /** The file as it comes, and before it how far it is. @param {Record<string, any>} body @param {string} ending @param {AbortSignal} signal */
-  async _made(body, ending, signal) {
-    const parts = /** @type {any[]} */ ([]);
-    let size = 0;
-    let whole = false;
-    for await (const { kind, bytes: data } of this.page.api.frames("/api/export", body, signal)) {
-      if (kind === "X") throw new ServerError(200, json(data));
-      if (kind === "P") this._share(json(data));
-      if (kind === "Z") whole = json(data).bytes === size;
-      if (kind !== "B") continue;
-      parts.push(data);
-      size += data.length;
-    }
-    if (!whole) throw new Error("the file did not come whole");
-    return new Blob(parts, { type: TYPES[ending] });
   }
 
   /** How far it is. Nobody knows when a run will end, so that its ticks are counted alone. @param {{what: string, done?: number, of?: number | null}} said */
@@ -183,25 +161,4 @@ function shows(page, now) {
 function nameOf(page) {
   const { name, planner, seed } = page.store.scenario;
   return safe(name ?? "") || safe(`${page.ground?.name || "lampyris"}-${planner.name}-seed-${seed}`);
-}
-
-/** Letters and digits that every system takes in a file's name. @param {string} text */
-function safe(text) {
-  return text.normalize("NFKD").replace(/[^A-Za-z0-9._-]+/g, "-").replace(/^[-.]+|[-.]+$/g, "").slice(0, 60);
-}
-
-/** @param {Blob} file @param {string} name */
-function save(file, name) {
-  const address = URL.createObjectURL(file);
-  const link = el("a", { href: address, download: name, hidden: true });
-  document.body.append(link);
-  link.click();
-  link.remove();
-  // The browser has begun to save once the click returns; Safari reads a moment later.
-  setTimeout(() => URL.revokeObjectURL(address), 60_000);
-}
-
-/** @param {number} n */
-function bytes(n) {
-  return n < 1000 ? `${n} bytes` : n < 1e6 ? `${(n / 1000).toFixed(1)} kB` : `${(n / 1e6).toFixed(1)} MB`;
 }

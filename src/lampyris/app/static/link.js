@@ -8,8 +8,8 @@ const FEW = 32;
 const MOST = 1 << 22;
 const WIDE = 1 << 16;
 
-/** @param {Cell[]} cells */
-function packed(cells) {
+/** Cells as they are written: a short list, or runs. @param {Cell[]} cells */
+export function packed(cells) {
   if (cells.length <= FEW) return cells;
   const keys = Float64Array.from(cells, ([x, y]) => y * WIDE + x).sort();
   /** @type {number[]} */

@@ -265,6 +265,10 @@ export function mount(page) {
   });
   for (const name of ["play", "met", "token"]) page.on(name, soon);
   page.on("look", (text) => (wanted = text));
+  // A link or a draft of a fleet: its panel takes it from here.
+  page.on("ground", () => {
+    if (page.ground && store.scenario.fleet?.open && !page.fleet) void page.show("fleet");
+  });
   page.on("ground", () => {
     if (!wanted) return;
     const text = wanted;

@@ -25,6 +25,8 @@ export class SwarmPanel {
     this.on = false;
     /** @type {SwarmRun | null} */
     this.run = null;
+    /** How it was asked for. @type {Record<string, any>} */
+    this.asked = {};
     /** The signal at the beginning. @type {Layer | null} */
     this.signal = null;
     this._heat = new LayerPicture();
@@ -85,9 +87,8 @@ export class SwarmPanel {
     tell(fleet.words, "simulating");
     /** @type {SwarmRun | null} */
     let run = null;
-    const heard = await fleet.job("/api/swarm", {
-      scenario: fleet.scenario(map.cells), robots: fleet._robots(), seed: Math.max(0, Math.round(Number(fleet.seed.value)) || 0), sources: this.sources.value, settings,
-    }, (kind, bytes) => {
+    const asked = { robots: fleet._robots(), seed: Math.max(0, Math.round(Number(fleet.seed.value)) || 0), sources: this.sources.value, settings };
+    const heard = await fleet.job("/api/swarm", { scenario: fleet.scenario(map.cells), ...asked }, (kind, bytes) => {
       if (kind === "H") run = { head: json(bytes), xy: [], sources: [], held: [], bright: [], end: null };
       else if (kind === "L") this.signal = layerOf(bytes);
       else if (kind === "G" && run) add(bytes, run);
@@ -95,6 +96,8 @@ export class SwarmPanel {
     });
     if (!heard || !run) return;
     this.run = run;
+    this.asked = asked;
+    fleet.remember();
     const { end } = /** @type {SwarmRun} */ (run);
     tell(fleet.words, end?.sentence ?? "", !end?.found);
     this.theme();

@@ -14,13 +14,13 @@
  * What a scenario file says, as far as the page changes it. Keys it does not know are kept as they are. `start_yaw`,
  * `goal_yaw`: headings for planners of poses, radians in the map frame; `start_m`, `goal_m`: ends in metres of a file
  * that is being opened. `drive`: settings of a drive in continuous time, which planners of poses always make; `controllers`:
- * what else drives beside its own one, to be compared; of the page alone, and in no file.
+ * what else drives beside its own one, to be compared; of the page alone, and in no file; so is `fleet`, what the panel Fleet has (see fleetkeep.js), and whether it is `open`.
  * @typedef {{
  *   version: 1, name?: string, map: unknown, map_hash?: string, start: Cell | null, goal: Cell | null,
  *   start_yaw: number | null, goal_yaw: number | null, start_m?: number[], goal_m?: number[],
  *   robot: Record<string, any>, preset: string, moves: string | null, planner: Who, law: Who | null,
  *   seed: number, obstacles: Array<Record<string, any>>, edits: Edit[],
- *   simulate?: {ticks: number | null, patience: number | null}, drive?: Record<string, any>, controllers?: Who[],
+ *   simulate?: {ticks: number | null, patience: number | null}, drive?: Record<string, any>, controllers?: Who[], fleet?: Record<string, any>,
  * }} Scenario
  */
 

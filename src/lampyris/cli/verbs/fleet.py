@@ -163,6 +163,7 @@ def fleet(
     from lampyris.io.fleet_export import export_paths
     from lampyris.io.fleet_scenario.build import with_robot, without_goals
     from lampyris.io.fleet_scenario.scenario import LIFELONG_PLANNER, PLANNER, FleetScenario
+    from lampyris.io.maps.coarse import coarse_grid
     from lampyris.planning.fleet import registry
 
     out = FleetOutputs(json_, no_timing, picture, film, export, save)
@@ -183,12 +184,14 @@ def fleet(
             max_cells=max_cells,
         )
     )
-    asked, ground = _fleet(document, scen, agents, robots, seed, cell, lifelong)
+    coarse = document.grid if cell is None else coarse_grid(document.grid, cell)
+    one = robot_of(driving, robot_file, coarse.resolution, moves)
+    radius = 0.0 if one is None else one.radius
+    asked, ground = _fleet(document, scen, agents, robots, seed, coarse, lifelong, radius)
     tasks = tasks_of(driving, document.grid, asked.fleet.grid)
     tasks = asked.tasks if tasks is None else tasks
     drawn = agents is None and scen is None
-    one = robot_of(driving, robot_file, asked.fleet.grid.resolution, moves)
-    fleet_ = with_robot(asked.fleet, one, drawn=drawn)
+    fleet_ = with_robot(asked.fleet, one)
     if lifelong and tasks is not None and (asked.tasks is not None or drawn):
         fleet_ = without_goals(fleet_)  # goals that were drawn, or put in for tasks, would be tasks, too
     scenario = FleetScenario(
@@ -324,27 +327,26 @@ def _source(map_: str, values: str, colour: str) -> MapSource:
 
 
 def _fleet(
-    document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int, cell: float | None,
-    lifelong: bool,
+    document: MapDocument, scen: Path | None, agents: Path | None, robots: int | None, seed: int, coarse: Grid,
+    lifelong: bool, radius: float,
 ) -> tuple[FleetFile, Grid | None]:  # fmt: skip
-    """The fleet of the file that is given, or a random one; and the map before its cells were made larger."""
+    """The fleet of the file that is given, or a random one; and the map before its cells were made larger, or None."""
     from lampyris import fleets
     from lampyris.errors import SettingError, UsageError
     from lampyris.io.fleet_files import FleetFile, read_agents, read_scen_fleet
-    from lampyris.io.maps.coarse import coarse_fleet, coarse_grid, coarse_note, coarse_tasks
+    from lampyris.io.maps.coarse import coarse_fleet, coarse_note, coarse_tasks
 
     if scen is not None and agents is not None:
         raise UsageError("OPTIONS", "--scen and --agents both given", allowed="one of them")
     if robots is not None and robots < 1:
         raise SettingError.of("ROBOTS", "robots", f"{robots}", allowed="a whole number >= 1")
     grid = document.grid
-    coarse = grid if cell is None else coarse_grid(grid, cell)
     if scen is not None:
         read = read_scen_fleet(scen, document, robots)
     elif agents is not None:
         read = read_agents(agents, grid, robots, lifelong=lifelong)
     elif robots is not None:
-        read = FleetFile(fleets.random_fleet(coarse, robots, seed=seed))
+        read = FleetFile(fleets.bare_fleet(coarse, robots, seed, radius))
     else:
         todo = "give --robots N for random robots, --scen FILE or --agents FILE"
         raise UsageError("OPTIONS", "no robots", todo=todo)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
@@ -39,8 +38,8 @@ from lampyris.typing import Cell
 FAR = 2**31
 """Cells, or metres, that no map reaches."""
 T = TypeVar("T")
-Draw = Callable[[Grid, int, int], Fleet]
-"""Draws a fleet: map, robots, seed."""
+Draw = Callable[[Grid, int, int, float], Fleet]
+"""Draws a fleet: map, robots, seed, and the radius in metres that they need room for."""
 MakePlanner = Callable[[str, Mapping[str, Any], bool], object]
 """Whether there is such a planner with such settings, of windows if the last argument says so."""
 
@@ -75,21 +74,11 @@ def robot_for(common: Robot | None, own: Robot | None) -> Robot | None:
     return replace(common, footprint=None, radius=own.radius)
 
 
-def with_robot(fleet: Fleet, robot: Robot | None, *, drawn: bool = False) -> Fleet:
-    """The fleet with a robot for all; agents that have a radius of their own keep it.
-
-    Parameters
-    ----------
-    drawn : whether the robots were drawn at random, for the advice if they overlap.
-    """
+def with_robot(fleet: Fleet, robot: Robot | None) -> Fleet:
+    """The fleet with a robot for all; agents that have a radius of their own keep it."""
     if robot is None:
         return fleet
-    try:
-        return Fleet(fleet.grid, [replace(one, robot=robot_for(robot, one.robot)) for one in fleet.robots])
-    except LampyrisError as fault:
-        if drawn and fault.code == "FLEET":
-            fault.todo = "random robots are drawn without regard to their size: take fewer, another seed, or larger cells"
-        raise
+    return Fleet(fleet.grid, [replace(one, robot=robot_for(robot, one.robot)) for one in fleet.robots])
 
 
 def without_goals(fleet: Fleet) -> Fleet:
@@ -124,7 +113,7 @@ class _Build:
         if found is None or coarse is None or self.faults:
             self.faults.give()
         kind = next(key for key in form.FLEET_KEYS if hasattr(file.fleet, key))
-        read = self.tried(("fleet", kind), self._fleet, found[0], coarse)
+        read = self.tried(("fleet", kind), self._fleet, found[0], coarse, robot)
         lifelong = None
         if file.lifelong is not None and read is not None:
             lifelong = self.tried(
@@ -133,7 +122,7 @@ class _Build:
         if read is None or self.faults:
             self.faults.give()
         drawn = isinstance(file.fleet, form.RandomFleet)
-        fleet = self.tried(("robot",), partial(with_robot, drawn=drawn), read.fleet, robot)
+        fleet = self.tried(("robot",), with_robot, read.fleet, robot)
         nobody_gave = read.tasks is not None or drawn
         if fleet is not None and lifelong is not None and lifelong.tasks is not None and nobody_gave:
             fleet = without_goals(fleet)  # goals that were drawn, or put in for tasks, would be tasks, too
@@ -250,12 +239,11 @@ class _Build:
 
     # ---- robots --------------------
 
-    def _fleet(self, document: MapDocument, coarse: Grid) -> FleetFile:
+    def _fleet(self, document: MapDocument, coarse: Grid, robot: Robot | None) -> FleetFile:
         spec = self.file.fleet
         if isinstance(spec, form.RandomFleet):
-            read = FleetFile(
-                self._draw(coarse, spec.random, self.file.seed if spec.seed is None else spec.seed)
-            )
+            seed = self.file.seed if spec.seed is None else spec.seed
+            read = FleetFile(self._draw(coarse, spec.random, seed, 0.0 if robot is None else robot.radius))
         elif isinstance(spec, form.AgentsFleet):
             read = FleetFile(self._agents(spec.agents, document.grid, coarse))
         else:

@@ -120,8 +120,8 @@ class TaskTable(Table):
     ] = Field(None, description="The robot that has to do it; null: whichever is free.")
 
 
-class LifelongTable(Table):
-    """Robots that have arrived get new tasks."""
+class WindowsTable(Table):
+    """Robots that have arrived get new tasks, cells drawn at random."""
 
     ticks: Annotated[int, Field(ge=1, le=MAX_TICKS), Rule("TICKS", f"a whole number, 1 to {MAX_TICKS:,}")] = (
         Field(description="How long.")
@@ -132,6 +132,11 @@ class LifelongTable(Table):
     ] = Field(
         None, description="Ticks that are driven before planning again; null: 1 with pibt, 5 with lacam."
     )
+
+
+class LifelongTable(WindowsTable):
+    """Robots that have arrived get new tasks."""
+
     tasks: Annotated[list[TaskTable] | None, Rule("TASK", "a list of {stops: [[x, y]]}, or null")] = Field(
         None, description="The tasks; null: those of the fleet's file, or random cells without end."
     )

@@ -15,7 +15,7 @@ from lampyris.kernels._jit import kernel, lowest, stopped, u64
 from lampyris.kernels.fleet.pibt import drawn
 from lampyris.kernels.fleet.steps import beside
 
-ROUNDS, COST, STATES = range(3)
+ROUNDS, COST, STATES, FALLS = range(4)
 
 
 @kernel(out=("held", "busy"))
@@ -253,14 +253,14 @@ def _choose(edge, degree, table, held, path, length, span, distance, member, ran
 @kernel(
     out=(
         "held", "busy", "path", "length", "trial", "arrival", "member", "chosen", "state_cell", "state_tick", "state_end",
-        "state_from", "state_next", "bucket", "mark", "marked", "random", "count",
+        "state_from", "state_next", "bucket", "mark", "marked", "random", "fell", "count",
     ),
     of="path",
     each=150_000,
 )  # fmt: skip
 def improve(
     edge, degree, table, goals, distance, held, busy, path, length, span, trial, arrival, member, chosen, state_cell,
-    state_tick, state_end, state_from, state_next, bucket, mark, marked, random, count, size, most, halt,
+    state_tick, state_end, state_from, state_next, bucket, mark, marked, random, fell, count, size, most, halt,
 ):  # fmt: skip
     """Plan neighbourhoods again until ``count[ROUNDS]`` is ``most``, or no robot is later than its shortest path.
 
@@ -274,14 +274,17 @@ def improve(
     trial, arrival, member : int32, (size, span), (size,), (size,); scratch. ``chosen`` : uint8, (robots,), 0.
     state_cell .. state_next : int32; as many states as a search may make.
     bucket : int32, (2 * span + 2,). ``mark``, ``marked`` : int32, a power of two, at least twice as many as states; 0.
-    count : int64, (3,); neighbourhoods, sum of costs, states made.
+    fell : int64, (rows, 2); the neighbourhoods after which the plan cost less, and the sum of costs then. It returns when the
+        rows are used up.
+    count : int64, (4,); neighbourhoods, sum of costs, states made, rows of ``fell``.
     size : robots of a neighbourhood at most.
     """
     robots = len(goals)
     least = 0
     for i in range(robots):
         least += int(distance[i])
-    while count[ROUNDS] < most and count[COST] > least and not stopped(halt):
+    rows = len(fell) // 2
+    while count[ROUNDS] < most and count[COST] > least and count[FALLS] < rows and not stopped(halt):
         count[ROUNDS] += 1
         random[0] = drawn(random[0])
         many = _choose(
@@ -319,7 +322,11 @@ def improve(
             hold(held, busy, trial, done * span, span, i)
             done += 1
         if done == many:
-            count[COST] -= room
+            if room > 0:
+                count[COST] -= room
+                fell[2 * count[FALLS]] = count[ROUNDS]
+                fell[2 * count[FALLS] + 1] = count[COST]
+                count[FALLS] += 1
             for k in range(many):
                 i = int(member[k])
                 length[i] = arrival[k]

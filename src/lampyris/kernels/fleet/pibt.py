@@ -102,6 +102,9 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
         and _is_swap_possible(edge, degree, goals, occupant, first, here)
     ):
         return int(a)
+    # With room to pass on ``first`` nobody needs to swap with robot ``i``, to which it is no farther than its own cell.
+    if _exits(edge, degree, goals, occupant, here, first) % 16 >= 2:
+        return -1
     for k in range(degree[here]):
         u = edge[wide * here + k]
         a = occupant[u]
@@ -115,9 +118,34 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     return -1
 
 
+@kernel(out=("choice", "occupant"))
+def _look(edge, degree, table, now, occupant, choice, places):
+    """Write each robot's distances from the cells around it, then from its own, to ``choice[places * i:]``; count at
+    ``occupant[cells + u]`` the robots that come nearer to their goals by cell u.
+
+    Each robot's row of the table is elsewhere in memory. Here no reading waits for another, so rows are fetched at once, and
+    nothing but the swap rule reads the tables again.
+    """
+    robots = len(now)
+    cells = len(degree)
+    wide = len(edge) // cells
+    for i in range(robots):
+        here = int(now[i])
+        row = i * cells
+        base = places * i
+        n = int(degree[here])
+        own = int(table[row + here])
+        for k in range(n):
+            u = int(edge[wide * here + k])
+            distance = int(table[row + u])
+            choice[base + k] = distance
+            occupant[cells + u] += int(distance < own)
+        choice[base + n] = own
+
+
 @kernel(out=("choice", "key", "random"))
-def _rank(edge, degree, table, now, occupant, choice, key, random, i):
-    """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``.
+def _rank(edge, degree, now, occupant, choice, key, random, i):
+    """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``, where their distances are.
 
     By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
     (hindrance), then at random.
@@ -125,13 +153,14 @@ def _rank(edge, degree, table, now, occupant, choice, key, random, i):
     cells = len(degree)
     wide = len(edge) // cells
     here = now[i]
-    row = i * cells
+    base = len(key) * i
     n = int(degree[here])
     state = drawn(random[0])
     more = drawn(state) if n > 4 else state
     random[0] = more
-    for k in range(n):
-        key[k] = int(table[row + edge[wide * here + k]]) << 16
+    for k in range(n + 1):
+        key[k] = int(choice[base + k]) << 16
+    own = key[n] >> 16
     for k in range(n):
         distance = key[k] >> 16
         tie = False
@@ -139,14 +168,8 @@ def _rank(edge, degree, table, now, occupant, choice, key, random, i):
             tie = tie or (j != k and key[j] >> 16 == distance)
         if tie:
             u = int(edge[wide * here + k])
-            hindered = 0
-            for j in range(degree[u]):
-                a = occupant[edge[wide * u + j]]
-                if a >= 0 and a != i and table[a * cells + u] < table[a * cells + now[a]]:
-                    hindered += 1
+            hindered = int(occupant[cells + u]) - int(distance < own)
             key[k] += (hindered << 8) + (((state if k < 4 else more) >> (8 * (k % 4))) & 255)
-    base = len(key) * i
-    key[n] = int(table[row + here]) << 16
     for k in range(n + 1):
         u = int(edge[wide * here + k]) if k < n else int(here)
         own = key[k]
@@ -159,7 +182,7 @@ def _rank(edge, degree, table, now, occupant, choice, key, random, i):
         choice[base + j] = u
 
 
-@kernel(out=("following", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
+@kernel(out=("following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
 def step(
     edge, degree, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
     stack, random, swapping, halt,
@@ -172,20 +195,25 @@ def step(
     goals, now : int32, (robots,); cells.
     order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
     following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
-    occupant, reserved : int32, (cells,); the robot that is there now, and next (the given ones), or -1.
+    occupant : int32, (2 * cells,); the robot that is there now, or -1; then scratch, 0.
+    reserved : int32, (cells,); the robot that is there next (the given ones), or -1.
     choice, key, turn, partner, stack : int32, (places * robots,), int64, (places,), and int32, (robots,) each; scratch. A robot
         may go to 5 places with four-connected, 9 with octile moves.
     random : int64, (1,); state of the generator, 1 .. 2**32 - 1.
     swapping : whether the swap rule applies.
     """
-    wide = len(edge) // len(degree)
+    cells = len(degree)
+    wide = len(edge) // cells
     places = len(key)
+    _look(edge, degree, table, now, occupant, choice, places)
+    fits = True
     for r in range(len(goals)):
         root = order[base + r]
         if following[root] >= 0:
             continue
         if r % LOOK == 0 and stopped(halt):
-            return False
+            fits = False
+            break
         depth = 0
         stack[0] = root
         turn[root] = -1
@@ -194,7 +222,7 @@ def step(
             i = int(stack[depth])
             here = int(now[i])
             if turn[i] < 0:
-                _rank(edge, degree, table, now, occupant, choice, key, random, i)
+                _rank(edge, degree, now, occupant, choice, key, random, i)
                 partner[i] = -1
                 first = int(choice[places * i])
                 if swapping and first != here:
@@ -253,8 +281,13 @@ def step(
                 ended = 2
             depth -= 1
         if ended == 2:
-            return False
-    return True
+            fits = False
+            break
+    for i in range(len(goals)):
+        here = int(now[i])
+        for k in range(degree[here]):
+            occupant[cells + edge[wide * here + k]] = 0
+    return fits
 
 
 @kernel(out=("order",))
@@ -337,6 +370,19 @@ def run(
             occupant[u] = i
             track[tick[0] * robots + i] = u
             waited[i] = 0 if u == goals[i] else waited[i] + 1
+        # Robots off their goals keep their order; those on their goals come last.
+        off = 0
+        home = 0
+        for r in range(robots):
+            i = int(order[r])
+            if waited[i] > 0:
+                order[off] = i
+                off += 1
+            else:
+                stack[home] = i
+                home += 1
+        for r in range(home):
+            order[off + r] = stack[r]
         rearrange(order, 0, waited, 0, distance)
     for i in range(robots):
         occupant[now[i]] = -1

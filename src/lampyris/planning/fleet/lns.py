@@ -22,7 +22,7 @@ from lampyris.planning.fleet.tracks import arrivals, paths_of
 from lampyris.planning.fleet.work import generator
 
 CHUNK = 200
-"""Neighbourhoods between two calls of ``progress``."""
+"""Neighbourhoods between two calls of ``progress``, at most."""
 STATES = 1 << 16
 """Cells and ticks that the search of one path may make."""
 
@@ -85,23 +85,19 @@ class Lns:
                 f"All robots reach their goals; no memory was left to improve the plan ({MEMORY.variable})."
             )
             return replace(found, detail=detail)
-        improvements = list(found.improvements)
         detail = ""
         try:
             while search.rounds < rounds and search.go_on(min(rounds, search.rounds + CHUNK)):
-                if search.cost < improvements[-1][1]:
-                    improvements.append((found.iterations + search.rounds, search.cost))
                 if progress is not None:
                     progress(found.iterations + search.rounds, search.cost)
         except Cancelled:
             if is_stopped():
                 raise
             detail = "All robots reach their goals; stopped improving at the time limit."
-        if search.cost < improvements[-1][1]:
-            improvements.append((found.iterations + search.rounds, search.cost))
+        later = ((found.iterations + done, cost) for done, cost in search.improvements)
         return replace(
             found, paths=search.paths, iterations=found.iterations + search.rounds,
-            expansions=found.expansions + search.states, improvements=tuple(improvements), detail=detail,
+            expansions=found.expansions + search.states, improvements=(*found.improvements, *later), detail=detail,
         )  # fmt: skip
 
 
@@ -136,7 +132,10 @@ class NeighbourhoodSearch:
         self._mark = np.zeros(2 * STATES, dtype=np.int64)
         self._marked = np.zeros(2 * STATES, dtype=np.int32)
         self._random = np.array([int(generator(seed).integers(1, 2**32))], dtype=np.int64)
-        self._count = np.array([0, int(self._length.sum(dtype=np.int64)), 0], dtype=np.int64)
+        self._count = np.array([0, int(self._length.sum(dtype=np.int64)), 0, 0], dtype=np.int64)
+        self._fell = np.zeros(2 * CHUNK, dtype=np.int64)
+        self.improvements: list[tuple[int, int]] = []
+        """Rounds after which the plan cost less, and the sum of costs then."""
 
     @classmethod
     def of(cls, tables: FleetTables, plan: FleetPlan, size: int, seed: int) -> NeighbourhoodSearch | None:
@@ -173,9 +172,19 @@ class NeighbourhoodSearch:
     def go_on(self, most: int) -> bool:
         """Go on to round ``most``; whether the plan may still become cheaper."""
         t = self._tables
-        kernels.improve(
-            t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._busy, self._path, self._length,
-            self._span, self._trial, self._arrival, self._member, self._chosen, *self._states, self._bucket,
-            self._mark, self._marked, self._random, self._count, self._size, most,
-        )  # fmt: skip
+        full = True
+        while full and self.rounds < most:
+            try:
+                kernels.improve(
+                    t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._held, self._busy, self._path,
+                    self._length, self._span, self._trial, self._arrival, self._member, self._chosen, *self._states,
+                    self._bucket, self._mark, self._marked, self._random, self._fell, self._count, self._size, most,
+                )  # fmt: skip
+            finally:
+                many = int(self._count[kernels.FALLS])
+                self.improvements += [
+                    (done, cost) for done, cost in self._fell[: 2 * many].reshape(-1, 2).tolist()
+                ]
+                self._count[kernels.FALLS] = 0
+            full = 2 * many == len(self._fell)
         return self.rounds >= most

@@ -77,3 +77,31 @@ def steps_barred(distance: float, dx: int, dy: int, moves: str) -> _Ints:
         if (x + ex - dx, y + ey - dy) not in kept and meets(x, y, ex - dx, ey - dy, distance)
     ]
     return frozen(np.array(found, dtype=np.int64).reshape(-1, 4))
+
+
+def apart(cells: _Ints, robots: int, distance: float) -> _Ints:
+    """The first cells, in their order, that are at least ``distance`` from each other.
+
+    Parameters
+    ----------
+    cells : int64 (n, 2), x and y, no two the same.
+    robots : as many as are wanted; fewer are returned where there is no room for more.
+    distance : in cells.
+    """
+    near = cells_kept(distance)
+    if len(near) <= 1 or not len(cells):
+        return cells[:robots]
+    far = int(np.abs(near).max())
+    low = cells.min(axis=0) - far
+    width, height = (cells.max(axis=0) + far + 1 - low).tolist()
+    taken = np.zeros(width * height, dtype=np.bool_)
+    around = near[:, 1] * width + near[:, 0]
+    places = (cells[:, 1] - low[1]) * width + cells[:, 0] - low[0]
+    kept: list[int] = []
+    for k, place in enumerate(places.tolist()):
+        if len(kept) == robots:
+            break
+        if not taken[place]:
+            taken[place + around] = True
+            kept.append(k)
+    return cells[kept]

@@ -9,6 +9,7 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.drive import Drive, PlannedTimes
+from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
 from lampyris.model.plan import Plan
@@ -31,6 +32,7 @@ PROFILE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "why")
 POSE_COLUMNS = (*PROFILE_COLUMNS[:4], "gear", *PROFILE_COLUMNS[4:])
 DRIVE_COLUMNS = ("t_s", "x_m", "y_m", "yaw", "v", "a", "s", "leg", "cause", "why")
 TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "tick", "cause", "x", "y", "event")
+FLEET_COLUMNS = ("robot", "tick", "x", "y")
 
 _TRANSFERS = {"t_s": "t_transfers"}
 
@@ -158,6 +160,26 @@ def write_trace_csv(out: OutFile, trace: Trace) -> None:
     FileError : the system refuses to write.
     """
     _write(out, TRACE_COLUMNS, trace_columns(trace))
+
+
+def write_fleet_csv(out: OutFile, plan: FleetPlan) -> None:
+    """Write a plan of a fleet, one row a robot and tick until it stays; an existing file is replaced.
+
+    Columns: ``robot``, ``tick``, ``x``, ``y`` (the cell).
+
+    Raises
+    ------
+    FileError : the system refuses to write.
+    """
+    lengths = [len(path) for path in plan.paths]
+    whole = np.concatenate([np.zeros((0, 2), dtype=np.int32), *plan.paths])
+    columns: Columns = {
+        "robot": np.repeat(np.arange(len(lengths)), lengths).tolist(),
+        "tick": [tick for length in lengths for tick in range(length)],
+        "x": whole[:, 0].tolist(),
+        "y": whole[:, 1].tolist(),
+    }
+    _write(out, FLEET_COLUMNS, columns)
 
 
 def _write(out: OutFile, names: Sequence[str], columns: Columns) -> None:

@@ -23,6 +23,16 @@ from lampyris.study.analysis.summary_tables import (
 
 BY_NUMBER = (
     "found",
+    "throughput",
+    "service_ticks",
+    "utilisation",
+    "robots_arrived",
+    "lateness_mean_s",
+    "lateness_max_s",
+    "wait_order_s",
+    "duration_s",
+    "contacts",
+    "in_motion",
     "ratio",
     "sum_of_costs",
     "makespan",
@@ -58,6 +68,12 @@ def numbers_of(summary: Summary) -> list[int]:
     return [int(label.split()[0]) for label in summary.traffic_cases]
 
 
+def case_of(label: str) -> int | str:
+    """What a row of a table is called: the number of robots, and what else a study compares."""
+    number, _, more = label.partition(" robots")
+    return f"{number}{more}" if more else int(number)
+
+
 def number_tabs(summary: Summary) -> tuple[Tab, ...]:
     """A table for each measure: a row for each number of robots, a column for each planner."""
     out = []
@@ -88,7 +104,7 @@ def _table(summary: Summary, name: str, *, common: bool) -> Tab | None:
     if name == "found":
         places = 1
     rows: list[tuple[Value, ...]] = []
-    for number, traffic in zip(numbers_of(summary), summary.traffic_cases, strict=True):
+    for traffic in summary.traffic_cases:
         texts = []
         for entrant in summary.entrants:
             side = sides[traffic, entrant]
@@ -96,7 +112,7 @@ def _table(summary: Summary, name: str, *, common: bool) -> Tab | None:
             texts.append(estimate_text(side[name], measure.scale, behind, places) if name in side else DASH)
         most = max(runs[traffic, entrant] for entrant in summary.entrants)
         there = summary.common[summary.traffic_cases.index(traffic)] if common else most
-        rows.append((number, there, *texts))
+        rows.append((case_of(traffic), there, *texts))
     title = title_of(name)
     title = title[0].upper() + title[1:]
     title += " of the fleets that all planners solved" if common else " by number of robots"
@@ -124,7 +140,7 @@ def _note(summary: Summary, name: str, common: bool) -> str:
 def improvement_tabs(summary: Summary, runs: Runs) -> tuple[Tab, ...]:
     """How much planners that go on improving have lowered the cost of their first plans."""
     rows: list[tuple[Value, ...]] = []
-    for c, number in enumerate(numbers_of(summary)):
+    for c, traffic in enumerate(summary.traffic_cases):
         for e, entrant in enumerate(summary.entrants):
             pairs = falls(runs, c, e)
             if not any(len(steps) > 1 for steps, _ in pairs):
@@ -132,9 +148,9 @@ def improvement_tabs(summary: Summary, runs: Runs) -> tuple[Tab, ...]:
             first = float(np.mean([steps[0][1] / bound for steps, bound in pairs]))
             last = float(np.mean([steps[-1][1] / bound for steps, bound in pairs]))
             half = float(np.median([_halfway(steps) for steps, _ in pairs]))
-            rows.append(
-                (number, entrant, len(pairs), f"{first:.4f}", f"{last:.4f}", f"{100 * (1 - last / first):.2f}", f"{half:,.0f}")
-            )  # fmt: skip
+            lower = f"{100 * (1 - last / first):.2f}"
+            numbers = f"{first:.4f}", f"{last:.4f}", lower, f"{half:,.0f}"
+            rows.append((case_of(traffic), entrant, len(pairs), *numbers))
     if not rows:
         return ()
     header = (
@@ -148,8 +164,7 @@ def improvement_tabs(summary: Summary, runs: Runs) -> tuple[Tab, ...]:
     )
     note = (
         "Means over the solved runs of planners that improve their plans. The last column is the median of the iterations "
-        "after the first plan by which a plan had half of its improvement. A cost counts from the iteration at which the planner "
-        "records it; lns records after every 200 neighbourhoods."
+        "after the first plan by which a plan had half of its improvement."
     )
     return (
         Tab("improvement", "Cost while the planner improves its plan", header, tuple(rows), note, "rlrrrrr"),

@@ -51,8 +51,24 @@ ON_FLEET = (
     ),
     Measure("makespan", "makespan (ticks)", "less", "the tick of the last arrival"),
 )  # fmt: skip
+ON_FLEET_DRIVE = (
+    Measure("throughput", "throughput (tasks a tick)", "more", "of lifelong fleets: tasks done in a tick"),
+    Measure("service_ticks", "service time (ticks)", "less", "of lifelong fleets: from release to completion of a task"),
+    Measure("utilisation", "utilisation (%)", "more", "of lifelong fleets: share of robots and ticks with a task", 100.0),
+    Measure("robots_arrived", "robots arrived (%)", "more", "of fleets that drive: share of the robots", 100.0),
+    Measure("lateness_mean_s", "lateness (s)", "less", "of fleets that drive: mean seconds after the plan's time of arrival"),
+    Measure("lateness_max_s", "greatest lateness (s)", "less", "of fleets that drive: the same of the latest robot"),
+    Measure(
+        "wait_order_s", "waiting for others (s)", "less",
+        "of fleets that drive: mean seconds that a robot stood until another had left a cell",
+    ),
+    Measure("duration_s", "duration (s)", "less", "of fleets that drive: seconds until the last robot stood"),
+    Measure("contacts", "contacts", "less", "of fleets that drive: pairs of robots that touched"),
+    Measure("in_motion", "in motion (%)", "more", "of fleets: share of the time in which robots moved", 100.0),
+)  # fmt: skip
 ON_PATH = (
     *ON_FLEET,
+    *ON_FLEET_DRIVE,
     Measure("cost", "cost (cells)", "less", "length of the path by the step costs of the study, in cells; "
             "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
     Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest path", 100.0),
@@ -153,8 +169,10 @@ AT_GOAL = frozenset(
 WHOLE = ("arrived", "found", "collisions")
 """Compared over all runs; all else over those that both solved, for who gives up early has little work."""
 
-PAIRED = ("arrived", "cost", "time_s", "ticks", "collisions", "expansions", "iterations")
-RANKED = ("cost", "time_s", "expansions")
+PAIRED = (
+    "arrived", "cost", "throughput", "lateness_mean_s", "time_s", "ticks", "collisions", "expansions", "iterations",
+)  # fmt: skip
+RANKED = ("cost", "throughput", "lateness_mean_s", "time_s", "expansions")
 PROFILED = ("cost", "expansions")
 
 

@@ -17,6 +17,8 @@ FLEET_LABELS = ("map", "query", "robots", "seed", "planner")
 KNOWN_RATIOS = ("path_ratio", "expansions_ratio")
 """Columns of a study with sensors, of runs with a sensor: the run's cost and expansions over those of the same planner and
 law with the map known, in the same world; where both arrived."""
+FLEET_SWEPT = ("radius", "delays")
+"""Further ones, of studies that compare several."""
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What depends on the machine: the last columns, and left out wherever bytes are compared."""
 
@@ -100,7 +102,7 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
     del place
     order = sorted(range(len(index)), key=index.__getitem__)
     of_fleets = study.kind == "fleet"
-    labels = _labels(study)
+    labels = labels_of(study)
     metrics = _ordered(FLEET_METRICS if of_fleets else METRICS, held.metrics)
     timing = _ordered(TIMING, held.timing)
     columns: dict[str, Column] = {name: [] for name in ("index", "key", *labels)}
@@ -120,11 +122,15 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
     return ResultTable(columns, metrics, timing, len(study), strange)
 
 
-def _labels(study: Study) -> tuple[str, ...]:
-    """The labels of a study's jobs."""
-    if study.kind == "fleet":
-        return FLEET_LABELS
-    return (*LABELS, *SENSOR_LABELS) if study.senses else LABELS
+def labels_of(study: Study) -> tuple[str, ...]:
+    """The labels of a study's runs."""
+    if study.kind != "fleet":
+        return (*LABELS, *SENSOR_LABELS) if study.senses else LABELS
+    swept = {
+        "radius": any(c.radius for c in study.traffic_cases),
+        "delays": any(c.rate is not None for c in study.traffic_cases),
+    }
+    return (*FLEET_LABELS, *(name for name in FLEET_SWEPT if swept[name]))
 
 
 def _add_known_ratios(columns: dict[str, Column], study: Study) -> None:
@@ -208,5 +214,5 @@ def _label(columns: dict[str, Column], study: Study, wanted: list[int]) -> None:
         k += 1
         columns["index"].append(job.index)
         columns["key"].append(job.key)
-        for name in _labels(study):
+        for name in labels_of(study):
             columns[name].append(job.labels[name])

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from lampyris._core import defaults
 from lampyris._core.defaults import MOBILITY, TRACKS
+from lampyris.io.fleet_scenario.schema import ExecuteTable, WindowsTable
 from lampyris.io.scenario.declared_table import key_of
 from lampyris.io.scenario.run_settings import DriveTable, InflationTable
 from lampyris.io.scenario.scenario import PRESETS
@@ -361,6 +362,29 @@ _Robots: TypeAlias = (
 )
 
 
+def _swept(one: Any, rule: Rule) -> Any:
+    """A number, a list of different ones, or null."""
+    value = Annotated[one, rule]
+    several = Annotated[list[value], Field(min_length=1, max_length=MAX_ENTRIES), rule, Tag("swept-list")]
+    by_type = _by_type(float="swept-number", int="swept-number", list="swept-list")
+    return Annotated[Annotated[value, Tag("swept-number")] | several, by_type, rule] | None
+
+
+if TYPE_CHECKING:
+    _Cell: TypeAlias = float | list[float] | None
+    _Radii: TypeAlias = float | list[float] | None
+    _Delayed: TypeAlias = float | list[float] | None
+else:
+    _Cell = _swept(
+        Annotated[float, Field(ge=1e-6, le=1e6)],
+        Rule("CELL", "a whole multiple of the map's resolution, or a list of them"),
+    )
+    _Radii = _swept(
+        Annotated[float, Field(ge=0, le=1e6)], Rule("FLEET_ROBOT", "0 to 1e6 metres, or a list of them")
+    )
+    _Delayed = _swept(Annotated[float, Field(ge=0, le=1)], Rule("DELAYS", "0 to 1, or a list of them"))
+
+
 class BudgetTable(Table):
     """When a run is stopped."""
 
@@ -410,6 +434,25 @@ class StudyFile(Table):
     robots: _Robots = Field(
         None,
         description="In a study of fleets, how many robots: a number or several, each met by all planners.",
+    )
+    cell: _Cell = Field(
+        None,
+        description="In a study of fleets: side of larger cells in metres, or several; null: the map's own.",
+    )
+    radius: _Radii = Field(
+        None,
+        description="In a study of fleets: radius of all robots in metres, or several; null: that of `robot`.",
+    )
+    execute: ExecuteTable | None = Field(
+        None, description="In a study of fleets, present, if empty ({}): the robots drive in continuous time."
+    )
+    delays: _Delayed = Field(
+        None,
+        description="With `execute`: chance that a move is delayed, or several; null: that of `execute`.",
+    )
+    lifelong: WindowsTable | None = Field(
+        None,
+        description="In a study of fleets, present: robots that have arrived get new tasks. Not beside `execute`.",
     )
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
         defaults.PRESET,

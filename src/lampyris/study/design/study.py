@@ -85,8 +85,9 @@ class StudyTraffic:
     ----------
     kind : ``none``, ``random-walk``, ``patrol``, ``crossing`` or ``mixed``; in a study of fleets ``robots``.
     count : how many.
-    rate : chance a tick that a random walker appears; None: all from the start.
-    radius : metres; of polygons that of the disc around them.
+    rate : chance a tick that a random walker appears; None: all from the start. Of ``robots``: chance that a move is delayed;
+        None: the study says.
+    radius : metres; of polygons that of the disc around them. Of ``robots``: 0: the study says.
     tracks : see :data:`Tracks`.
     footprint : vertices (x ahead, y to the left) of the outline of each, metres; None: discs.
     """
@@ -103,6 +104,9 @@ class StudyTraffic:
         """What a table calls it."""
         if self.kind == "none" or not self.count:
             return "none"
+        if self.kind == ROBOTS:
+            more = f" of radius {self.radius:.6g} m" if self.radius else ""
+            return f"{self.count} robots{more}{'' if self.rate is None else f', {self.rate:.6g} of moves delayed'}"
         more = "" if self.rate is None else f", rate {self.rate:g}"
         more += "" if not self.radius else f", radius {self.radius:.6g} m"
         more += "" if self.footprint is None else f", {len(self.footprint)} vertices"
@@ -234,7 +238,8 @@ class Study:
     expansions : budget of one call of a planner; None: no limit.
     seconds : budget of one run (CPU). A study with it is marked: its results depend on the machine.
     ticks, patience : of simulations; None: their defaults.
-    drive : settings of drives (:class:`lampyris.model.settings.drive.DriveSettings`), complete; empty otherwise.
+    drive : settings of drives (:class:`lampyris.model.settings.drive.DriveSettings`), complete; empty otherwise. Of fleets that
+        drive: ``execute`` (settings and delays), of lifelong ones ``lifelong`` (ticks and window).
     root : seed of the study.
     memory : whether the peak of memory is measured, in a second run of each job.
     notes : sentences for a person on what of its maps is left out; not kept in a store.
@@ -317,6 +322,8 @@ def world_seed(root: int, world: World, traffic: StudyTraffic, number: int) -> i
     Live and replayed traffic is drawn alike: they begin in the same places.
     """
     drawn = {**traffic.plain, "tracks": "live"}
+    if world.fleet is not None:  # the same draws whatever the robots' size and delays
+        drawn |= {"radius": 0.0, "rate": None}
     poses: list[Any] = [world.poses] if world.poses else []
     poses += [] if world.fleet is None else [world.fleet.hash]
     poses += [] if world.goal_track is None else [world.goal_track]
@@ -405,6 +412,11 @@ def _fleet_job(
 ) -> Job:
     """One job of a study of fleets."""
     assert world.fleet is not None
+    robot, drive = dict(study.robot), {key: dict(table) for key, table in study.drive.items()}
+    if traffic.radius:
+        robot["radius"] = traffic.radius
+    if traffic.rate is not None:
+        drive["execute"]["delays"] = {**drive["execute"]["delays"], "probability": traffic.rate}
     plain = {
         "version": [__version__, RESULTS],
         "kind": study.kind,
@@ -413,15 +425,18 @@ def _fleet_job(
         "fleet": world.fleet.hash,
         "robots": traffic.count,
         "moves": study.moves,
-        "robot": dict(study.robot),
+        "robot": robot,
         "seed": seed,
         "planner": {"name": planner.name, "settings": dict(planner.settings), "origin": planner.origin},
         "budget": {"expansions": study.expansions, "seconds": study.seconds},
+        **drive,
     }
     labels = {
         "map": world.ground.name,
         "query": world.query,
         "robots": traffic.count,
+        "radius": robot["radius"],
+        "delays": drive["execute"]["delays"]["probability"] if "execute" in drive else None,
         "seed": number,
         "planner": planner.called,
         "law": law.called,

@@ -127,6 +127,9 @@ def _study(parsed: Document, file: StudyFile, files: Any, has_folder: bool) -> S
 
         return fleet_study(parsed, file, files, has_folder)
     tried = Tried(parsed)
+    for key in ("cell", "radius", "execute", "delays", "lifelong"):
+        if getattr(file, key) is not None:
+            tried.refuse((key,), FileError("KEY", f"`{key}` without fleets", allowed="with `robots`"))
     if file.robots is not None:
         fault = FileError("KEY", f"`robots` with kind {file.kind}", allowed="with kind fleet")
         tried.refuse(("robots",), fault)

@@ -29,7 +29,7 @@ def place_words(label: str) -> str:
     """``without moving obstacles``, ``among 10 random walkers``, ``with 100 robots``."""
     if label == "none":
         return "without moving obstacles"
-    return f"{'with' if label.endswith(' robots') else 'among'} {traffic_words(label)}"
+    return f"{'with' if ' robots' in label else 'among'} {traffic_words(label)}"
 
 
 def kind_words(kind: str, count: int = 2) -> str:

@@ -28,7 +28,10 @@ from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.kernels import loading
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.drive import Drive
+from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.model.fleet.fleet_trace import FleetTrace
+from lampyris.model.fleet.lifelong import LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -47,8 +50,9 @@ from lampyris.study.design.study_map import unpack
 from lampyris.study.execution import site
 from lampyris.study.execution.drive_evidence import drive_evidence
 from lampyris.study.execution.evidence import plan_evidence, trace_evidence
+from lampyris.study.execution.fleets import drive_evidence as fleet_drives
 from lampyris.study.execution.fleets.fleet_evidence import fleet_evidence
-from lampyris.study.execution.fleets.fleet_runs import fleet_of, load_planner, plan_of_fleet
+from lampyris.study.execution.fleets.fleet_runs import fleet_of, load_planner, run_of_fleet
 from lampyris.study.execution.pose_evidence import pose_plan_evidence
 from lampyris.study.execution.site import RecentCache, StudyWorld, not_a_job, world_of
 
@@ -60,10 +64,12 @@ _runs: RecentCache[fast_simulation.FastRuns] = RecentCache(site.CELLS_KEPT)
 
 
 class RunResult(NamedTuple):
-    """What a job came to: a plan, with the speeds on it if it found a path; a trace; or a drive."""
+    """What a job came to: a plan, with the speeds on it if it found a path; a trace; or a drive, of fleets with its plan."""
 
-    noun: Plan | Trace | Drive | FleetPlan
+    noun: Plan | Trace | Drive | FleetPlan | FleetTrace | LifelongTrace
     profile: Profile | None = None
+    driven: FleetPlan | None = None
+    fleet: Fleet | None = None
 
 
 class TimeUp(Exception):
@@ -106,20 +112,21 @@ def work(batch: bytes) -> bytes:
         return canonical({"results": [_result(plain, grounds, memory, fleets) for plain in jobs]})
 
 
-def run_job(plain: Mapping[str, Any], grid: Grid) -> RunResult:
+def run_job(plain: Mapping[str, Any], grid: Grid, fleets: Mapping[str, Any] | None = None) -> RunResult:
     """Run one job and give its nouns, not yet refereed.
 
     Parameters
     ----------
     plain : of a job (:class:`lampyris.study.design.study.Job`).
     grid : the map that it names.
+    fleets : packed fleets by hash, of a study of fleets.
 
     Raises
     ------
     TimeUp : the budget in seconds is used up.
     LampyrisError : see the endings.
     """
-    return _run(plain, grid, _Clock(plain["budget"]["seconds"], loading.cpu()))
+    return _run(plain, grid, _Clock(plain["budget"]["seconds"], loading.cpu()), fleets)
 
 
 # ---- a batch --------------------
@@ -221,6 +228,10 @@ def _evidence(ran: RunResult, plain: Mapping[str, Any], grid: Grid) -> dict[str,
     noun = ran.noun
     if isinstance(noun, FleetPlan):
         return fleet_evidence(noun)
+    if isinstance(noun, FleetTrace):
+        return fleet_drives.drive_evidence(noun, ran.driven)
+    if isinstance(noun, LifelongTrace):
+        return fleet_drives.lifelong_evidence(noun)
     if isinstance(noun, Plan):
         form = pose_plan_evidence if world_of(plain, grid).place.poses else plan_evidence
         return form(noun, ran.profile)
@@ -315,7 +326,7 @@ def _plan(task: _Task) -> RunResult:
 
 
 def _fleet(plain: Mapping[str, Any], grid: Grid, clock: _Clock, fleets: Mapping[str, Any]) -> RunResult:
-    """A plan for many robots. Their seconds are the planner's own limit: it may answer with what it has."""
+    """Many robots. Their seconds are the planner's own limit: it may answer with what it has."""
     try:
         packed = fleets[plain["fleet"]]
         asked = fleet_of(plain, grid, unpacked_fleet(packed, grid))
@@ -325,10 +336,9 @@ def _fleet(plain: Mapping[str, Any], grid: Grid, clock: _Clock, fleets: Mapping[
         if isinstance(wrong, LampyrisError):
             raise
         raise not_a_job(wrong) from None
-    began = loading.cpu()
-    found = plan_of_fleet(plain, asked)
-    clock.plan_s = loading.cpu() - began
-    return RunResult(found)
+    made = run_of_fleet(plain, asked)
+    clock.plan_s = made.plan_s
+    return RunResult(made.noun, None, made.plan, asked)
 
 
 def _simulate(task: _Task) -> RunResult:

@@ -9,14 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lampyris.errors import LampyrisError
+from lampyris.errors import LampyrisError, UsageError
 from lampyris.model.drive import Drive
+from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.model.fleet.fleet_trace import FleetTrace
+from lampyris.model.fleet.lifelong import LifelongTrace
 from lampyris.model.trace import Trace
 from lampyris.report.film.drive_film import film_drive
+from lampyris.report.film.fleet_drive_film import fleet_drive_film, lifelong_film
+from lampyris.report.film.fleet_film import fleet_film
 from lampyris.report.film.simulation_film import film
 from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
-from lampyris.study.design.study import Job
+from lampyris.study.design.serialize import packed_fleet
+from lampyris.study.design.study import Job, Study
 from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.execution.worker import TimeUp, run_job
 
@@ -25,6 +32,8 @@ MAX_BYTES = 1_500_000
 """Of all films of a page; one that would go over it is left out, and said to be."""
 SIDE = 360
 """Pixels of a film's longer side, as far as whole pixels a cell allow."""
+_OF_FLEETS = ("throughput", "lateness_mean_s", "sum_of_costs")
+"""By what films of fleets are chosen: the first that a study has."""
 MAX_CELLS = 512 * 512
 """Cells of a map up to which films are drawn."""
 
@@ -43,12 +52,13 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
     """The world to be shown: in the last traffic case, where the reference and another differ most.
 
     Most is: one came to the goal and the other did not; else the greatest difference in time, ticks or cost.
-    The first of equals. Film are the reference, that other, and the next in order; None in a study of plans.
+    The first of equals. Film are the reference, that other, and the next in order; None in a study of plans of
+    one robot. Of fleets throughput, lateness or the sum of costs are compared.
     """
-    if summary.kind in ("plan", "fleet") or not runs.known:
+    if summary.kind == "plan" or not runs.known:
         return None
     base, traffic = runs.entrants.index(summary.reference), len(runs.study.traffic_cases) - 1
-    name = next((n for n in ("time_s", "ticks", "cost") if runs.has(n)), None)
+    name = next((n for n in (*_OF_FLEETS, "time_s", "ticks", "cost") if runs.has(n)), None)
     best: tuple[float, int, int, int] | None = None
     solved = runs.solved[:, traffic]
     known = runs.ending[:, traffic] == "done"
@@ -69,7 +79,8 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
         )
     size, w, s, other = best
     rest = [e for e in range(len(runs.entrants)) if e not in (base, other) and known[w, s, e]]
-    why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {name}"
+    what = ALL[name].title if name in _OF_FLEETS else name
+    why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {what}"
     return Chosen(w, traffic, s, (base, other, *rest[: MOST - 2]), why)
 
 
@@ -132,16 +143,41 @@ def _film(job: Job, runs: Runs) -> bytes | None:
     """A run as a WebP; None if it cannot be run or drawn any more."""
     ground = runs.study.grounds[job.plain["map"]]
     try:
-        noun = run_job(job.plain, ground.grid).noun
-        scale = max(1, min(64, SIDE // max(ground.grid.blocked.shape)))
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "film.webp"
-            if isinstance(noun, Trace):
-                film(noun, out, scale=scale)
-            elif isinstance(noun, Drive) and noun.curves:
-                film_drive(noun, out, scale=scale)
-            else:
-                return None
+            draw_run(job, runs.study, out, scale=max(1, min(64, SIDE // max(ground.grid.blocked.shape))))
             return out.read_bytes()
     except (LampyrisError, TimeUp):
         return None
+
+
+def draw_run(job: Job, study: Study, out: Path, *, scale: int | None = None) -> None:
+    """Do a run again and draw it as a film, WebP or GIF by the file's suffix.
+
+    Parameters
+    ----------
+    job : of the study.
+    scale : pixels a cell, of films that have such a setting; None: theirs.
+
+    Raises
+    ------
+    UsageError : ``FILM``: nothing moves in it, such as a plan of one robot.
+    TimeUp, LampyrisError : the run does not come to a result, or cannot be drawn.
+    """
+    fleets = {hash_: packed_fleet(one) for hash_, one in study.fleets.items()}
+    ran = run_job(job.plain, study.grounds[job.plain["map"]].grid, fleets)
+    noun = ran.noun
+    if isinstance(noun, Trace):
+        film(noun, out, scale=scale)
+    elif isinstance(noun, Drive) and noun.curves:
+        film_drive(noun, out, scale=scale)
+    elif isinstance(noun, FleetPlan) and noun.paths and ran.fleet is not None:
+        fleet_film(noun, ran.fleet, out, scale=scale)
+    elif isinstance(noun, FleetTrace):
+        fleet_drive_film(noun, out)
+    elif isinstance(noun, LifelongTrace):
+        lifelong_film(noun, out)
+    else:
+        raise UsageError(
+            "FILM", "nothing moves in this run", allowed="runs of simulations, drives and fleets"
+        )

@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import product
 
 from lampyris.report.charts import study_charts
 from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Summary
-from lampyris.study.analysis.fleet_tables import falls, numbers_of, title_of
+from lampyris.study.analysis.fleet_tables import falls, title_of
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
+from lampyris.study.design.study import StudyTraffic
+from lampyris.study.design.traffic_labels import traffic_words
 
 MAX_LINES = 12
 """Curves of one figure; more would hide each other."""
 POINTS = 48
 """Iterations at which a curve of costs is worked out."""
-_DRAWN = ("found", "ratio", "makespan", "expansions", "plan_s")
+_AXES = {
+    "robots": "number of robots",
+    "radius (m)": "radius of the robots",
+    "share of moves delayed": "chance of a delay",
+}
+_DRAWN = (
+    "found", "throughput", "service_ticks", "utilisation", "lateness_mean_s", "contacts", "ratio", "makespan", "expansions",
+    "plan_s",
+)  # fmt: skip
 
 
-def number_figures(summary: Summary) -> list[PageFigure]:
-    """Measures over the number of robots, with intervals."""
-    counts = [float(n) for n in numbers_of(summary)]
-    order = sorted(range(len(counts)), key=counts.__getitem__)
-    if len(summary.entrants) > MAX_LINES:
+def number_figures(summary: Summary, cases: Sequence[StudyTraffic]) -> list[PageFigure]:
+    """Measures over what a study compares, the number of robots first, with intervals."""
+    axis, values, groups = _axis(cases)
+    if len(summary.entrants) * len(groups) > MAX_LINES:
         return []
     out = []
     for name in _DRAWN:
@@ -31,7 +42,7 @@ def number_figures(summary: Summary) -> list[PageFigure]:
             continue
         measure = ALL[name]
         series = []
-        for entrant in summary.entrants:
+        for entrant, (words, members) in product(summary.entrants, groups.items()):
             mine = [e.own.get(name) for e in summary.entries if e.entrant == entrant]
             bars = [
                 ErrorBar(math.nan, math.nan, math.nan)
@@ -39,28 +50,45 @@ def number_figures(summary: Summary) -> list[PageFigure]:
                 else ErrorBar(e.value * measure.scale, e.low * measure.scale, e.high * measure.scale)
                 for e in mine
             ]
-            series.append((entrant, [bars[k] for k in order]))
+            series.append((f"{entrant}, {words}" if words else entrant, [bars[k] for k in members]))
         if not any(math.isfinite(bar.value) for _, bars in series for bar in bars):
             continue
         drawn = study_charts.density(
             f"robots-{name}",
-            [counts[k] for k in order],
+            values,
             series,
             title_of(name),
-            xlabel="robots",
+            xlabel=axis,
             share=name == "found",
         )
-        words = f"{title_of(name)[0].upper()}{title_of(name)[1:]} over the number of robots, with intervals."
+        words = f"{title_of(name)[0].upper()}{title_of(name)[1:]} over the {_AXES[axis]}, with intervals."
         if name != "found":
             words += " Each planner over the runs that it solved."
         out.append(PageFigure(drawn, words))
     return out
 
 
+def _axis(cases: Sequence[StudyTraffic]) -> tuple[str, list[float], dict[str, list[int]]]:
+    """The axis of figures, its values, and the cases of each line in their order."""
+    columns = {
+        "robots": [float(one.count) for one in cases],
+        "radius (m)": [one.radius for one in cases],
+        "share of moves delayed": [one.rate or 0.0 for one in cases],
+    }
+    axis = next((name for name, column in columns.items() if len(set(column)) > 1), "robots")
+    values = sorted(set(columns[axis]))
+    others = [name for name, column in columns.items() if name != axis and len(set(column)) > 1]
+    groups: dict[str, list[int]] = {}
+    for k in sorted(range(len(cases)), key=lambda k: columns[axis][k]):
+        words = ", ".join(f"{name.removesuffix(' (m)')} {columns[name][k]:g}" for name in others)
+        groups.setdefault(words, []).append(k)
+    return axis, values, groups
+
+
 def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
     """The mean cost over its lower bound against iterations, a figure for each number of robots."""
     out = []
-    for c, number in enumerate(numbers_of(summary)):
+    for c, traffic in enumerate(summary.traffic_cases):
         series = []
         for e, entrant in enumerate(summary.entrants):
             pairs = falls(runs, c, e)
@@ -77,7 +105,8 @@ def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
                 f"improvement-{c}", series, "iterations after the first plan", "cost / shortest"
             )
             words = (
-                f"Sum of costs over the shortest paths against the planner's iterations, {number:,} robots: mean of solved runs. "
+                f"Sum of costs over the shortest paths against the planner's iterations, {traffic_words(traffic)}: mean of "
+                "solved runs. "
                 "Iterations of different planners are different work."
             )
             out.append(PageFigure(drawn, words))

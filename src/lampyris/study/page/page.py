@@ -117,17 +117,19 @@ def _asked(study: Study) -> list[tuple[str, Any]]:
     names = list(dict.fromkeys(w.ground.name for w in study.worlds))
     if study.kind == "fleet":
         return [
-            ("runs", f"{len(study):,} {kinds[study.kind]}"),
+            ("runs", f"{len(study):,} {_fleet_kind(study)}"),
             ("fleets", f"{len(study.worlds):,} on {many(len(names), 'map')}"),
-            ("robots", ", ".join(f"{c.count:,}" for c in study.traffic_cases)),
+            ("robots", ", ".join(dict.fromkeys(f"{c.count:,}" for c in study.traffic_cases))),
             ("seeds", f"{', '.join(map(str, study.seeds[:12]))}{', ...' if len(study.seeds) > 12 else ''}"),
             ("root seed", study.root),
             ("moves", study.moves),
             ("budget", _budget(study)),
+            ("radius", _radii(study)),
             (
-                "radius",
-                f"{study.robot['radius']:g} m" if study.robot["radius"] else "each robot fits in its cell",
+                "delays",
+                ", ".join(dict.fromkeys(f"{c.rate:g}" for c in study.traffic_cases if c.rate is not None)),
             ),
+            *_driving(study),
             ("version", f"lampyris {__version__}, results {RESULTS}"),
         ]
     live = any(c.count and c.tracks == "live" for c in study.traffic_cases)
@@ -161,6 +163,25 @@ def _sensors(study: Study) -> str:
         return ""
     some = (p.sensor for p in study.planners)
     return "; ".join(dict.fromkeys("none: the map is known" if s is None else sensor_words(s) for s in some))
+
+
+def _fleet_kind(study: Study) -> str:
+    if "execute" in study.drive:
+        return "drives of many robots"
+    return "lifelong fleets" if "lifelong" in study.drive else "plans for many robots"
+
+
+def _driving(study: Study) -> list[tuple[str, str]]:
+    """How robots drive, a row a table."""
+    tables: dict[str, Any] = dict(study.drive)
+    execute = tables.pop("execute", {})
+    tables |= {"drive": execute["settings"], "delay": execute["delays"]} if execute else {}
+    return [(name, _settings(table)) for name, table in tables.items()]
+
+
+def _radii(study: Study) -> str:
+    given = dict.fromkeys(c.radius or study.robot["radius"] for c in study.traffic_cases)
+    return ", ".join(f"{radius:g} m" if radius else "each robot fits in its cell" for radius in given)
 
 
 def _budget(study: Study) -> str:
@@ -215,7 +236,7 @@ def _results(summary: Summary, runs: Runs) -> list[tuple[str, Sequence[Tab]]]:
 def _quality(summary: Summary, runs: Runs) -> tuple[list[PageFigure], list[PageFigure]] | None:
     """Figures one below the other, and figures in pairs."""
     if summary.kind == "fleet":
-        found = [*number_figures(summary), *improvement_figures(summary, runs)]
+        found = [*number_figures(summary, runs.study.traffic_cases), *improvement_figures(summary, runs)]
         return ([], [*found, *figures.profiles(summary)]) if found else None
     single = [*figures.success(summary), *figures.by_density(summary, runs), *figures.honest(summary)]
     pairs = [*figures.profiles(summary), *figures.trade(summary, runs)]

@@ -79,7 +79,7 @@ def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
     name = solved_name(summary.kind)
     if name not in some[0].own:
         return ""
-    verb = "arrived" if name == "arrived" else "found a plan" if summary.kind == "fleet" else "found a path"
+    verb = "arrived" if name == "arrived" else "succeeded" if summary.kind == "fleet" else "found a path"
     shares = {e.own[name].value for e in some}
     if len(shares) == 1:
         share = some[0].own[name]
@@ -97,7 +97,9 @@ def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
 
 
 def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
-    name = "time_s" if summary.kind == "drive" else "ratio" if summary.kind == "fleet" else summary.cost
+    name = "time_s" if summary.kind == "drive" else summary.cost
+    if summary.kind == "fleet":
+        name = next((one for one in ("throughput", "lateness_mean_s") if one in some[0].common), "ratio")
     able = [e for e in some if e.entrant not in summary.left_out[k]]
     values = [(e.common[name].value, e) for e in able if name in e.common and e.common[name].units]
     if len(values) < 2:

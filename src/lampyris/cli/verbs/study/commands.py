@@ -229,6 +229,17 @@ def report(
 
 
 @app.command(cls=Command)
+def film(
+    store: StoreFile,
+    row: Annotated[int, typer.Argument(metavar="ROW", help="Which run: its `index` in the CSV.")],
+    out: Annotated[Path, typer.Argument(metavar="FILE", help="The film (.webp or .gif).")],
+    force: Force = False,
+) -> None:
+    """Do one run of a store again and draw it as a film."""
+    _film(store, row, out, force=force)
+
+
+@app.command(cls=Command)
 def repair(
     store: StoreFile,
     out: Annotated[
@@ -308,6 +319,27 @@ def _export(path: Path, out: StudyOutputs) -> None:
 def page_of(store: Path) -> Path:
     """The default page of a store: its name, in the working folder."""
     return Path(f"{store.name.removesuffix('.db').removesuffix('.study')}.html")
+
+
+def _film(store: Path, row: int, out: Path, *, force: bool) -> None:
+    from lampyris.errors import LimitError, SettingError
+    from lampyris.study.execution.worker import TimeUp
+    from lampyris.study.page.films import draw_run
+    from lampyris.study.store.store import Store
+
+    outputs.check_outputs(force, film=out)
+    with Store.open(store, writable=False) as there:
+        study = there.study()
+    if not 0 <= row < len(study):
+        allowed = f"a whole number, 0 to {len(study) - 1:,}: the column `index`"
+        raise SettingError.of("ROW", "row", f"{row}", allowed=allowed)
+    job = next(one for one in study.jobs() if one.index == row)
+    try:
+        draw_run(job, study, out)
+    except TimeUp:
+        allowed = f"{study.seconds:g} s, the study's budget"
+        raise LimitError("SECONDS", "the run was not done in time", allowed=allowed) from None
+    outputs.print_written(out)
 
 
 def _repair_store(path: Path, out: Path | None, study: str | None, data: Path | None, as_json: bool) -> None:

@@ -1,14 +1,18 @@
-"""Runs of fleets: from a job's plain data to the fleet, and to the plan of its planner."""
+"""Runs of fleets: from a job's plain data to the fleet, and to what its planner and its robots make of it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from lampyris import fleets
+from lampyris import fleet_drives, fleets, lifelong
+from lampyris.kernels import loading
+from lampyris.model.fleet.delays import Delays
 from lampyris.model.fleet.fleet import Agent, Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
+from lampyris.model.fleet.fleet_trace import FleetTrace
+from lampyris.model.fleet.lifelong import LifelongTrace
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning.base import Budget
@@ -27,8 +31,8 @@ def fleet_of(plain: Mapping[str, Any], grid: Grid, query: FleetQuery) -> Fleet:
     robots = plain["robots"]
     if query.hash != plain["fleet"] or not 1 <= robots <= len(query.ends):
         raise ValueError(f"the first {robots} robots of a fleet of {len(query.ends)}")
-    radius = plain["robot"].get("radius", 0.0)
-    robot = Robot(radius=radius) if radius else None
+    limits = dict(plain["robot"])
+    robot = Robot(**limits) if limits.get("radius") else None
     return Fleet(grid, [Agent((a, b), (c, d), robot) for a, b, c, d in query.ends[:robots].tolist()])
 
 
@@ -43,6 +47,65 @@ def plan_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetPlan:
     planner = registry.make(who["name"], who["settings"])
     budget = Budget(limits["expansions"], limits["seconds"])
     return fleets.unchecked_plan(fleet, planner, moves=plain["moves"], seed=plain["seed"], budget=budget)
+
+
+class FleetRun(NamedTuple):
+    """What a job of fleets came to."""
+
+    noun: FleetPlan | FleetTrace | LifelongTrace
+    """A plan; a drive; a lifelong fleet. A plan that is not found is not driven."""
+    plan: FleetPlan | None = None
+    """That was driven."""
+    plan_s: float | None = None
+    """CPU seconds of planning; None: not measured apart from the rest."""
+
+
+def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
+    """What comes of a job.
+
+    Raises
+    ------
+    LampyrisError : as :func:`plan_of_fleet`, :func:`lampyris.simulate_fleet` and :func:`lampyris.lifelong_fleet`.
+    """
+    who = plain["planner"]
+    if "lifelong" in plain:
+        ask = plain["lifelong"]
+        seconds = plain["budget"]["seconds"]
+        budget = None if seconds is None else Budget(seconds=seconds)
+        made = lifelong.lifelong_fleet(
+            fleet, ask["ticks"], planner=who["name"], window=ask["window"], seed=plain["seed"], budget=budget
+        )
+        return FleetRun(made)
+    ask = plain.get("execute")
+    if ask is None:
+        found, plan_s = _timed_plan(plain, fleet)
+        return FleetRun(found, None, plan_s)
+    plan, plan_s = None, 0.0
+    if ask["settings"]["policy"] != "orca":
+        plan, plan_s = _timed_plan(plain, fleet)
+        if not plan:
+            return FleetRun(plan, None, plan_s)
+    trace = fleet_drives.simulate_fleet(
+        fleet, plan, planner=who["name"], robot=usual_robot(plain, fleet.grid), delays=Delays(**ask["delays"]),
+        seed=plain["seed"], drive_settings=ask["settings"],
+    )  # fmt: skip
+    return FleetRun(trace, plan, plan_s)
+
+
+def _timed_plan(plain: Mapping[str, Any], fleet: Fleet) -> tuple[FleetPlan, float]:
+    """The plan, and the CPU seconds that it took."""
+    began = loading.cpu()
+    found = plan_of_fleet(plain, fleet)
+    seconds = loading.cpu() - began
+    return found, seconds
+
+
+def usual_robot(plain: Mapping[str, Any], grid: Grid) -> Robot:
+    """The robot of a job that drives; where no size is stated, as large as its moves allow."""
+    limits = dict(plain["robot"])
+    if not limits["radius"]:
+        limits["radius"] = fleet_drives.RADIUS[plain["moves"]] * grid.resolution
+    return Robot(**limits)
 
 
 def load_planner(plain: Mapping[str, Any]) -> None:
