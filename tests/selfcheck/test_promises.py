@@ -1,4 +1,4 @@
-"""Every promise, as tests: with every commit a tenth of its smallest size and what seeded defects need.
+"""Every promise, as tests: with every commit a fortieth of its smallest size and what seeded defects need.
 
 Every night all of them run: ``lampyris selfcheck --size nightly``.
 """
@@ -88,7 +88,7 @@ FEW = 10
 
 
 def needed(name: str, kind: str) -> list[runner.Range]:
-    """Cases of a kind for every commit: the first tenth, and where a seeded defect of the main job is detected.
+    """Cases of a kind for every commit: the first fortieth, and where a seeded defect of the main job is detected.
 
     Of a kind without such a defect a fifth, and no fewer than ten.
     """
@@ -99,7 +99,7 @@ def needed(name: str, kind: str) -> list[runner.Range]:
              if (one.check, one.kind) == (name, kind) and not one.equivalent}  # fmt: skip
     if not asked:
         return [runner.Range(kind, 0, min(every, max(FEW, every // 5)))]
-    numbers = set(range(-(-every // 10)))
+    numbers = set(range(-(-every // 40)))
     for first, cases in asked:
         numbers |= set(range(first, first + cases))
     firsts = [k for k in sorted(numbers) if k - 1 not in numbers]
