@@ -116,6 +116,7 @@ def _general(kind: Any) -> Any:
     kind = types.unliteral(kind)
     return types.int64 if kind == types.int32 else kind
 
+
 HERE = Path(__file__).resolve().parent
 
 
