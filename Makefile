@@ -80,14 +80,14 @@ test: $(VENV)/.dev
 	@ls -d $(ROOMS) >/dev/null || { echo "ROOM: one or some of" $$(cd tests && ls */test_*.py | cut -d/ -f1 | uniq) "or test files"; exit 1; }
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
 else
-# Before the suite's workers start, the machine code that each of them would make is made once, by two processes, while
+# Before the suite's workers start, the machine code and the bytecode that each of them would make are made once, while
 # the tools and a browser are installed. Lint and types are judged beside that and beside the suite: one of them alone
 # would leave a processor idle for a minute. Theirs is the last word.
 test: $(VENV)/.made
 	@mkdir -p build; $(MAKE) --no-print-directory $(VENV)/.tools >build/tools.txt 2>&1 & tools=$$!; \
 	trap "kill $$tools" INT TERM; \
 	$(MAKE) --no-print-directory $(VENV)/.run || { kill $$tools; exit 1; }; \
-	{ tools/browser.sh; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
+	{ tools/browser.sh; $(BIN)/python -m compileall -q tests selfcheck/src; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
 	trap "kill $$warmed $$tools" INT TERM; \
 	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed; exit 1; }; \
 	$(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & linted=$$!; \

@@ -135,7 +135,9 @@ def samples() -> dict[str, dict[str, Any]]:
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},
         "smooth": {"path": plan, "scene": where}, "speed_profile": {"path": plan, "scene": where},
-        "propagate_uncertainty": {"scene": where, "vary": {"v_max": (0.8, 1.2)}},
+        "propagate_uncertainty": {
+            "scene": where, "vary": {"v_max": (0.8, 1.2)}, "runs": 20, "held_out": 5, "monte_carlo_runs": 20,
+        },
         "solve_field": {"scene": where}, "solve_fields": {"scene": where, "goals": [(0, 0)]},
         "load_grid": {"path_or_name": "env-1"}, "load_scenario": {"path": "right.yaml"},
         "save_scenario": {"scenario": lampyris.Scenario(where), "path": "saved.yaml"},

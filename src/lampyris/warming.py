@@ -306,11 +306,11 @@ def _poses() -> None:
     api.plan(_scene(robot=robot), "pad", weight=1.0)
     wide = Scene(
         Grid(np.zeros((130, 130), dtype=bool)),
-        (20, 20),
-        (110, 110),
+        start_pose=(20.5, 20.5, 0.0),
+        goal_pose=(110.5, 110.5, 0.0),
         robot=replace(robot, drive="ackermann", turn_radius=2.0),
     )
-    api.plan(wide, "lattice")
+    api.plan(wide, "lattice", weight=1.5)
     passing = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
     api.plan(_scene(robot=robot, traffic=(passing,)), "lattice-sipp")
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}

@@ -420,6 +420,23 @@ class Stay:
 """
 
 
+IN_TURN = """
+import contextlib, io, json, sys
+from lampyris.cli import main
+done = []
+for words in json.load(sys.stdin):
+    sys.argv, out, err, code = ["lampyris", *words], io.StringIO(), io.StringIO(), 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code
+    done.append({"code": code, "out": out.getvalue(), "err": err.getvalue()})
+print(json.dumps(done))
+"""
+"""Command lines in one process, one after the other."""
+
+
 def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
     """An installed package adds one; one that is none is left out with a warning."""
     (tmp_path / "fleet_guest.py").write_text(GUEST)
@@ -429,23 +446,24 @@ def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
     entries = "stay = fleet_guest:Stay\nnone = fleet_guest:np\n"
     (info / "entry_points.txt").write_text(f"[lampyris.fleet_planners]\n{entries}")
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    main = "import sys; from lampyris.cli import main; sys.exit(main())"
-
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-c", main, *words], capture_output=True, text=True, check=False,
-            env={**os.environ, "PYTHONPATH": path},
-        )  # fmt: skip
-
-    listed = call("planners", "--json")
-    rows = {row["name"]: row for row in json.loads(listed.stdout)["planners"]}
+    calls = (
+        ("planners", "--json"),
+        ("fleet", "guide", "--robots", "2", "--planner", "stay", "--set", "ticks=5", "--json"),
+        ("fleet", "guide", "--robots", "2", "--planner", "none"),
+        ("fleet", "guide", "--robots", "2", "--planner", "stay", "--moves", "octile"),
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", IN_TURN], input=json.dumps(calls), capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    listed, made, none, octile = json.loads(done.stdout)
+    rows = {row["name"]: row for row in json.loads(listed["out"])["planners"]}
     assert rows["stay"]["kind"] == "fleets"
     assert "none" not in rows
-    assert "planner none of the installed package fleet-guest 1.0" in listed.stderr
-    made = call("fleet", "guide", "--robots", "2", "--planner", "stay", "--set", "ticks=5", "--json")
-    assert (made.returncode, len(json.loads(made.stdout)["paths"][0])) == (4, 6)
-    assert call("fleet", "guide", "--robots", "2", "--planner", "none").returncode == 3
-    assert call("fleet", "guide", "--robots", "2", "--planner", "stay", "--moves", "octile").returncode == 2
+    assert "planner none of the installed package fleet-guest 1.0" in listed["err"]
+    assert (made["code"], len(json.loads(made["out"])["paths"][0])) == (4, 6)
+    assert none["code"] == 3
+    assert octile["code"] == 2
 
 
 @pytest.mark.nightly
@@ -462,14 +480,10 @@ def test_wide_tables_give_the_same_plans(planner: str) -> None:
 
 
 def test_wide_tables_give_the_same_plans_in_plain_form() -> None:
-    """In a process of its own: numba reads its switch once, and kernels of both kinds must not meet in one process."""
-    tests = f"{Path(__file__)}::test_wide_tables_give_the_same_plans"
-    words = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", "-m", "nightly", tests]
-    done = subprocess.run(
-        words, capture_output=True, text=True, check=False, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    )
-    assert done.returncode == 0, done.stdout
-    assert f"{len(list_fleet_planners())} passed" in done.stdout
+    with _jit.recorded() as found:
+        for planner in list_fleet_planners():
+            test_wide_tables_give_the_same_plans(planner)
+    assert found
 
 
 @pytest.mark.parametrize("seed", some(range(60)))

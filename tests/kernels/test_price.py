@@ -17,7 +17,7 @@ from lampyris.model.scene import Scene
 from reference.kernel_forms import use
 
 
-def _add(values: Any, marks: Any, at: Any) -> Any:
+def add(values: Any, marks: Any, at: Any) -> Any:
     for k in range(len(marks)):
         values[at + k] = marks[k] + 1
     return at
@@ -46,17 +46,17 @@ def _forms(k: Kernel, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_prices() -> None:
     values, marks = np.zeros(10_000), np.zeros(50)
-    assert kernel()(_add).price((values, marks, 3)) == 500 * 10_000
-    assert kernel(each=7)(_add).price((values, marks, 3)) == 7 * 10_000
-    assert kernel(each=7, of="marks")(_add).price((values, marks, 3)) == 7 * 50
-    assert kernel(each=7, of=PATH)(_add).price((values, marks, 3)) == 7 * 100
-    assert kernel()(_add).price((1, 2, 3)) == 500
+    assert kernel()(add).price((values, marks, 3)) == 500 * 10_000
+    assert kernel(each=7)(add).price((values, marks, 3)) == 7 * 10_000
+    assert kernel(each=7, of="marks")(add).price((values, marks, 3)) == 7 * 50
+    assert kernel(each=7, of=PATH)(add).price((values, marks, 3)) == 7 * 100
+    assert kernel()(add).price((1, 2, 3)) == 500
 
 
 def test_before_numba_is_there_all_kernels_share_one_purse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "numba", raising=False)
     price = _jit.PLAIN_NS // 4
-    one, other = (kernel(each=price, of="marks")(_add) for _ in range(2))
+    one, other = (kernel(each=price, of="marks")(add) for _ in range(2))
     call = (np.zeros(9), np.zeros(1), 0)
     first, second = _forms(one, monkeypatch), _forms(other, monkeypatch)
     for _ in range(3):
@@ -70,7 +70,7 @@ def test_before_numba_is_there_all_kernels_share_one_purse(monkeypatch: pytest.M
 
 def test_once_numba_is_there_each_has_a_purse_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", ModuleType("numba"))
-    dear, cheap = (kernel(each=e, of="marks")(_add) for e in (_jit.OWN_NS + 1, _jit.OWN_NS // 2))
+    dear, cheap = (kernel(each=e, of="marks")(add) for e in (_jit.OWN_NS + 1, _jit.OWN_NS // 2))
     call = (np.zeros(9), np.zeros(1), 0)
     first, second = _forms(dear, monkeypatch), _forms(cheap, monkeypatch)
     for _ in range(3):
@@ -82,19 +82,19 @@ def test_once_numba_is_there_each_has_a_purse_of_its_own(monkeypatch: pytest.Mon
 
 def test_plain_always_if_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
-    k = kernel(each=10**12)(_add)
+    k = kernel(each=10**12)(add)
     ran = _forms(k, monkeypatch)
     k(np.zeros(9), np.zeros(1), 0)
     assert ran == ["plain"]
 
 
 def test_large_arrays_of_a_sparse_kernel_are_read_in_place() -> None:
-    k = kernel(out=("values",), of="marks")(_add)
+    k = kernel(out=("values",), of="marks")(add)
     values = np.zeros(2 * _jit.VIEWED, dtype=np.int32)
     marks = np.array([4, 5])
     marks.setflags(write=False)
     seen: list[Any] = []
-    k._linked = lambda *args: seen.extend(args) or _add(*args)
+    k._linked = lambda *args: seen.extend(args) or add(*args)
     assert k.run_plain(values, marks, 7) == 7
     assert isinstance(seen[0], memoryview)
     assert isinstance(seen[1], list)

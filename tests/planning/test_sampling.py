@@ -14,7 +14,7 @@ from query_checks import NAMES
 import lampyris
 from lampyris._core.cancellation import CancelToken
 from lampyris.errors import SettingError
-from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, _sees
+from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, sees
 from lampyris.kernels.sampling import draws
 from lampyris.kernels.sampling.buckets import around, file_node
 from lampyris.kernels.sampling.lines import line_free
@@ -262,7 +262,7 @@ def test_lines_looked_at_early_are_those_of_theta_star() -> None:
         free[ay, ax] = free[by, bx] = 1
         flat = free.ravel()
         for rule in (CUT, TOUCH, WIDE):
-            seen = _sees(flat, even, 0, 30, ay * 30 + ax, ax, ay, bx, by, rule) == 1
+            seen = sees(flat, even, 0, 30, ay * 30 + ax, ax, ay, bx, by, rule) == 1
             assert bool(line_free(flat, even, 30, ax, ay, bx, by, rule)) == seen
             free_lines += seen
     assert 100 < free_lines < 800

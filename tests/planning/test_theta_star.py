@@ -11,7 +11,8 @@ import pytest
 from query_checks import NAMES, RNG
 
 from lampyris.errors import SettingError
-from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, _sees
+from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE
+from lampyris.kernels.graph.any_angle import sees as kernel_sees
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -163,7 +164,7 @@ def look(free: np.ndarray, begin: tuple[int, int], end: tuple[int, int], rule: i
     (x0, y0), (x1, y1) = begin, end
     at = (y0 + 1) * (width + 2) + x0 + 1
     weight = np.zeros(1, np.uint8)
-    return bool(_sees(padded.ravel(), weight, 0, width + 2, at, x0 + 1, y0 + 1, x1 + 1, y1 + 1, rule))
+    return bool(kernel_sees(padded.ravel(), weight, 0, width + 2, at, x0 + 1, y0 + 1, x1 + 1, y1 + 1, rule))
 
 
 @pytest.mark.parametrize("form", ["plain", "compiled"])

@@ -1,4 +1,4 @@
-"""Every promise, as tests: with every commit a tenth of its smallest size and what seeded defects need.
+"""Every promise, as tests: with every commit a fortieth of its smallest size and what seeded defects need.
 
 Every night all of them run: ``lampyris selfcheck --size nightly``.
 """
@@ -90,7 +90,7 @@ FEW = 10
 
 
 def needed(name: str, kind: str) -> list[runner.Range]:
-    """Cases of a kind for every commit: the first tenth, and where a seeded defect of the main job is detected.
+    """Cases of a kind for every commit: the first fortieth, and where a seeded defect of the main job is detected.
 
     Of a kind without such a defect a fifth, and no fewer than ten.
     """
@@ -101,7 +101,7 @@ def needed(name: str, kind: str) -> list[runner.Range]:
              if (one.check, one.kind) == (name, kind) and not one.equivalent}  # fmt: skip
     if not asked:
         return [runner.Range(kind, 0, min(every, max(FEW, every // 5)))]
-    numbers = set(range(-(-every // 10)))
+    numbers = set(range(-(-every // 40)))
     for first, cases in asked:
         numbers |= set(range(first, first + cases))
     firsts = [k for k in sorted(numbers) if k - 1 not in numbers]
@@ -125,7 +125,7 @@ def test_the_cases_of_every_commit_are_those_that_defects_need() -> None:
                 r.first <= one.first and one.first + one.cases <= r.first + (r.cases or sys.maxsize)
                 for r in needed(one.check, one.kind)
             ), one.id
-    assert [(r.first, r.cases) for r in needed("reuse", "sessions")] == [(0, 5), (34, 1)]
+    assert [(r.first, r.cases) for r in needed("reuse", "sessions")] == [(0, 1), (4, 1), (34, 1)]
 
 
 def test_every_seeded_defect_of_the_main_job_is_detected_by_what_runs_with_every_commit() -> None:

@@ -136,6 +136,7 @@ class Kernel:
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
+        self.inner = plain.__name__.startswith("_")
         self._out = tuple(names.index(name) for name in out)
         self._of = None if of in ("", PATH) else names.index(of)
         self._sparse = of != ""
@@ -169,6 +170,8 @@ class Kernel:
         return self._in_machine_code(args)
 
     def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
+        if self.inner:
+            raise TypeError(f"only kernels call the compiled form of {self.__name__}: its name begins with _")
         keeping = _keeping  # as it was: another thread may come upon the same and say so first
         try:
             return self.compiled()(*args)
@@ -393,7 +396,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     if keep:
         variant.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        made = machine.compiled(variant, cache=keep, forceinline=k.inline)
+        made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=k.inner)
         _time_loading(made)
         return made
     except RuntimeError as error:

@@ -72,9 +72,11 @@ def load() -> None:
             raise
 
 
-def compiled(plain: FunctionType, *, cache: bool, forceinline: bool) -> Any:
+def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool) -> Any:
     """The compiled form of a function: it is compiled, or loaded from disk, when it is first called with
     arguments of some types. No signal comes between: numba would keep half of what it was about to learn.
+
+    What only kernels call (``inner``) needs no wrappers for calls from Python and C.
 
     Raises
     ------
@@ -82,8 +84,9 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool) -> Any:
     """
     import numba
 
-    made: Any = numba.njit(cache=cache, nogil=True, fastmath=False, forceinline=forceinline, **LEAN)(plain)
-    compile_for = made._compile_for_args
+    lean = {**LEAN, "no_cpython_wrapper": inner}
+    made: Any = numba.njit(cache=cache, nogil=True, fastmath=False, forceinline=forceinline, **lean)(plain)
+    compile_for, resolve = made._compile_for_args, made.get_call_template
 
     def undivided(*args: Any, **kwargs: Any) -> Any:
         with cancellation.uninterrupted(), uncollected():
@@ -92,12 +95,27 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool) -> Any:
     # Numba's dispatcher, in C, calls this by name for arguments of types that it does not know yet, and runs
     # what comes of it after that.
     made._compile_for_args = undivided
+    # Numba calls this for a call of a kernel by a kernel.
+    made.get_call_template = lambda args, kws: resolve(tuple(_general(one) for one in args), kws)
     return made
 
 
-LEAN: Mapping[str, Any] = {"_nrt": False}
+LEAN: Mapping[str, Any] = {"_nrt": False, "no_cfunc_wrapper": True}
 """Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
-arrays up and down with locked instructions: a quarter of the time of whole simulations."""
+arrays up and down with locked instructions: a quarter of the time of whole simulations. C calls no kernel."""
+
+
+def _general(kind: Any) -> Any:
+    """The type that a kernel is compiled for when another calls it with an argument of this type.
+
+    Numba would compile once more for each constant, and for each mixture of 32 and 64 bits; arithmetic has 64 in
+    either case, and LLVM still sees the constants.
+    """
+    from numba.core import types
+
+    kind = types.unliteral(kind)
+    return types.int64 if kind == types.int32 else kind
+
 
 HERE = Path(__file__).resolve().parent
 

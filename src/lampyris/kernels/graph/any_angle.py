@@ -54,7 +54,7 @@ def _open(free, weight, mask, value, at):
 
 
 @kernel()
-def _sees(free, weight, mask, stride, at, x, y, to_x, to_y, rule):
+def sees(free, weight, mask, stride, at, x, y, to_x, to_y, rule):
     """1 where the straight line between two cells is free, else 0. ``at`` is x, y as a flat index."""
     value = weight[u64(at & mask)]
     wide = abs(to_x - x)
@@ -126,7 +126,7 @@ def _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, ru
     y = u // stride
     x = u - y * stride
     above = p // stride
-    if _sees(free, weight, mask, stride, p, p - above * stride, above, x, y, rule) == 1:
+    if sees(free, weight, mask, stride, p, p - above * stride, above, x, y, rule) == 1:
         return 0.0
     best = -1.0
     factor = (63.0 + weight[u64(u & mask)]) / 63.0
@@ -227,7 +227,7 @@ def theta(
             in_line = g[u64(p)] + _length(stride, p, v) * factor
             like = weight[u64(p & mask)] == weight[u64(v & mask)]
             if like and in_line <= by_step + EQUAL and (known < 0.0 or in_line < known):
-                if lazy > 0 or _sees(free, weight, mask, stride, p, aside, above, x + dx[k], y + dy[k], rule):
+                if lazy > 0 or sees(free, weight, mask, stride, p, aside, above, x + dx[k], y + dy[k], rule):
                     _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, in_line, p)
                     continue
             if known < 0.0 or by_step < known:

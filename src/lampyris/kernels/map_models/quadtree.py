@@ -6,7 +6,7 @@ from math import sqrt
 
 from lampyris.kernels._helpers import LOOK
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.graph.any_angle import _sees
+from lampyris.kernels.graph.any_angle import sees
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
@@ -154,7 +154,7 @@ def pulled(free, weight, stride, rule, x, y, cost, back, chain, halt):
         cost[j] = cost[j - 1] + _far(x[j - 1], y[j - 1], x[j], y[j])
         for i in range(j - 1):
             through = cost[i] + _far(x[i], y[i], x[j], y[j])
-            if through < cost[j] and _sees(
+            if through < cost[j] and sees(
                 free, weight, 0, stride, y[i] * stride + x[i], x[i], y[i], x[j], y[j], rule
             ):
                 cost[j] = through

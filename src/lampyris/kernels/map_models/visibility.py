@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import floor, sqrt
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.graph.any_angle import _sees
+from lampyris.kernels.graph.any_angle import sees
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
@@ -444,7 +444,7 @@ def straightest(
             through = g[u64(u)] + 2.0 * sqrt(float(ex * ex + ey * ey))
             if through >= g[u64(v)] or through + to_go[u64(v)] > most:
                 continue
-            if _sees(square, weight, 0, stride, at, x, y, x + ex, y + ey, rule) == 0:
+            if sees(square, weight, 0, stride, at, x, y, x + ex, y + ey, rule) == 0:
                 continue
             g[u64(v)] = through
             f[u64(v)] = through + to_go[u64(v)]

@@ -8,7 +8,7 @@ them. Whatever passes is walked from cell to cell.
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, u64
-from lampyris.kernels.graph.any_angle import _sees
+from lampyris.kernels.graph.any_angle import sees
 
 NEAR = 6
 """Lines that are no longer than this (cells) along both axes are walked at once."""
@@ -45,4 +45,4 @@ def line_free(free, even, stride, ax, ay, bx, by, rule):
                     continue
                 if free[u64((ay + (py >> deep)) * stride + ax + (px >> deep))] == 0:
                     return False
-    return _sees(free, even, 0, stride, ay * stride + ax, ax, ay, bx, by, rule) == 1
+    return sees(free, even, 0, stride, ay * stride + ax, ax, ay, bx, by, rule) == 1

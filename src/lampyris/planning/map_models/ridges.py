@@ -99,7 +99,7 @@ class RidgeSearch:
         height, width = blocked.shape
         squared = np.empty(blocked.size, dtype=np.int64)
         scratch = np.zeros((3, width), dtype=np.int64)
-        cells = np.ascontiguousarray(blocked).view(np.uint8).ravel()
+        cells = frozen(np.ascontiguousarray(blocked).view(np.uint8).ravel())
         wall_distance(cells, squared, *scratch, height, width, _NEVER, 1)
         value = squared.reshape(height, width)
         if self._border:

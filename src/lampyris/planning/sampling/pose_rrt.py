@@ -15,6 +15,7 @@ from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, flag, number, under_name, whole
 from lampyris.errors import SceneError
 from lampyris.kernels.curves.many import shortest
+from lampyris.model.grid import frozen
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -277,7 +278,7 @@ class PoseRrtSession(PoseSession[HybridMap]):
             return plain * (1 - 1e-12)
         length = np.zeros(1)
         room = (np.zeros(5), np.zeros(5, dtype=np.int64))
-        shortest(np.array(start), np.array(goal), radius, self._shape.backward, length, *room)
+        shortest(frozen(np.array(start)), frozen(np.array(goal)), radius, self._shape.backward, length, *room)
         return max(plain, float(length[0]) * radius) * (1 - 1e-9)
 
     def _prices(self, task: PoseTask) -> ShortcutShape:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import total_ordering
+from functools import cache, total_ordering
 
 EIGHT = [(-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1)]
 KNIGHT = [(-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2)]
@@ -74,7 +74,10 @@ def touched(dx, dy):
     return cells - {(0, 0), (dx, dy)}
 
 
-MUST_BE_FREE = {("knight", d): sorted(touched(*d)) for d in KNIGHT}
+@cache
+def must_be_free(dx, dy):
+    """The same in order, once for each step: sampling takes longer than importing this module."""
+    return sorted(touched(dx, dy))
 
 
 def legal(name, free, x, y, dx, dy):
@@ -82,7 +85,7 @@ def legal(name, free, x, y, dx, dy):
     if not free_at(free, x + dx, y + dy):
         return False
     if abs(dx * dy) == 2:
-        return all(free_at(free, x + a, y + b) for a, b in MUST_BE_FREE["knight", (dx, dy)])
+        return all(free_at(free, x + a, y + b) for a, b in must_be_free(dx, dy))
     if abs(dx * dy) == 1 and name != "dissertation":
         return free_at(free, x + dx, y) and free_at(free, x, y + dy)
     return True
