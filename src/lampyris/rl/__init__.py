@@ -31,18 +31,18 @@ __all__ = [
     "parallel_env",
 ]
 
-STEPS = 500
-"""Steps of an episode of the registered environments."""
+_ENVIRONMENTS = (("GridNav", "grid_nav", 500), ("Drive", "drives", 1500))
+"""Name, module, and steps of an episode."""
 
 
 def _register() -> None:
-    for name, module, kind in (("GridNav", "grid_nav", "GridNav"), ("Drive", "drives", "Drive")):
+    for name, module, steps in _ENVIRONMENTS:
         if f"lampyris/{name}-v0" not in gymnasium.registry:
             gymnasium.register(
                 f"lampyris/{name}-v0",
-                entry_point=f"lampyris.rl.{module}:{kind}Env",
-                vector_entry_point=f"lampyris.rl.{module}:{kind}VectorEnv",
-                max_episode_steps=STEPS,
+                entry_point=f"lampyris.rl.{module}:{name}Env",
+                vector_entry_point=f"lampyris.rl.{module}:{name}VectorEnv",
+                max_episode_steps=steps,
             )
 
 
