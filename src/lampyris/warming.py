@@ -97,14 +97,15 @@ def warm(progress: Progress | None = None, workers: int = 1, *, rare: bool = Tru
 
     Raises
     ------
-    UsageError : ``NUMBA_DISABLE_JIT`` is set: nothing would be compiled.
+    UsageError : ``NUMBA_DISABLE_JIT`` is set, or there is no numba: nothing would be compiled.
     FileError : machine code cannot be kept on disk; everything works, but each process recompiles.
     """
-    if _jit.jit_disabled():
+    if not _jit.load_numba():
+        why = _jit.why_plain()
         raise UsageError(
             "JIT",
-            "NUMBA_DISABLE_JIT is set, so that kernels are never compiled",
-            todo="unset it, and ask again",
+            f"{why}, so that kernels are never compiled",
+            todo="unset it, and ask again" if "is set" in why else "pip install numba",
         )
     asked = wanted(rare)
     ahead = _ahead(asked, min(workers, len(asked)), progress) if workers > 1 else 0

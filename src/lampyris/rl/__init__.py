@@ -1,7 +1,7 @@
 """Environments for reinforcement learning: gymnasium's single and vector form, PettingZoo's parallel form.
 
-Importing it registers ``lampyris/GridNav-v0`` and ``lampyris/Drive-v0``; so does ``gymnasium.make("lampyris.rl:lampyris/GridNav-v0")``.
-It needs ``pip install 'lampyris[rl]'``; see docs/rl.md.
+Importing it registers ``lampyris/GridNav-v0`` and ``lampyris/Drive-v0``; so does
+``gymnasium.make("lampyris.rl:lampyris/GridNav-v0")``. It needs ``pip install 'lampyris[rl]'``; see docs/rl.md.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -53,9 +54,7 @@ class PlannerPolicy:
             allowed = "lampyris/GridNav-v0 or lampyris/Drive-v0"
             raise SettingError("TYPE", f"a {type(self._env).__name__}", where="env", allowed=allowed)
         self._episodes = episodes
-        self._planner = chosen_planner(
-            api.plan, planner, None, settings, seed=0, budget=None, record=False
-        )
+        self._planner = chosen_planner(api.plan, planner, None, settings, seed=0, budget=None, record=False)
         self._paths: dict[tuple[Cell, Cell], list[Cell]] = {}
         self._followed: list[dict[Cell, int]] = [{} for _ in range(episodes.n)]
         self._corners: list[list[tuple[float, float]]] = [[] for _ in range(episodes.n)]
@@ -96,7 +95,7 @@ class PlannerPolicy:
             offsets = episodes.tasks.moves.offsets
             cells = self._path(cell, goal)
             followed = {
-                a: offsets.index((b[0] - a[0], b[1] - a[1])) for a, b in zip(cells, cells[1:], strict=False)
+                a: offsets.index((b[0] - a[0], b[1] - a[1])) for a, b in pairwise(cells)
             }
             self._followed[k], self._tasks[k] = followed, goal
         return followed[cell]

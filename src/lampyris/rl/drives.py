@@ -96,7 +96,11 @@ class DriveVectorEnv(EpisodeVectorEnv):
     """Many :class:`DriveEnv` in one compiled loop; arguments and episodes are those of the single form."""
 
     def __init__(
-        self, num_envs: int = 1, max_episode_steps: int | None = None, render_mode: str | None = None, **more: Any
+        self,
+        num_envs: int = 1,
+        max_episode_steps: int | None = None,
+        render_mode: str | None = None,
+        **more: Any,
     ) -> None:
         tasks = {name: more.pop(name) for name in _TASKS if name in more}
         super().__init__(_episodes(count_of(num_envs), max_episode_steps, tasks, more), _SPACE)
@@ -111,7 +115,9 @@ class DriveVectorEnv(EpisodeVectorEnv):
 def _checked(action: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     made = np.asarray(action, dtype=np.float64)
     if made.shape != shape or not np.isfinite(made).all():
-        raise SettingError("ACTION", shown(action), where="action", allowed=f"finite numbers of shape {shape}")
+        raise SettingError(
+            "ACTION", shown(action), where="action", allowed=f"finite numbers of shape {shape}"
+        )
     return made
 
 

@@ -27,7 +27,10 @@ def observation_space(episodes: Episodes) -> Box:
     low = np.zeros(episodes.observed, dtype=np.float32)
     low[-4:-2] = -1.0
     # A direction is a unit vector to within float32.
-    return Box(np.where(low < 0, np.float32(-1.000001), low), np.where(low < 0, np.float32(1.000001), np.float32(1.0)))
+    return Box(
+        np.where(low < 0, np.float32(-1.000001), low),
+        np.where(low < 0, np.float32(1.000001), np.float32(1.0)),
+    )
 
 
 def limit_of(steps: int | None) -> int | None:
@@ -38,7 +41,9 @@ def limit_of(steps: int | None) -> int | None:
     SettingError : ``EPISODE_SETTING``.
     """
     if steps is not None and (not is_whole(steps) or steps < 1):
-        raise SettingError("EPISODE_SETTING", shown(steps), where="max_episode_steps", allowed="a whole number from 1")
+        raise SettingError(
+            "EPISODE_SETTING", shown(steps), where="max_episode_steps", allowed="a whole number from 1"
+        )
     return steps
 
 
@@ -49,7 +54,9 @@ class EpisodeEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     def __init__(self, episodes: Any, action_space: Space[Any], render_mode: str | None) -> None:
         if render_mode not in (None, "rgb_array"):
-            raise SettingError("EPISODE_SETTING", shown(render_mode), where="render_mode", allowed="None, rgb_array")
+            raise SettingError(
+                "EPISODE_SETTING", shown(render_mode), where="render_mode", allowed="None, rgb_array"
+            )
         self.episodes = episodes
         self.render_mode = render_mode
         self.observation_space = observation_space(episodes)
@@ -88,7 +95,11 @@ class EpisodeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         field = self.episodes.tasks.fields[int(self.episodes.target[0])]
         x, y = self._at()
         start = (int(x), int(y))
-        return {"start": start, "goal": field.goal, "optimal_cost": field.moves.value(int(field.exact[start[1], start[0]]))}
+        return {
+            "start": start,
+            "goal": field.goal,
+            "optimal_cost": field.moves.value(int(field.exact[start[1], start[0]])),
+        }
 
     def _info(self) -> dict[str, Any]:
         return {name: values[0].item() for name, values in self._measures().items()}
@@ -141,7 +152,9 @@ class EpisodeVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
 
     def step(
         self, actions: Any
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[
+        NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
+    ]:
         """One action of each."""
         seen, reward, ended, late = self.episodes.step(self._actions(actions))
         over = ended | late

@@ -100,7 +100,11 @@ class GridNavVectorEnv(EpisodeVectorEnv):
     """Many :class:`GridNavEnv` in one compiled loop; arguments and episodes are those of the single form."""
 
     def __init__(
-        self, num_envs: int = 1, max_episode_steps: int | None = None, render_mode: str | None = None, **more: Any
+        self,
+        num_envs: int = 1,
+        max_episode_steps: int | None = None,
+        render_mode: str | None = None,
+        **more: Any,
     ) -> None:
         tasks = {name: more.pop(name) for name in _TASKS if name in more}
         episodes = _episodes(count_of(num_envs), max_episode_steps, tasks, more)

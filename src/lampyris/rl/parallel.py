@@ -29,7 +29,9 @@ class ParallelGridNav(ParallelEnv[str, NDArray[np.float32], Any]):
         "name": "lampyris_grid_nav_v0", "render_modes": ["rgb_array"], "is_parallelizable": True
     }  # fmt: skip
 
-    def __init__(self, robots: int, max_episode_steps: int | None = _STEPS, render_mode: str | None = None, **more: Any) -> None:
+    def __init__(
+        self, robots: int, max_episode_steps: int | None = _STEPS, render_mode: str | None = None, **more: Any
+    ) -> None:
         tasks = {name: more.pop(name) for name in _NAMES if name in more}
         self._settings = CellEpisodeSettings(**more)
         self._limit = limit_of(max_episode_steps)
@@ -83,13 +85,17 @@ class ParallelGridNav(ParallelEnv[str, NDArray[np.float32], Any]):
         for name, k in zip(self.agents, chosen, strict=True):
             starts = [s for s in self._tasks.starts[k].tolist() if (s % width, s // width) not in taken]
             if not starts:
-                raise SettingError("EPISODE_SETTING", "no start is left", where="robots", allowed="fewer robots")
+                raise SettingError(
+                    "EPISODE_SETTING", "no start is left", where="robots", allowed="fewer robots"
+                )
             place = starts[int(self._rng.integers(len(starts)))]
             self._cell[name] = (place % width, place // width)
             self._field[name] = self._tasks.fields[k]
             self._lost[name] = 0
             taken.add(self._cell[name])
-        return {name: self._see(name, 0.0) for name in self.agents}, {name: self._info(name) for name in self.agents}
+        return {name: self._see(name, 0.0) for name in self.agents}, {
+            name: self._info(name) for name in self.agents
+        }
 
     def step(self, actions: dict[str, Any]) -> Any:
         """One action of each robot on the map; observations, rewards, terminations, truncations, infos by robot."""

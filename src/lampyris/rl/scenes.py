@@ -61,7 +61,9 @@ def tasks_of(
     of_kind("robot", robot, Robot)
     wanted = GOALS if goals is None else goals
     if wanted == 0:
-        raise UsageError("OPTIONS", "0 goals without a scenario", where="goals", allowed="1 or more, or a scenario")
+        raise UsageError(
+            "OPTIONS", "0 goals without a scenario", where="goals", allowed="1 or more, or a scenario"
+        )
     region = largest_region(free_cells(grid, robot.radius))
     end = (int(region[0][0]), int(region[0][1])) if len(region) else (0, 0)
     scene = Scene(grid, end, end, moves="octile" if moves is None else moves, robot=robot)
@@ -73,5 +75,7 @@ def _scene(given: str | os.PathLike[str] | Scenario | Scene) -> Scene:
         return given
     held = given if isinstance(given, Scenario) else load_scenario(given)
     if not isinstance(held, Scenario):
-        raise UsageError("OPTIONS", "a scenario of a fleet", where="scenario", allowed="one of a single robot")
+        raise UsageError(
+            "OPTIONS", "a scenario of a fleet", where="scenario", allowed="one of a single robot"
+        )
     return held.scene

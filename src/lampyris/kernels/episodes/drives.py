@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import floor, sqrt
+from math import sqrt
 
 from lampyris.kernels._jit import kernel
 from lampyris.kernels.curves.angles import sine_cosine
@@ -19,8 +19,8 @@ def disc_hits(x, y, reach, room, wall, width):
     ``room`` is the distance from the centre of each cell to the nearest wall, -1 beyond the edge of the map;
     ``wall`` is 1 in blocked cells of the map itself, not beyond its edge.
     """
-    column = int(floor(x + 0.5))
-    row = int(floor(y + 0.5))
+    column = int(x + 0.5)
+    row = int(y + 0.5)
     free = room[row * width + column]
     if free < 0.0:
         return True
@@ -43,8 +43,8 @@ def disc_hits(x, y, reach, room, wall, width):
 @kernel(inline=True)
 def potential(x, y, field, to_go, width, otherwise):
     """Cells to the goal from a point: through the centre of its cell or of a neighbour, whichever is the shortest."""
-    column = int(floor(x + 0.5))
-    row = int(floor(y + 0.5))
+    column = int(x + 0.5)
+    row = int(y + 0.5)
     best = -1.0
     for r in range(row - 1, row + 2):
         for c in range(column - 1, column + 2):

@@ -27,9 +27,7 @@ class CellEpisodes:
     limit : steps after which an episode is cut off; None: never.
     """
 
-    def __init__(
-        self, tasks: Tasks, n: int, settings: CellEpisodeSettings, limit: int | None = None
-    ) -> None:
+    def __init__(self, tasks: Tasks, n: int, settings: CellEpisodeSettings, limit: int | None = None) -> None:
         self.tasks, self.n, self.settings = tasks, n, settings
         moves, grid = tasks.moves, tasks.scene.grid
         border = max(settings.patch // 2, 1)

@@ -70,7 +70,9 @@ class Tasks:
         if not is_whole(seed) or not in_range(seed, 0, MAX_SEED):
             raise SettingError("SEED", shown(seed), where="task_seed", allowed=SEED_RANGE)
         if goals and not random_start:
-            raise SettingError("EPISODE_SETTING", "False", where="random_start", allowed="True with goals that are drawn")
+            raise SettingError(
+                "EPISODE_SETTING", "False", where="random_start", allowed="True with goals that are drawn"
+            )
         if scene.moves.name not in _STEPS:
             raise SettingError.of("MOVES", "moves", shown(scene.moves.name), allowed=", ".join(_STEPS))
         needed = max(goals, 1) * scene.grid.blocked.size * _EACH
@@ -93,7 +95,9 @@ class Tasks:
         for field, there in zip(fields, starts, strict=True):
             if not len(there) or field.exact.ravel()[there[0]] <= 0:
                 what = f"the goal {field.goal} cannot be reached from {'any cell' if random_start else scene.start}"
-                raise SceneError("NO_PATH", what, where="scenario", allowed="a start that a path joins to another cell")
+                raise SceneError(
+                    "NO_PATH", what, where="scenario", allowed="a start that a path joins to another cell"
+                )
         return cls(scene, free, moves, fields, starts)
 
 
@@ -123,7 +127,9 @@ class BorderedTasks:
         width = columns + 2 * border
         starts = [(s // columns + border) * width + s % columns + border for s in tasks.starts]
         first = np.concatenate(([0], np.cumsum([len(s) for s in starts]))).astype(np.int64)
-        goals = np.array([(f.goal[1] + border) * width + f.goal[0] + border for f in tasks.fields], dtype=np.int64)
+        goals = np.array(
+            [(f.goal[1] + border) * width + f.goal[0] + border for f in tasks.fields], dtype=np.int64
+        )
         return cls(
             width, border, bordered((~tasks.free).astype(np.float32), border, 1.0),
             np.concatenate(starts).astype(np.int64), first, goals,
