@@ -40,6 +40,7 @@ VERBS: Mapping[str, str] = {
     "warm": "warm:warm",
     "maps": "maps.command:app",
     "study": "study.commands:app",
+    "tune": "tune:tune",
 }
 """Module of ``lampyris.cli.verbs`` and the function or the Typer in it, by verb, in the order of ``--help``."""
 
