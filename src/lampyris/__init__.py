@@ -99,7 +99,7 @@ _HOME = {
     "Track": "lampyris.model.obstacles",
 }
 
-_MODULES = ("curves", "plot", "uncertainty")
+_MODULES = ("curves", "notebook", "plot", "uncertainty")
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -108,6 +108,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from lampyris import curves as curves
+    from lampyris import notebook as notebook
     from lampyris import plot as plot
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive
