@@ -1,7 +1,7 @@
 """Plan in IR-SIM with lampyris, and have IR-SIM's own runner drive the robot along the path.
 
-    pip install lampyris ir-sim
-    python examples/irsim_navigation.py
+pip install lampyris ir-sim
+python examples/irsim_navigation.py
 """
 
 import os

@@ -14,7 +14,6 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 
-import lampyris.rl  # registers the environments
 from lampyris.model.moves import MOVES
 
 PATCH, HIDDEN, ACTIONS = 7, 128, 8
@@ -25,7 +24,13 @@ EAST_NORTH = OFFSETS * [1, -1] / np.sqrt((OFFSETS**2).sum(axis=1))[:, None]
 def environments(count: int, task_seed: int, steps: int = 300) -> gymnasium.vector.VectorEnv:
     """So many episodes on env-1, to 64 goals that are drawn with the seed."""
     return gymnasium.make_vec(
-        "lampyris/GridNav-v0", num_envs=count, map="env-1", goals=64, task_seed=task_seed, patch=PATCH, max_episode_steps=steps
+        "lampyris/GridNav-v0",
+        num_envs=count,
+        map="env-1",
+        goals=64,
+        task_seed=task_seed,
+        patch=PATCH,
+        max_episode_steps=steps,
     )
 
 
@@ -41,7 +46,8 @@ class Network:
 
     def __init__(self, inputs: int, rng: np.random.Generator) -> None:
         self.weights = [
-            rng.normal(0, 1 / np.sqrt(n), (n, m)).astype(np.float32) for n, m in ((inputs, HIDDEN), (HIDDEN, ACTIONS))
+            rng.normal(0, 1 / np.sqrt(n), (n, m)).astype(np.float32)
+            for n, m in ((inputs, HIDDEN), (HIDDEN, ACTIONS))
         ]
         self.first = [np.zeros_like(w) for w in self.weights]
         self.second = [np.zeros_like(w) for w in self.weights]
@@ -72,7 +78,9 @@ def straight(seen: np.ndarray) -> np.ndarray:
     middle = PATCH // 2
     scores = seen[:, -4:-2] @ EAST_NORTH.T
     for k, (dx, dy) in enumerate(OFFSETS):
-        free = patch[:, middle + dy, middle + dx] & patch[:, middle, middle + dx] & patch[:, middle + dy, middle]
+        free = (
+            patch[:, middle + dy, middle + dx] & patch[:, middle, middle + dx] & patch[:, middle + dy, middle]
+        )
         scores[~free, k] = -9.0
     return scores.argmax(axis=1)
 

@@ -16,7 +16,14 @@ from lampyris.irsim import IrsimPlanner
 
 def world(**more: Any) -> SimpleNamespace:
     """What IR-SIM's ``get_map`` returns, as far as planners read it."""
-    given = {"width": 6.0, "height": 4.0, "resolution": 0.5, "obstacle_list": [], "grid": None, "world_offset": (2.0, -1.0)}
+    given = {
+        "width": 6.0,
+        "height": 4.0,
+        "resolution": 0.5,
+        "obstacle_list": [],
+        "grid": None,
+        "world_offset": (2.0, -1.0),
+    }
     return SimpleNamespace(**{**given, **more})
 
 
@@ -41,7 +48,9 @@ def test_a_grid_blocks_what_obstacles_touch() -> None:
 def test_an_occupancy_grid_is_turned_and_read_at_fifty() -> None:
     occupancy = np.zeros((12, 8))
     occupancy[0, 0], occupancy[11, 0], occupancy[0, 7] = 100.0, 50.0, 50.5
-    grid = lampyris.Grid.from_irsim(SimpleNamespace(get_map=lambda r: world(grid=occupancy, resolution=r)), 0.25)
+    grid = lampyris.Grid.from_irsim(
+        SimpleNamespace(get_map=lambda r: world(grid=occupancy, resolution=r)), 0.25
+    )
     assert grid.resolution == 0.5
     assert [(int(x), int(y)) for y, x in np.argwhere(grid.blocked)] == [(0, 0), (0, 7)]
     assert grid.to_metres((0, 7)).tolist() == [2.25, -0.75]

@@ -99,7 +99,9 @@ class IrsimPlanner:
 
     def __init__(self, env_map: Any, planner: Any = "ad-gso", radius: float = 0.0, **settings: Any) -> None:
         if not in_range(radius, 0.0, 1e6):
-            raise SettingError("ROBOT_LIMIT", shown(radius), where="radius", allowed="a number from 0 to 1e+06 m")
+            raise SettingError(
+                "ROBOT_LIMIT", shown(radius), where="radius", allowed="a number from 0 to 1e+06 m"
+            )
         self.grid = grid_of(env_map)
         self.plan: Any = None
         self._planner, self._robot, self._settings = planner, Robot(radius=radius), settings
@@ -125,5 +127,7 @@ class IrsimPlanner:
 def _point(what: str, pose: Any) -> tuple[float, float]:
     values: NDArray[Any] = np.asarray(pose).ravel()
     if values.size < 2 or not all(is_real(value) for value in values[:2].tolist()):
-        raise SettingError("TYPE", shown(pose), where=what, allowed="x, y in metres, and what else a pose has")
+        raise SettingError(
+            "TYPE", shown(pose), where=what, allowed="x, y in metres, and what else a pose has"
+        )
     return float(values[0]), float(values[1])

@@ -10,7 +10,7 @@ import pytest
 from lampyris.kernels import _jit
 from reference.kernel_forms import use
 
-WORK = '''
+WORK = """
 import hashlib
 import numpy as np
 import lampyris
@@ -29,7 +29,7 @@ if "pso" in PLANNERS:
     for column in (drive.t, drive.s, drive.v, drive.a):
         found.update(column.tobytes())
 print(found.hexdigest())
-'''
+"""
 ABSENT = "import sys\nsys.modules['numba'] = None\n"
 BROKEN = """
 import sys

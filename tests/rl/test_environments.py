@@ -160,8 +160,9 @@ def test_a_drive_never_enters_a_wall() -> None:
 
 
 def test_robots_of_the_parallel_form_never_meet() -> None:
-    from lampyris.rl import parallel_env
     from pettingzoo.test import parallel_api_test
+
+    from lampyris.rl import parallel_env
 
     parallel_api_test(parallel_env(3, **SMALL), num_cycles=30)
     env = parallel_env(8, map="guide", goals=12)
@@ -201,6 +202,32 @@ def test_wrong_arguments_are_refused(given: dict[str, Any], code: str) -> None:
     with pytest.raises(LampyrisError) as refused:
         GridNavEnv(**{"map": "guide", **given})
     assert refused.value.code == code
+
+
+def refused(ask: Any, n: int) -> str:
+    """Which setting is refused; nothing if none is."""
+    try:
+        ask(n)
+    except SettingError as error:
+        return error.setting
+    return ""
+
+
+def test_limits_are_asked_at_one_less_as_much_and_one_more() -> None:
+    from lampyris.rl import episode_env, robots
+    from lampyris.sim.episodes import tasks
+
+    scene = lampyris.Scene(lampyris.Grid(np.zeros((1, 3), dtype=bool)), (0, 0), (2, 0))
+    most = tasks.MAX_GOALS
+    assert [refused(lambda n: CellEpisodeSettings(patch=n), n) for n in (29, 31, 33)] == ["", "", "patch"]
+    found = [refused(lambda n: Tasks.of(scene, n, True, 0), n) for n in (most - 1, most, most + 1)]
+    assert found == ["", "", "goals"]
+    most = tasks.MAX_EPISODES
+    assert [refused(episode_env.count_of, n) for n in (most - 1, most, most + 1)] == ["", "", "num_envs"]
+    # The guide map has fewer cells than that, which is another mistake.
+    most = robots.MAX_ROBOTS
+    found = [refused(lambda n: robots.parallel_env(n, map="guide"), n) for n in (most - 1, most, most + 1)]
+    assert found == ["goals", "goals", "robots"]
 
 
 def test_a_scenario_gives_start_and_goal() -> None:

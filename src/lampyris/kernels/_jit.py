@@ -145,7 +145,9 @@ def load_numba() -> bool:
         machine.load()
     except ImportError as error:
         _without_numba = "numba cannot be imported"
-        what = f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
+        what = (
+            f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
+        )
         warnings.warn(NoMachineCode(what), stacklevel=2)
         return False
     return True

@@ -142,7 +142,12 @@ class Grid(Value):
 
     @classmethod
     def from_xy(
-        cls, occupancy: ArrayLike, resolution: float = 1.0, origin: Sequence[float] = (0.0, 0.0), *, above: float = 0.0
+        cls,
+        occupancy: ArrayLike,
+        resolution: float = 1.0,
+        origin: Sequence[float] = (0.0, 0.0),
+        *,
+        above: float = 0.0,
     ) -> Grid:
         """A grid from an array that is indexed ``[x, y]`` with y up, as python_motion_planning and IR-SIM hold maps.
 
@@ -165,7 +170,9 @@ class Grid(Value):
         array = array_of(occupancy)
         if array is None or array.ndim != 2 or array.size == 0 or array.dtype.kind not in "biuf":
             shape = shown(occupancy) if array is None else f"shape {array.shape}, element type {array.dtype}"
-            raise SettingError("GRID_SHAPE", f"occupancy has {shape}", allowed="numbers on two axes (width, height)")
+            raise SettingError(
+                "GRID_SHAPE", f"occupancy has {shape}", allowed="numbers on two axes (width, height)"
+            )
         if np.isnan(array).any():
             raise SettingError("GRID_SHAPE", "occupancy has NaN", allowed="numbers")
         x0, y0 = _corner(origin)
@@ -192,7 +199,9 @@ class Grid(Value):
         """
         x, y = numbers(ox, (None,)), numbers(oy, (None,))
         if x is None or y is None or len(x) != len(y) or not len(x) or not np.isfinite((x, y)).all():
-            raise SettingError("POINT", "ox, oy", where="ox", allowed="two lists of as many finite numbers, one at least")
+            raise SettingError(
+                "POINT", "ox, oy", where="ox", allowed="two lists of as many finite numbers, one at least"
+            )
         if not in_range(resolution, 1e-6, 1000):
             raise SettingError.of(
                 "MAP_RESOLUTION", "resolution", shown(resolution), allowed="1e-6 to 1000 metres a cell"

@@ -43,7 +43,10 @@ def _of_trace(run: Trace) -> dict[str, Any]:
     cell = run.scene.grid.resolution
     obstacles = []
     for track, first, spec in zip(run.tracks, run.appears, run.obstacle_specs, strict=True):
-        at = [track[min(tick - first, len(track) - 1)].tolist() if tick >= first else [None, None] for tick in ticks]
+        at = [
+            track[min(tick - first, len(track) - 1)].tolist() if tick >= first else [None, None]
+            for tick in ticks
+        ]
         obstacles.append(
             {"radius": max(spec.radius / cell, 0.4), "x": [x for x, _ in at], "y": [y for _, y in at]}
         )
@@ -82,4 +85,9 @@ def _of_drive(run: Drive) -> dict[str, Any]:
 def _ends(run: Trace | Drive) -> dict[str, Any]:
     scene = run.scene
     radius = max(scene.robot.radius / scene.grid.resolution, 0.4)
-    return {"start": list(scene.start), "goal": list(scene.goal), "radius": radius, "outcome": str(run.outcome)}
+    return {
+        "start": list(scene.start),
+        "goal": list(scene.goal),
+        "radius": radius,
+        "outcome": str(run.outcome),
+    }

@@ -94,9 +94,7 @@ class PlannerPolicy:
         if self._tasks[k] != goal or cell not in followed or episodes.steps[k] == 0:
             offsets = episodes.tasks.moves.offsets
             cells = self._path(cell, goal)
-            followed = {
-                a: offsets.index((b[0] - a[0], b[1] - a[1])) for a, b in pairwise(cells)
-            }
+            followed = {a: offsets.index((b[0] - a[0], b[1] - a[1])) for a, b in pairwise(cells)}
             self._followed[k], self._tasks[k] = followed, goal
         return followed[cell]
 

@@ -38,7 +38,9 @@ def measure_of(metric: str, study: Study, planner: Config) -> Measure:
     if metric in ("cost", "gap") and (best or planner.starts_exact) and study.kind == "plan":
         why = "its plans are optimal" if best else "it starts from the exact shortest path"
         todo = "" if best else "set seeded: false for it in the study"
-        raise UsageError("TUNE", f"{planner.name}: {why}", where="metric", allowed="another metric", todo=todo)
+        raise UsageError(
+            "TUNE", f"{planner.name}: {why}", where="metric", allowed="another metric", todo=todo
+        )
     return known[metric]
 
 

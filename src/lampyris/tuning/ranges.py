@@ -51,6 +51,12 @@ class Range:
             return list(self.words)
         return [int(self.low), int(self.high)] if self.kind == "whole" else [self.low, self.high]
 
+    def clipped(self, value: Any) -> Any:
+        """The nearest value within; None where there is none."""
+        if value is None or self.kind in ("flag", "word"):
+            return value if self.kind == "flag" or value in self.words else None
+        return min(max(value, self.low), self.high)
+
     def suggest(self, trial: Any) -> Any:
         """A value that a trial of Optuna proposes."""
         if self.kind == "flag":
@@ -87,7 +93,9 @@ def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ())
         ]
         made = tuple(one for one in found if one is not None)
         if not made:
-            raise UsageError("RANGE", f"{planner} has no settings to tune", where="planner", allowed="another planner")
+            raise UsageError(
+                "RANGE", f"{planner} has no settings to tune", where="planner", allowed="another planner"
+            )
         return made
     chosen: dict[str, Range] = {}
     for word in wanted:
@@ -99,7 +107,9 @@ def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ())
             )
         if name in chosen:
             raise UsageError("RANGE", f"{name} twice", where="range", allowed="each setting once")
-        stated = _stated(name, declared[name], text) if equals else _around(name, declared[name], held.get(name))
+        stated = (
+            _stated(name, declared[name], text) if equals else _around(name, declared[name], held.get(name))
+        )
         if stated is None:
             what = f"{name} has no value to search around"
             raise UsageError("RANGE", what, where="range", allowed=f"{name}=LOW:HIGH")
@@ -128,14 +138,24 @@ def _stated(name: str, one: Setting, text: str) -> Range:
         words = tuple(part.strip() for part in text.split(","))
         known = ("true", "false") if one.kind == "flag" else one.words
         if len(words) < 2 or len(set(words)) < len(words) or not set(words) <= set(known):
-            raise UsageError("RANGE", f"{name}={text}", where="range", allowed=f"two or more of {', '.join(known)}")
+            raise UsageError(
+                "RANGE", f"{name}={text}", where="range", allowed=f"two or more of {', '.join(known)}"
+            )
         return Range(name, "flag") if one.kind == "flag" else Range(name, "word", words=words)
     parts = text.split(":")
     try:
         low, high = (float(part) for part in parts)
     except ValueError:
-        raise UsageError("RANGE", f"{name}={text}", where="range", allowed=f"{name}=LOW:HIGH, two numbers") from None
-    numbers = (int(low), int(high)) if one.kind == "whole" and low.is_integer() and high.is_integer() else (low, high)
+        raise UsageError(
+            "RANGE", f"{name}={text}", where="range", allowed=f"{name}=LOW:HIGH, two numbers"
+        ) from None
+    numbers = (
+        (int(low), int(high))
+        if one.kind == "whole" and low.is_integer() and high.is_integer()
+        else (low, high)
+    )
     if not all(one.accepts(number) for number in numbers) or not low < high:
-        raise SettingError.of("RANGE", "range", f"{name}={text}", allowed=f"LOW below HIGH, each {one.allowed}")
+        raise SettingError.of(
+            "RANGE", "range", f"{name}={text}", allowed=f"LOW below HIGH, each {one.allowed}"
+        )
     return Range(name, one.kind, low, high)

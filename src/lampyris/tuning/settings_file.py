@@ -32,7 +32,9 @@ def write_settings(study: str, found: Tuned, path: Path) -> None:
     data = plain_study(study)
     demand_folder(study, data, path)
     data["name"] = f"{data.get('name', 'study')}-tuned"
-    data["planners"] = [{"name": found.planner.name, "settings": dict(found.planner.settings), "label": "tuned"}]
+    data["planners"] = [
+        {"name": found.planner.name, "settings": dict(found.planner.settings), "label": "tuned"}
+    ]
     way = "less" if found.measure.better == "less" else "more"
     head = (
         f"# {found.planner.name} tuned by lampyris {__version__}: {found.measure.name}, {way} is better, "

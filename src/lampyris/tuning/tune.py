@@ -26,10 +26,10 @@ from lampyris.typing import Floats
 
 MAX_TRIALS = 100_000
 """Most trials of one call."""
-STEPS = 8
+_PARTS = 8
 """Parts of the queries after which a trial may be pruned."""
-LEAST_QUERIES = 4
-STARTUP = 5
+_LEAST_QUERIES = 4
+_STARTUP = 5
 """Trials before any is pruned."""
 
 
@@ -88,7 +88,7 @@ def tune(
     planner: str | None = None,
     metric: str = "cost",
     ranges: Sequence[str] = (),
-    held_out: float = 0.3,
+    held_out_share: float = 0.3,
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[Trial, Trial], None] | None = None,
@@ -106,7 +106,7 @@ def tune(
     planner : what the study calls it; None: its only one.
     metric : of a run, such as ``cost`` or ``expansions``.
     ranges : see :func:`lampyris.tuning.ranges.ranges_of`.
-    held_out : share of the queries that no trial sees.
+    held_out_share : share of the queries that no trial sees.
     seed : of the draw of the held-out queries, and of the trials.
     workers : processes.
     progress : called with each trial and the best so far.
@@ -117,30 +117,36 @@ def tune(
         seconds, or of fewer than 4 queries.
     LampyrisError : of the store and of the runs.
     """
-    if find_spec("optuna") is None:
-        raise UsageError("TUNE_MISSING", "optuna is not installed", todo="pip install 'lampyris[tune]'")
     of_kind("study", study, Study)
     if not is_whole(trials) or not 1 <= trials <= MAX_TRIALS:
         allowed = f"a whole number from 1 to {MAX_TRIALS:,}"
         raise SettingError("TRIALS", shown(trials), where="trials", allowed=allowed)
-    if not is_real(held_out) or not 0.0 < held_out < 1.0:
-        raise SettingError("HELD_OUT", shown(held_out), where="held_out", allowed="a share between 0 and 1")
+    if not is_real(held_out_share) or not 0.0 < held_out_share < 1.0:
+        allowed = "a share between 0 and 1"
+        raise SettingError("HELD_OUT", shown(held_out_share), where="held_out_share", allowed=allowed)
     if not is_whole(seed) or not 0 <= seed <= MAX_SEED:
         raise SettingError("SEED", shown(seed), where="seed", allowed=SEED_RANGE)
+    where = Execution(workers=workers)
     config = _planner(study, planner)
     if study.kind == "fleet" or study.seconds is not None:
-        why = "a study of fleets" if study.kind == "fleet" else "a budget in seconds, which the machine decides"
-        raise UsageError("TUNE", why, where="study", allowed="one of plans, simulations or drives, by expansions")
-    if len(study.worlds) < LEAST_QUERIES:
+        why = (
+            "a study of fleets" if study.kind == "fleet" else "a budget in seconds, which the machine decides"
+        )
+        raise UsageError(
+            "TUNE", why, where="study", allowed="one of plans, simulations or drives, by expansions"
+        )
+    if len(study.worlds) < _LEAST_QUERIES:
         what = f"{len(study.worlds)} queries"
-        raise UsageError("TUNE", what, where="study", allowed=f"at least {LEAST_QUERIES}")
+        raise UsageError("TUNE", what, where="study", allowed=f"at least {_LEAST_QUERIES}")
     measure = measure_of(metric, study, config)
     searched = ranges_of(config.name, config.settings, ranges)
+    if find_spec("optuna") is None:
+        raise UsageError("TUNE_MISSING", "optuna is not installed", todo="pip install 'lampyris[tune]'")
     order = np.random.Generator(np.random.PCG64(seed)).permutation(len(study.worlds)).tolist()
-    kept_back = min(max(round(held_out * len(order)), 2), len(order) - 2)
+    kept_back = min(max(round(held_out_share * len(order)), 2), len(order) - 2)
     worlds = [study.worlds[k] for k in order]
     with open_for(store, study_on(study, study.worlds, config)) as kept:
-        runs = _Runs(study, kept, Execution(workers=workers), measure)
+        runs = _Runs(study, kept, where, measure)
         made = _search(runs, config, worlds[kept_back:], searched, trials, seed, progress)
         best = min(made, key=lambda one: (one.pruned, one.value if measure.better == "less" else -one.value))
         chosen = _with(config, best.settings)
@@ -157,7 +163,7 @@ class _Runs:
     """The runs of trials, each once."""
 
     def __init__(self, study: Study, store: Store, where: Execution, measure: Measure) -> None:
-        self._study, self._store, self._where, self._measure = study, store, where, measure
+        self._study, self._store, self._where, self.measure = study, store, where, measure
         self._rows = store.rows()
 
     def values(self, config: Config, worlds: Sequence[World]) -> Floats:
@@ -170,7 +176,7 @@ class _Runs:
 
         if any(job.key not in self._rows for job in part.jobs()):
             running.run(part, keep, done=self._rows.keys(), where=self._where)
-        return values_of(part, self._rows, self._measure)
+        return values_of(part, self._rows, self.measure)
 
 
 def _search(
@@ -186,23 +192,21 @@ def _search(
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    measure = runs._measure
+    measure = runs.measure
     less = measure.better == "less"
     search = optuna.create_study(
         direction="minimize" if less else "maximize",
         sampler=optuna.samplers.TPESampler(seed=seed % 2**32),
-        pruner=optuna.pruners.MedianPruner(n_startup_trials=STARTUP, n_warmup_steps=1),
+        pruner=optuna.pruners.MedianPruner(n_startup_trials=_STARTUP, n_warmup_steps=1),
     )
     defaults = runs.values(config, worlds)
-    parts = [part.tolist() for part in np.array_split(np.arange(len(worlds)), min(STEPS, len(worlds)))]
+    parts = [part.tolist() for part in np.array_split(np.arange(len(worlds)), min(_PARTS, len(worlds)))]
     made: list[Trial] = []
     best: Trial | None = None
     for number in range(trials):
         if number == 0:
-            search.enqueue_trial(
-                {one.name: min(max(config.settings[one.name], one.low), one.high) if one.kind in ("number", "whole")
-                 else config.settings[one.name] for one in searched if config.settings[one.name] is not None}
-            )  # fmt: skip
+            held = {one.name: one.clipped(config.settings[one.name]) for one in searched}
+            search.enqueue_trial({name: value for name, value in held.items() if value is not None})
         asked = search.ask()
         proposed = {one.name: one.suggest(asked) for one in searched}
         settings = {one.name: config.settings[one.name] for one in searched} if number == 0 else proposed
@@ -219,7 +223,9 @@ def _search(
         state = optuna.trial.TrialState.PRUNED if pruned else optuna.trial.TrialState.COMPLETE
         search.tell(asked, None if pruned else trial.value, state=state)
         made.append(trial)
-        better = best is None or (not pruned and (trial.value < best.value if less else trial.value > best.value))
+        better = best is None or (
+            not pruned and (trial.value < best.value if less else trial.value > best.value)
+        )
         best = trial if better or best is None else best
         if progress is not None:
             progress(trial, best)
@@ -228,7 +234,9 @@ def _search(
 
 def _with(config: Config, settings: Mapping[str, Any]) -> Config:
     poses = config.name in _poses()
-    return replace(planner_config(config.name, {**config.settings, **settings}, "", poses=poses), label="tuned")
+    return replace(
+        planner_config(config.name, {**config.settings, **settings}, "", poses=poses), label="tuned"
+    )
 
 
 def _poses() -> tuple[str, ...]:
@@ -242,8 +250,16 @@ def _planner(study: Study, called: str | None) -> Config:
         return study.planners[0]
     known = {one.called: one for one in study.planners}
     if called is None or called not in known:
-        what = f"the study has {len(known)} planners" if called is None else f"the study has no planner {called!r}"
+        what = (
+            f"the study has {len(known)} planners"
+            if called is None
+            else f"the study has no planner {called!r}"
+        )
         raise UsageError(
-            "PLANNER", what, where="planner", allowed=f"one of {', '.join(known)}", todo=did_you_mean(called, known)
+            "PLANNER",
+            what,
+            where="planner",
+            allowed=f"one of {', '.join(known)}",
+            todo=did_you_mean(called, known),
         )
     return known[called]

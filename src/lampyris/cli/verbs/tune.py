@@ -33,7 +33,9 @@ def tune(
     ] = 50,
     planner: Annotated[
         str | None,
-        typer.Option("--planner", metavar="NAME", help="Which of the study's planners (default: its only one)."),
+        typer.Option(
+            "--planner", metavar="NAME", help="Which of the study's planners (default: its only one)."
+        ),
     ] = None,
     metric: Annotated[
         str, typer.Option("--metric", metavar="NAME", help="What is made better, such as cost or expansions.")
@@ -52,19 +54,23 @@ def tune(
         typer.Option("--held-out-share", metavar="SHARE", help="Share of the queries kept for the report."),
     ] = 0.3,
     seed: Annotated[
-        int, typer.Option("--seed", help="Seed of the held-out queries and of the trials: same seed, same bytes.")
+        int,
+        typer.Option("--seed", help="Seed of the held-out queries and of the trials: same seed, same bytes."),
     ] = 0,
     store: Annotated[
         Path | None,
-        typer.Option("--store", metavar="FILE", help="Where runs are stored (default: NAME.PLANNER.study.db)."),
+        typer.Option(
+            "--store", metavar="FILE", help="Where runs are stored (default: NAME.PLANNER.study.db)."
+        ),
     ] = None,
-    workers: Annotated[
-        int, typer.Option("--workers", metavar="N", help="Number of worker processes.")
-    ] = 1,
+    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Number of worker processes.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FILE", help="The study with the tuned planner (.yaml; default: STUDY-tuned.yaml)."
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="The study with the tuned planner (.yaml; default: STUDY-tuned.yaml).",
         ),
     ] = None,
     json_: Json = False,
@@ -86,13 +92,21 @@ def tune(
 
     def show(trial: Trial, best: Trial) -> None:
         if not json_:
-            end = f"pruned after {plural(trial.queries, 'query')}" if trial.pruned else f"{metric} {trial.value:.5g}"
-            print(f"trial {trial.number + 1} of {trials}: {end} (best {best.value:.5g})", file=sys.stderr, flush=True)
+            end = (
+                f"pruned after {plural(trial.queries, 'query')}"
+                if trial.pruned
+                else f"{metric} {trial.value:.5g}"
+            )
+            print(
+                f"trial {trial.number + 1} of {trials}: {end} (best {best.value:.5g})",
+                file=sys.stderr,
+                flush=True,
+            )
 
     try:
         found = search(
             asked, place, trials=trials, planner=planner, metric=metric, ranges=range_ or [],
-            held_out=held_out_share, seed=seed, workers=workers, progress=show,
+            held_out_share=held_out_share, seed=seed, workers=workers, progress=show,
         )  # fmt: skip
     except KeyboardInterrupt:
         words = shlex.join(["lampyris", *sys.argv[1:]])
@@ -144,7 +158,11 @@ def _print(found: Tuned, target: Path) -> None:
         f"{found.planner.name}: {found.measure.title}, {way} is better",
         [
             ("trials", f"{len(found.trials)}, {pruned} of them pruned, on {plural(found.queries, 'query')}"),
-            ("best trial", f"{found.best.number + 1}" + (" (the settings of the study)" if not found.best.number else "")),
+            (
+                "best trial",
+                f"{found.best.number + 1}"
+                + (" (the settings of the study)" if not found.best.number else ""),
+            ),
             ("settings", ", ".join(f"{k}={v}" for k, v in varied.items())),
             (held, f"{_said(found.default)} with the settings of the study"),
             ("", f"{_said(found.tuned)} with the tuned ones"),
