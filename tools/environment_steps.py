@@ -94,10 +94,10 @@ def jumanji_maze(count: int) -> None:
     """Maze of jumanji."""
     import jax
     import jumanji
-    from jumanji.wrappers import AutoResetWrapper
+    from jumanji.wrappers import VmapAutoResetWrapper
 
-    env = AutoResetWrapper(jumanji.make("Maze-v0"))
-    state, _ = jax.vmap(env.reset)(jax.random.split(jax.random.PRNGKey(0), count))
+    env = VmapAutoResetWrapper(jumanji.make("Maze-v0"))
+    state, _ = env.reset(jax.random.split(jax.random.PRNGKey(0), count))
 
     @jax.jit
     def turn(state: object, key: object) -> tuple[object, object]:
@@ -105,7 +105,7 @@ def jumanji_maze(count: int) -> None:
             state, key = carry
             key, drawn = jax.random.split(key)
             action = jax.random.randint(drawn, (count,), 0, 4)
-            state, answer = jax.vmap(env.step)(state, action)
+            state, answer = env.step(state, action)
             return (state, key), answer.reward.sum()
 
         (state, key), total = jax.lax.scan(step, (state, key), None, STEPS)

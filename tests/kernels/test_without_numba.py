@@ -86,7 +86,10 @@ def test_a_numba_that_cannot_be_imported_is_warned_of_once() -> None:
 
 
 def test_warming_says_why_nothing_is_compiled() -> None:
-    code = f"{ABSENT}\nfrom lampyris.errors import UsageError\nfrom lampyris.warming import warm\ntry:\n    warm()\nexcept UsageError as error:\n    print(error)"
+    code = (
+        f"{ABSENT}\nfrom lampyris.errors import UsageError\nfrom lampyris.warming import warm\n"
+        "try:\n    warm()\nexcept UsageError as error:\n    print(error)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     said = "error[JIT]: numba is not installed, so that kernels are never compiled; pip install numba\n"
     assert done.stdout == said, done.stderr

@@ -16,7 +16,7 @@ from lampyris.planning import registry
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.design.study_file import load_study
 from lampyris.tuning.objective import measure_of, penalised
-from lampyris.tuning.ranges import Range, ranges_of
+from lampyris.tuning.ranges import SearchRange, ranges_of
 from lampyris.tuning.tune import MAX_TRIALS, tune
 
 STUDY = """
@@ -38,10 +38,10 @@ def held(planner: str) -> dict[str, Any]:
 
 def test_ranges_come_from_declarations() -> None:
     by_name = {one.name: one for one in ranges_of("pso", held("pso"))}
-    assert by_name["swarm"] == Range("swarm", "whole", 3, 300)
+    assert by_name["swarm"] == SearchRange("swarm", "whole", 3, 300)
     assert by_name["swarm"].log
-    assert by_name["inertia"] == Range("inertia", "number", 0.07298, 1.0)  # declared: 0 to 1
-    assert by_name["slack"] == Range("slack", "number", 0.0, 10.0)  # 0 by default
+    assert by_name["inertia"] == SearchRange("inertia", "number", 0.07298, 1.0)  # declared: 0 to 1
+    assert by_name["slack"] == SearchRange("slack", "number", 0.0, 10.0)  # 0 by default
     assert by_name["repair"].plain == [False, True]
     assert "seeded" not in by_name
     words = {one.name: one for one in ranges_of("ad-gso", held("ad-gso"))}

@@ -50,7 +50,7 @@ def limit_of(steps: int | None) -> int | None:
 class EpisodeEnv(gymnasium.Env[NDArray[np.float32], Any]):
     """One episode at a time."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 10}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 10}
 
     def __init__(self, episodes: Any, action_space: Space[Any], render_mode: str | None) -> None:
         if render_mode not in (None, "rgb_array"):
@@ -83,7 +83,7 @@ class EpisodeEnv(gymnasium.Env[NDArray[np.float32], Any]):
         seen, reward, ended, late = self.episodes.step(self._actions(action))
         return seen[0], float(reward[0]), bool(ended[0]), bool(late[0]), self._info()
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """The map with the robot and its goal; uint8 (height, width, 3), None without a render mode."""
         if self.render_mode is None:
             return None
@@ -121,7 +121,7 @@ class EpisodeVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     ``info`` holds what the single form says at each step, for the episodes that ended with this one (``_NAME`` says which).
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(self, episodes: Any, action_space: Space[Any]) -> None:
         self.episodes = episodes
@@ -132,7 +132,7 @@ class EpisodeVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self.action_space = batch_space(action_space, self.num_envs)
         self._seeded = False
 
-    def reset(  # type: ignore[override]
+    def reset(
         self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin all episodes. Environment k has seed ``seed + k``, or ``seed[k]``; ``options`` are not used."""

@@ -25,7 +25,7 @@ _NAMES = ("map", "scenario", "robot", "moves", "goals", "random_start", "task_se
 class ParallelGridNav(ParallelEnv[str, NDArray[np.float32], Any]):
     """See :func:`lampyris.rl.parallel_env`."""
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {
         "name": "lampyris_grid_nav_v0", "render_modes": ["rgb_array"], "is_parallelizable": True
     }  # fmt: skip
 
@@ -76,7 +76,7 @@ class ParallelGridNav(ParallelEnv[str, NDArray[np.float32], Any]):
         goals: set[Cell] = set()
         taken: set[Cell] = set()
         order = self._rng.permutation(len(self._tasks.fields)).tolist()
-        chosen = []
+        chosen: list[int] = []
         for k in order:
             goal = self._tasks.fields[k].goal
             if goal not in goals and len(chosen) < len(self.agents):

@@ -35,8 +35,8 @@ def tasks_of(
     Parameters
     ----------
     map : a map file, the name of a bundled map, or a grid; None: ``env-1``, unless a scenario is given.
-    scenario : a scenario file, a scenario or a scene: its map, robot and moves, its goal and, unless told otherwise, its
-        start. Its traffic, edits and speed zones are left aside.
+    scenario : a scenario file, a scenario or a scene: its map, robot and moves, its goal and, unless
+        ``random_start``, its start. Its traffic, edits and speed zones are left aside.
     robot, moves : with a map; None: a point, and octile moves.
     goals : how many goals are drawn; 0: the goal of the scenario. None: 16, or 0 with a scenario.
     random_start : whether episodes begin anywhere. None: only without a scenario.

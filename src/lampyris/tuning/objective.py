@@ -56,7 +56,8 @@ def values_of(study: Study, rows: Mapping[str, Row], measure: Measure) -> Floats
     """
     each = len(study) // len(study.worlds)
     found = np.array([_value(rows[job.key], measure.name) for job in study.jobs()])
-    return found.reshape(-1, each).mean(axis=1)
+    means: Floats = found.reshape(-1, each).mean(axis=1)
+    return means
 
 
 def _value(row: Row, metric: str) -> float:

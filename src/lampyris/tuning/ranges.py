@@ -20,7 +20,7 @@ DIGITS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class SearchRange:
     """What a setting may be.
 
     Parameters
@@ -69,7 +69,7 @@ class Range:
         return min(max(value, self.low), self.high)
 
 
-def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ()) -> tuple[Range, ...]:
+def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ()) -> tuple[SearchRange, ...]:
     """The ranges that are searched.
 
     Parameters
@@ -97,7 +97,7 @@ def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ())
                 "RANGE", f"{planner} has no settings to tune", where="planner", allowed="another planner"
             )
         return made
-    chosen: dict[str, Range] = {}
+    chosen: dict[str, SearchRange] = {}
     for word in wanted:
         name, equals, text = (part.strip() for part in word.partition("="))
         if name not in declared:
@@ -117,12 +117,12 @@ def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ())
     return tuple(chosen.values())
 
 
-def _around(name: str, one: Setting, value: Any) -> Range | None:
+def _around(name: str, one: Setting, value: Any) -> SearchRange | None:
     """The range around a value; None where there is nothing to vary."""
     if one.kind == "flag":
-        return Range(name, "flag")
+        return SearchRange(name, "flag")
     if one.kind == "word":
-        return Range(name, "word", words=one.words) if len(one.words) > 1 else None
+        return SearchRange(name, "word", words=one.words) if len(one.words) > 1 else None
     if value is None:
         return None
     low, high = (value / AROUND, value * AROUND) if value > 0 else (0.0, AROUND)
@@ -130,10 +130,10 @@ def _around(name: str, one: Setting, value: Any) -> Range | None:
     low, high = max(low, least), min(high, one.high)
     if one.kind == "whole":
         low, high = float(math.ceil(low)), float(math.floor(high))
-    return Range(name, one.kind, low, high) if low < high else None
+    return SearchRange(name, one.kind, low, high) if low < high else None
 
 
-def _stated(name: str, one: Setting, text: str) -> Range:
+def _stated(name: str, one: Setting, text: str) -> SearchRange:
     if one.kind in ("flag", "word"):
         words = tuple(part.strip() for part in text.split(","))
         known = ("true", "false") if one.kind == "flag" else one.words
@@ -141,7 +141,7 @@ def _stated(name: str, one: Setting, text: str) -> Range:
             raise UsageError(
                 "RANGE", f"{name}={text}", where="range", allowed=f"two or more of {', '.join(known)}"
             )
-        return Range(name, "flag") if one.kind == "flag" else Range(name, "word", words=words)
+        return SearchRange(name, "flag") if one.kind == "flag" else SearchRange(name, "word", words=words)
     parts = text.split(":")
     try:
         low, high = (float(part) for part in parts)
@@ -158,4 +158,4 @@ def _stated(name: str, one: Setting, text: str) -> Range:
         raise SettingError.of(
             "RANGE", "range", f"{name}={text}", allowed=f"LOW below HIGH, each {one.allowed}"
         )
-    return Range(name, one.kind, low, high)
+    return SearchRange(name, one.kind, low, high)

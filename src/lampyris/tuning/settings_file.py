@@ -35,9 +35,8 @@ def write_settings(study: str, found: Tuned, path: Path) -> None:
     data["planners"] = [
         {"name": found.planner.name, "settings": dict(found.planner.settings), "label": "tuned"}
     ]
-    way = "less" if found.measure.better == "less" else "more"
     head = (
-        f"# {found.planner.name} tuned by lampyris {__version__}: {found.measure.name}, {way} is better, "
+        f"# {found.planner.name} tuned by lampyris {__version__}: {found.measure.name}, {found.measure.better} is better, "
         f"{len(found.trials)} trials on {found.queries} queries.\n"
     )
     text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110)

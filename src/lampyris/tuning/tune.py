@@ -21,7 +21,7 @@ from lampyris.study.execution import run as running
 from lampyris.study.execution.execution import Execution
 from lampyris.study.store.store import Store, open_for
 from lampyris.tuning.objective import measure_of, penalised, study_on, values_of
-from lampyris.tuning.ranges import Range, ranges_of
+from lampyris.tuning.ranges import SearchRange, ranges_of
 from lampyris.typing import Floats
 
 MAX_TRIALS = 100_000
@@ -71,7 +71,7 @@ class Tuned:
 
     planner: Config
     measure: Measure
-    ranges: tuple[Range, ...]
+    ranges: tuple[SearchRange, ...]
     trials: tuple[Trial, ...]
     best: Trial
     queries: int
@@ -183,7 +183,7 @@ def _search(
     runs: _Runs,
     config: Config,
     worlds: Sequence[World],
-    searched: Sequence[Range],
+    searched: Sequence[SearchRange],
     trials: int,
     seed: int,
     progress: Callable[[Trial, Trial], None] | None,

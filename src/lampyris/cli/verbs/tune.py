@@ -151,11 +151,10 @@ def _known(value: float) -> float | None:
 def _print(found: Tuned, target: Path) -> None:
     """The result for people."""
     pruned = [one.pruned for one in found.trials].count(True)
-    way = "less" if found.measure.better == "less" else "more"
     varied = {one.name: found.planner.settings[one.name] for one in found.ranges}
     held = f"{found.default.n} held-out queries"
     text.facts(
-        f"{found.planner.name}: {found.measure.title}, {way} is better",
+        f"{found.planner.name}: {found.measure.title}, {found.measure.better} is better",
         [
             ("trials", f"{len(found.trials)}, {pruned} of them pruned, on {plural(found.queries, 'query')}"),
             (
@@ -164,12 +163,12 @@ def _print(found: Tuned, target: Path) -> None:
                 + (" (the settings of the study)" if not found.best.number else ""),
             ),
             ("settings", ", ".join(f"{k}={v}" for k, v in varied.items())),
-            (held, f"{_said(found.default)} with the settings of the study"),
-            ("", f"{_said(found.tuned)} with the tuned ones"),
-            ("", f"{_said(found.gained)} difference"),
+            (held, "with 95 % intervals over queries (BCa bootstrap)"),
+            ("before", _said(found.default)),
+            ("tuned", _said(found.tuned)),
+            ("difference", _said(found.gained)),
         ],
     )
-    print("In brackets 95 % intervals over queries (BCa bootstrap).")
     print(f"wrote {target}")
 
 

@@ -32,7 +32,7 @@ def array_of(grid: Grid) -> xarray.Dataset:
     x = x0 + (np.arange(grid.width) + 0.5) * grid.resolution
     y = y0 + (np.arange(grid.height) + 0.5) * grid.resolution
     layers = {"blocked": grid.blocked, "unknown": grid.unknown, "terrain": grid.terrain}
-    made = xarray.Dataset(
+    return xarray.Dataset(
         {name: (("y", "x"), layer[::-1].copy()) for name, layer in layers.items() if layer is not None},
         coords={
             "x": ("x", x, {"units": "m", "long_name": "x of the map frame"}),
@@ -40,4 +40,3 @@ def array_of(grid: Grid) -> xarray.Dataset:
         },
         attrs={"name": grid.name, "resolution_m": grid.resolution},
     )
-    return made

@@ -65,7 +65,7 @@ class CellEpisodes:
     @property
     def observed(self) -> int:
         """Numbers of an observation."""
-        return self.settings.patch**2 + 4
+        return self.settings.patch * self.settings.patch + 4
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Seed what is drawn, one seed for each episode."""
@@ -73,7 +73,8 @@ class CellEpisodes:
 
     def begin(self) -> NDArray[np.float32]:
         """Begin all episodes; float32 (n, :attr:`observed`)."""
-        return self.step(self._begin)[0]
+        seen: NDArray[np.float32] = self.step(self._begin)[0]
+        return seen
 
     def step(
         self, action: NDArray[np.int64]
@@ -110,4 +111,5 @@ class CellEpisodes:
         """An optimal action of each, by the field; int64 (n,), 0 at the goal."""
         x, y = self.where().T
         step = np.stack([f.step for f in self.tasks.fields])[self.target, y, x]
-        return np.maximum(step, 0).astype(np.int64)
+        best: NDArray[np.int64] = np.maximum(step, 0).astype(np.int64)
+        return best

@@ -67,7 +67,7 @@ class DriveEpisodes:
     @property
     def observed(self) -> int:
         """Numbers of an observation."""
-        return self.settings.patch**2 + 4
+        return self.settings.patch * self.settings.patch + 4
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Seed what is drawn, one seed for each episode."""
@@ -87,7 +87,9 @@ class DriveEpisodes:
         """
         return self._step(np.zeros(self.n, dtype=np.int64), np.asarray(action, dtype=np.float64))
 
-    def _step(self, begin: NDArray[np.int64], action: NDArray[np.float64]) -> Any:
+    def _step(
+        self, begin: NDArray[np.int64], action: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         n = self.n
         seen = np.empty(n * self.observed, dtype=np.float32)
         reward = np.empty(n)

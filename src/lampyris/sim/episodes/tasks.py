@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.limits import MEMORY
-from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole
+from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SceneError, SettingError, of_kind, shown
 from lampyris.kernels.episodes.cells import LCG_MODULUS
 from lampyris.model.field import Field
@@ -52,7 +53,7 @@ class Tasks:
         Parameters
         ----------
         goals : how many goals are drawn from the largest free region; 0: the goal of the scene.
-        random_start : whether episodes begin at any cell from which the goal can be reached, drawn anew each time, rather
+        random_start : whether episodes begin at any cell from which the goal can be reached, drawn each time, rather
             than at the start of the scene.
         seed : of the goals.
 
@@ -67,7 +68,7 @@ class Tasks:
         if not is_whole(goals) or not 0 <= goals <= MAX_GOALS:
             allowed = f"a whole number from 0 to {MAX_GOALS:,}"
             raise SettingError("EPISODE_SETTING", shown(goals), where="goals", allowed=allowed)
-        if not is_whole(seed) or not in_range(seed, 0, MAX_SEED):
+        if not is_whole(seed, 0, MAX_SEED):
             raise SettingError("SEED", shown(seed), where="task_seed", allowed=SEED_RANGE)
         if goals and not random_start:
             raise SettingError(
@@ -140,7 +141,7 @@ class BorderedTasks:
         return np.stack((index % self.width - self.border, index // self.width - self.border), axis=1)
 
 
-def bordered(values: NDArray[np.generic], border: int, outside: float) -> NDArray[np.generic]:
+def bordered(values: NDArray[Any], border: int, outside: float) -> NDArray[Any]:
     """An array of the map with a border around it, flat."""
     return np.pad(values, border, constant_values=outside).ravel()
 
