@@ -1,10 +1,10 @@
-"""Measure steps a second of the environments for reinforcement learning on one core, beside gymnax and jumanji where installed.
+"""Measure steps a second of the environments for reinforcement learning on one core, beside gymnax where installed.
 
     taskset -c 0 python tools/environment_steps.py [--environments 1024]
 
-Random actions, drawn beforehand; CPU time of this process; episodes begin again by themselves. gymnax FourRooms and
-jumanji Maze run as their documentation vectorises them: ``jax.vmap`` of the step within one ``jax.lax.scan``, compiled
-beforehand. Their actions are drawn within the scan.
+Random actions, drawn beforehand; CPU time of this process; episodes begin again by themselves. FourRooms of
+gymnax runs as its documentation vectorises it: ``jax.vmap`` of the step within one ``jax.lax.scan``, compiled beforehand; its
+actions are drawn within the scan.
 """
 
 from __future__ import annotations
@@ -90,47 +90,16 @@ def gymnax_four_rooms(count: int) -> None:
     measured(f"gymnax FourRooms-misc, {count}", count, run)
 
 
-def jumanji_maze(count: int) -> None:
-    """Maze of jumanji."""
-    import jax
-    import jumanji
-    from jumanji.wrappers import VmapAutoResetWrapper
-
-    env = VmapAutoResetWrapper(jumanji.make("Maze-v0"))
-    state, _ = env.reset(jax.random.split(jax.random.PRNGKey(0), count))
-
-    @jax.jit
-    def turn(state: object, key: object) -> tuple[object, object]:
-        def step(carry: tuple, _: object) -> tuple:
-            state, key = carry
-            key, drawn = jax.random.split(key)
-            action = jax.random.randint(drawn, (count,), 0, 4)
-            state, answer = env.step(state, action)
-            return (state, key), answer.reward.sum()
-
-        (state, key), total = jax.lax.scan(step, (state, key), None, STEPS)
-        return state, key, total
-
-    held = [state, jax.random.PRNGKey(1)]
-
-    def run() -> None:
-        *held[:], total = turn(*held)
-        total.block_until_ready()
-
-    measured(f"jumanji Maze-v0, {count}", count, run)
-
-
 def main() -> None:
     """Measure what is installed."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--environments", type=int, default=1024)
     count = parser.parse_args().environments
     ours(count)
-    for package, measure in (("gymnax", gymnax_four_rooms), ("jumanji", jumanji_maze)):
-        if importlib.util.find_spec(package) is None:
-            print(f"{package} is not installed")
-        else:
-            measure(count)
+    if importlib.util.find_spec("gymnax") is None:
+        print("gymnax is not installed")
+    else:
+        gymnax_four_rooms(count)
 
 
 if __name__ == "__main__":

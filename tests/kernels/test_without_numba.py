@@ -85,6 +85,7 @@ def test_a_numba_that_cannot_be_imported_is_warned_of_once() -> None:
     assert "numba cannot be imported, so everything runs in plain Python" in warned
 
 
+@pytest.mark.nightly
 def test_warming_says_why_nothing_is_compiled() -> None:
     code = (
         f"{ABSENT}\nfrom lampyris.errors import UsageError\nfrom lampyris.warming import warm\n"

@@ -213,6 +213,7 @@ def refused(ask: Any, n: int) -> str:
     return ""
 
 
+@pytest.mark.nightly
 def test_limits_are_asked_at_one_less_as_much_and_one_more() -> None:
     from lampyris.rl import episode_env, robots
     from lampyris.sim.episodes import tasks

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
+from lampyris._core import defaults
 from lampyris._core.scalars import in_range, is_real
 from lampyris.errors import SettingError, shown
 from lampyris.irsim.maps import grid_of
@@ -36,7 +37,9 @@ class IrsimPlanner:
     >>> path = planner.planning(robot.state, robot.goal)  # doctest: +SKIP
     """
 
-    def __init__(self, env_map: Any, planner: Any = "ad-gso", radius: float = 0.0, **settings: Any) -> None:
+    def __init__(
+        self, env_map: Any, planner: Any = defaults.PLANNER, radius: float = 0.0, **settings: Any
+    ) -> None:
         if not in_range(radius, 0.0, 1e6):
             raise SettingError(
                 "ROBOT_LIMIT", shown(radius), where="radius", allowed="a number from 0 to 1e+06 m"

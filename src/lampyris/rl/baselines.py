@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
-from lampyris._core import elementary
+from lampyris._core import defaults, elementary
 from lampyris.errors import InputError, SettingError
 from lampyris.model.scene import Scene
 from lampyris.planning.selection import chosen_planner
@@ -47,7 +47,7 @@ class PlannerPolicy:
     >>> observation, reward, terminated, truncated, info = env.step(policy())  # doctest: +SKIP
     """
 
-    def __init__(self, env: Any, planner: str | Any = "ad-gso", **settings: Any) -> None:
+    def __init__(self, env: Any, planner: str | Any = defaults.PLANNER, **settings: Any) -> None:
         self._env = env.unwrapped
         episodes = getattr(self._env, "episodes", None)
         if not isinstance(episodes, CellEpisodes | DriveEpisodes):
