@@ -11,9 +11,12 @@ one whose direction is nearest. Both take a random action one time in ten, so th
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import gymnasium
 import numpy as np
 
+import lampyris.rl  # noqa: F401  registers the environments
 from lampyris.model.moves import MOVES
 
 PATCH, HIDDEN, ACTIONS = 7, 128, 8
@@ -85,7 +88,7 @@ def straight(seen: np.ndarray) -> np.ndarray:
     return scores.argmax(axis=1)
 
 
-def trial(act, rng: np.random.Generator) -> tuple[float, float]:
+def trial(act: Callable[[np.ndarray], np.ndarray], rng: np.random.Generator) -> tuple[float, float]:
     """Share of 2,000 episodes to new goals that arrive within 300 steps, and their mean regret in cells."""
     envs = environments(2000, task_seed=1)
     seen, _ = envs.reset(seed=7)
