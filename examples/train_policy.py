@@ -85,7 +85,8 @@ def straight(seen: np.ndarray) -> np.ndarray:
             patch[:, middle + dy, middle + dx] & patch[:, middle, middle + dx] & patch[:, middle + dy, middle]
         )
         scores[~free, k] = -9.0
-    return scores.argmax(axis=1)
+    best: np.ndarray = scores.argmax(axis=1)
+    return best
 
 
 def trial(act: Callable[[np.ndarray], np.ndarray], rng: np.random.Generator) -> tuple[float, float]:
