@@ -99,7 +99,7 @@ _HOME = {
     "Track": "lampyris.model.obstacles",
 }
 
-_MODULES = ("curves", "plot", "uncertainty")
+_MODULES = ("curves", "notebook", "plot", "uncertainty")
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -108,6 +108,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from lampyris import curves as curves
+    from lampyris import notebook as notebook
     from lampyris import plot as plot
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive
@@ -194,17 +195,19 @@ if TYPE_CHECKING:
     from lampyris.swarms import swarm_robots as swarm_robots
 
 
-def _from_report(module: str, name: str) -> Callable[..., Any]:
-    """A function of the report layer, loaded when it is first called; the model knows of none of them."""
+def _later(module: str, name: str) -> Callable[..., Any]:
+    """A function of a layer above the model, loaded when it is first called; the model knows of none of them."""
 
     def call(*given: Any, **named: Any) -> Any:
-        return getattr(_importlib.import_module(f"lampyris.report.{module}"), name)(*given, **named)
+        return getattr(_importlib.import_module(f"lampyris.{module}"), name)(*given, **named)
 
     return call
 
 
-_presentation.html_of = _from_report("pictures.noun_view", "html_of")
-_presentation.frame_of = _from_report("data.frames", "frame_of")
+_presentation.html_of = _later("report.pictures.noun_view", "html_of")
+_presentation.frame_of = _later("report.data.frames", "frame_of")
+_presentation.array_of = _later("report.data.arrays", "array_of")
+_presentation.irsim_grid = _later("irsim", "grid_of")
 
 
 def __getattr__(name: str) -> object:

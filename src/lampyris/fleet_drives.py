@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lampyris import fleets, referee
 from lampyris._core import cancellation
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
@@ -211,7 +212,7 @@ class _Run:
         arrivals = self._arrivals(columns, np.isnan(stage.arrivals), [k for k, _ in done])
         if done:
             # Robots that stood at their goals, before they had to make way for a new plan or until there was one.
-            driven = np.bincount(columns[0], weights=columns[2], minlength=n)
+            driven = np.bincount(index_array(columns[0]), weights=columns[2], minlength=n)
             rest = np.nan_to_num(arrivals - driven - waits[:, 1:].sum(axis=1))
             waits[:, -1] += np.maximum(rest, 0.0)
             rest = np.minimum(rest, 0.0)

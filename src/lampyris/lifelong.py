@@ -15,6 +15,7 @@ from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris import referee
 from lampyris._core import cancellation
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import Cancelled
 from lampyris._core.limits import MEMORY
 from lampyris._core.predicates import cell_of
@@ -223,6 +224,6 @@ def _faults(given: Any, robots: int) -> list[tuple[int, int]]:
 def _region(grid: Grid) -> Cells:
     """The cells (x, y) of the largest connected region."""
     labels = ndimage.label(~grid.blocked)[0]
-    sizes = np.bincount(labels.ravel())[1:]
+    sizes = np.bincount(index_array(labels.ravel()))[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
     return np.stack((x, y), axis=1).astype(np.int32)

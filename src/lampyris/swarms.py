@@ -15,6 +15,7 @@ import numpy as np
 
 from lampyris import referee
 from lampyris._core import cancellation
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import Cancelled, checkpoint
 from lampyris._core.limits import MEMORY
 from lampyris._core.predicates import numbers
@@ -206,7 +207,7 @@ def count_held(xy: Floats, source_xy: Floats, settings: SwarmSettings) -> np.nda
         square = (gap * gap).sum(axis=2)
         nearest = square.argmin(axis=1)
         near = square.min(axis=1) < radius * radius
-        held[t] = np.bincount(nearest[near], minlength=len(peaks))
+        held[t] = np.bincount(index_array(nearest[near]), minlength=len(peaks))
     return held
 
 

@@ -32,6 +32,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.episodes import CellEpisodeSettings, DriveEpisodeSettings
 from lampyris.model.settings.fleet_drive import OBSTACLE_INFO
 from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.steering import CONTROLLERS
@@ -50,6 +51,9 @@ from lampyris.planning.fleet import registry as fleet_planners
 from lampyris.planning.fleet.distance_tables import wide_tables
 from lampyris.planning.graph.fastest_search import FieldSearch
 from lampyris.planning.graph.jps_search import JumpSearch
+from lampyris.sim.episodes.cells import CellEpisodes
+from lampyris.sim.episodes.drives import DriveEpisodes
+from lampyris.sim.episodes.tasks import Tasks
 from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.study.execution.obstacle_tracks import Replay
 
@@ -93,14 +97,15 @@ def warm(progress: Progress | None = None, workers: int = 1, *, rare: bool = Tru
 
     Raises
     ------
-    UsageError : ``NUMBA_DISABLE_JIT`` is set: nothing would be compiled.
+    UsageError : ``NUMBA_DISABLE_JIT`` is set, or there is no numba: nothing would be compiled.
     FileError : machine code cannot be kept on disk; everything works, but each process recompiles.
     """
-    if _jit.jit_disabled():
+    if not _jit.load_numba():
+        why = _jit.why_plain()
         raise UsageError(
             "JIT",
-            "NUMBA_DISABLE_JIT is set, so that kernels are never compiled",
-            todo="unset it, and ask again",
+            f"{why}, so that kernels are never compiled",
+            todo="unset it, and ask again" if "is set" in why else "pip install numba",
         )
     asked = wanted(rare)
     ahead = _ahead(asked, min(workers, len(asked)), progress) if workers > 1 else 0
@@ -231,6 +236,7 @@ def jobs(rare: bool = True) -> Iterator[Callable[[], object]]:
     yield _fleet_drives
     yield _swarms
     yield _chains
+    yield _episodes
 
 
 def _grid(terrain: bool = False) -> Grid:
@@ -295,6 +301,17 @@ def _attributes() -> None:
     clearance(scene.grid)
     api.plan(scene, "ad-gso", obstacle_density_weight=1.0, min_clearance=1)
     api.plan(_scene(robot=Robot(radius=0.6)), "astar")
+
+
+def _episodes() -> None:
+    """A few actions of episodes on cells and in continuous time."""
+    tasks = Tasks.of(_scene(), 2, True, 0)
+    cells = CellEpisodes(tasks, 2, CellEpisodeSettings())
+    cells.begin()
+    cells.step(cells.best_actions())
+    drives = DriveEpisodes(tasks, 2, DriveEpisodeSettings())
+    drives.begin()
+    drives.step(np.ones((2, 2)))
 
 
 def _poses() -> None:

@@ -42,6 +42,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "bag": ("b.mcap",),
     "uncertain": ("guide", "--vary", "v_max=0.8:1.2"),
     "chain": ("open",),
+    "tune": ("t.yaml",),
 }
 """A valid call of each verb that has options with numbers."""
 NEEDS = {
@@ -95,6 +96,7 @@ def numeric() -> list[tuple[str, str, str]]:
 def prepare(folder: Path) -> None:
     (folder / "t.csv").write_text("x,y\n0,0\n")
     (folder / "s.yaml").write_text("version: 1\nmap: {bundled: guide}\n")
+    (folder / "t.yaml").write_text("version: 1\nkind: plan\nmaps: [guide]\nplanners: [ad-gso]\n")
     (folder / "q.map").write_text("type octile\nheight 2\nwidth 2\nmap\n..\n..\n")
     (folder / "q.scen").write_text("version 1\n0\tq.map\t2\t2\t0\t0\t1\t0\t1.0\n")
 

@@ -76,3 +76,9 @@ def _refused(noun: str, name: str, value: object, allowed: str) -> SettingError:
 def _shape_text(shape: tuple[int | None, ...]) -> str:
     inside = ", ".join("n" if n is None else str(n) for n in shape)
     return f"({inside},)" if len(shape) == 1 else f"({inside})"
+
+
+def index_array(values: object) -> NDArray[np.intp]:
+    """Whole numbers as the index type of the platform, which ``np.repeat``, ``np.bincount`` and ``reduceat`` want: where it
+    has 32 bits (Pyodide) they refuse int64. Nothing is copied where it has 64."""
+    return np.asarray(values, dtype=np.intp)

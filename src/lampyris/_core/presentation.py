@@ -1,7 +1,7 @@
 """How nouns reach what shows them: functions that the package puts here, so that the model imports nothing above it.
 
-``lampyris/__init__.py`` fills both when the package is loaded, with functions that load the report layer when they
-are first called.
+``lampyris/__init__.py`` fills them when the package is loaded, with functions that load their module when they are
+first called.
 """
 
 from collections.abc import Callable
@@ -12,3 +12,9 @@ html_of: Callable[[Any], str] | None = None
 
 frame_of: Callable[..., Any] | None = None
 """A noun as a pandas DataFrame."""
+
+array_of: Callable[..., Any] | None = None
+"""A grid as an xarray Dataset."""
+
+irsim_grid: Callable[..., Any] | None = None
+"""A grid from a map of IR-SIM."""

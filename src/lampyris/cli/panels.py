@@ -23,6 +23,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
             "time-limit", "plan-limit", "patience", "seconds", "iterations", "method", "links", "samples",
             "vary", "of", "tolerance", "runs", "monte-carlo-runs", "held-out", "workers",
+            "trials", "metric", "range", "held-out-share",
             "controller", "set-controller", "safety-filter", "margin", "goal-tolerance", "yaw-tolerance",
         ),
         "Obstacles": (

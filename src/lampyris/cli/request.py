@@ -246,15 +246,14 @@ def budget_of(option: str, seconds: float | None) -> Budget | None:
     """
     if seconds is None:
         return None
-    from lampyris.kernels import _jit, _machine
+    from lampyris.kernels import _jit
 
     try:
         made = Budget(seconds=seconds)
     except SettingError as fault:
         fault.where = option
         raise
-    if not _jit.jit_disabled():
-        _machine.load()  # the seconds are for planning
+    _jit.load_numba()  # the seconds are for planning
     return made
 
 

@@ -43,6 +43,7 @@ VERBS: Mapping[str, str] = {
     "bag": "ros.bag:bag",
     "ros": "ros.node:ros",
     "study": "study.commands:app",
+    "tune": "tune:tune",
 }
 """Module of ``lampyris.cli.verbs`` and the function or the Typer in it, by verb, in the order of ``--help``."""
 

@@ -7,7 +7,8 @@ results:
   importing numba takes.
 * **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
 
-``NUMBA_DISABLE_JIT=1`` keeps the plain form always. Which form ran never changes a result: kernels use
+``NUMBA_DISABLE_JIT=1`` keeps the plain form always, and so does a platform where numba is not installed or cannot be
+imported (Pyodide). Which form ran never changes a result: kernels use
 integers and ``+ - * / sqrt`` on float64, in a stated order, without fastmath.
 
 Which form runs
@@ -47,6 +48,8 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from pickle import UnpicklingError
 from types import FunctionType
@@ -86,6 +89,7 @@ KERNELS: list[Kernel] = []
 """Every kernel of the modules that are imported."""
 
 _spent = 0
+_without_numba = ""
 _keeping = True
 _ears: list[Callable[[bool], None]] = []
 """Called whenever machine code is made that was not kept from before."""
@@ -107,9 +111,46 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     _ears.append(ear)
 
 
+class NoMachineCode(RuntimeWarning):
+    """numba is installed and cannot be imported: everything works, but in plain Python."""
+
+    for_people = True
+
+
 def jit_disabled() -> bool:
-    """Whether ``NUMBA_DISABLE_JIT`` asks for the plain form always."""
-    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    """Whether every kernel runs in its plain form: see :func:`why_plain`."""
+    return why_plain() != ""
+
+
+def why_plain() -> str:
+    """Why every kernel runs in its plain form; empty: they are compiled where that pays."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return "NUMBA_DISABLE_JIT is set"
+    return _without_numba or _not_installed()
+
+
+@cache
+def _not_installed() -> str:
+    return "" if find_spec("numba") is not None else "numba is not installed"
+
+
+def load_numba() -> bool:
+    """Import numba now, if it can be; whether kernels can be compiled. Why not is said once, as a warning."""
+    global _without_numba
+    if jit_disabled():
+        return False
+    from lampyris.kernels import _machine as machine
+
+    try:
+        machine.load()
+    except ImportError as error:
+        _without_numba = "numba cannot be imported"
+        what = (
+            f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
+        )
+        warnings.warn(NoMachineCode(what), stacklevel=2)
+        return False
+    return True
 
 
 class Kernel:
@@ -239,9 +280,11 @@ class Kernel:
         return self._linked
 
     def compiled(self) -> Callable[..., Any]:
-        """The compiled form; compiling happens at its first call and is kept on disk."""
+        """The compiled form; compiling happens at its first call and is kept on disk. Without numba the plain form."""
         made = self._compiled
         if made is None:
+            if not load_numba():
+                return self.run_plain
             with cancellation.uninterrupted(), loading():
                 keeping = _keeping
                 made = self._compiled = _compile(self)

@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lampyris._core import elementary
+from lampyris._core import elementary, presentation
+from lampyris._core.limits import MAX_CELLS
 from lampyris._core.noun import Noun
 from lampyris._core.polygon_cells import polygon_cells
 from lampyris._core.predicates import array_of, numbers
 from lampyris._core.scalars import in_range
 from lampyris._core.values import Value
-from lampyris.errors import SettingError, shown
+from lampyris.errors import LimitError, SettingError, shown
 from lampyris.model.robot import outline_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Floats
+
+if TYPE_CHECKING:
+    import xarray
 
 TERRAIN_UNIT = 63
 """A cell of terrain value c costs ``(63 + c) / 63`` times what plain ground costs to enter."""
@@ -136,6 +140,109 @@ class Grid(Value):
             )
         object.__setattr__(self, "origin", tuple(origin.tolist()))
 
+    @classmethod
+    def from_xy(
+        cls,
+        occupancy: ArrayLike,
+        resolution: float = 1.0,
+        origin: Sequence[float] = (0.0, 0.0),
+        *,
+        above: float = 0.0,
+    ) -> Grid:
+        """A grid from an array that is indexed ``[x, y]`` with y up, as python_motion_planning and IR-SIM hold maps.
+
+        Parameters
+        ----------
+        occupancy : shape (width, height): bool, 0 and 1, or degrees of occupancy.
+        resolution : metres a cell.
+        origin : x, y of the corner of cell [0, 0], metres.
+        above : a cell is blocked if its value is above this.
+
+        Raises
+        ------
+        SettingError : not two axes, or not numbers; what the class itself refuses.
+
+        Examples
+        --------
+        >>> Grid.from_xy([[0, 1], [0, 0], [0, 0]]).blocked.tolist()
+        [[True, False, False], [False, False, False]]
+        """
+        array = array_of(occupancy)
+        if array is None or array.ndim != 2 or array.size == 0 or array.dtype.kind not in "biuf":
+            shape = shown(occupancy) if array is None else f"shape {array.shape}, element type {array.dtype}"
+            raise SettingError(
+                "GRID_SHAPE", f"occupancy has {shape}", allowed="numbers on two axes (width, height)"
+            )
+        if np.isnan(array).any():
+            raise SettingError("GRID_SHAPE", "occupancy has NaN", allowed="numbers")
+        x0, y0 = _corner(origin)
+        return cls(array.T[::-1] > above, resolution=resolution, origin=(x0, y0, 0.0))
+
+    @classmethod
+    def from_points(cls, ox: ArrayLike, oy: ArrayLike, resolution: float = 1.0) -> Grid:
+        """A grid from lists of obstacle points in metres, as PythonRobotics holds maps.
+
+        Parameters
+        ----------
+        ox, oy : x and y of each point, metres. The map reaches from the least to the greatest; its first cell has its
+            centre at the least x and y.
+        resolution : metres a cell. A cell is blocked if a point is in it; the radius of the robot is the scene's.
+
+        Raises
+        ------
+        SettingError : lists of unequal lengths, no point, or what is not finite; a resolution out of its range.
+
+        Examples
+        --------
+        >>> Grid.from_points([0, 0, 2], [0, 1, 0]).blocked.tolist()
+        [[True, False, False], [True, False, True]]
+        """
+        x, y = numbers(ox, (None,)), numbers(oy, (None,))
+        if x is None or y is None or len(x) != len(y) or not len(x) or not np.isfinite((x, y)).all():
+            raise SettingError(
+                "POINT", "ox, oy", where="ox", allowed="two lists of as many finite numbers, one at least"
+            )
+        if not in_range(resolution, 1e-6, 1000):
+            raise SettingError.of(
+                "MAP_RESOLUTION", "resolution", shown(resolution), allowed="1e-6 to 1000 metres a cell"
+            )
+        sides = [(one - one.min()) / resolution for one in (x, y)]
+        width, height = (int(np.floor(one.max() + 0.5)) + 1 for one in sides)
+        if width * height > MAX_CELLS:
+            raise LimitError("MAP_CELLS", f"{width:,} x {height:,} cells", allowed=f"{MAX_CELLS:,} cells")
+        column, row = (np.floor(one + 0.5).astype(np.intp) for one in sides)
+        blocked = np.zeros((height, width), dtype=np.bool_)
+        blocked[height - 1 - row, column] = True
+        corner = (float(x.min()) - 0.5 * resolution, float(y.min()) - 0.5 * resolution, 0.0)
+        return cls(blocked, resolution=resolution, origin=corner)
+
+    @classmethod
+    def from_irsim(cls, env_map: Any, resolution: float | None = None) -> Grid:
+        """A grid from an environment of IR-SIM, or from what its ``get_map()`` returns: its occupancy grid, and every cell
+        that a static or moving obstacle touches now.
+
+        Parameters
+        ----------
+        env_map : the map, or the environment.
+        resolution : metres a cell, with an environment; None: 0.1.
+
+        Raises
+        ------
+        SettingError : ``IRSIM``: something else.
+        """
+        made: Grid = presentation.irsim_grid(env_map, resolution)  # type: ignore[misc]
+        return made
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The map as an xarray Dataset: ``blocked``, and ``unknown`` and ``terrain`` where there are any, over ``y`` and
+        ``x`` in metres of the map frame, y rising. It needs ``pip install 'lampyris[notebook]'``.
+
+        Raises
+        ------
+        UsageError : ``XARRAY``: xarray is not installed; a map that is turned.
+        """
+        return presentation.array_of(self)  # type: ignore[misc]
+
     @property
     def height(self) -> int:
         """Rows."""
@@ -205,6 +312,13 @@ class Grid(Value):
         """
         points = np.array(outline_of(vertices, "polygon", "POLYGON", reach=1e9))
         return polygon_cells(self.frame.to_points(*points.T), self.height, self.width)
+
+
+def _corner(origin: Sequence[float]) -> tuple[float, float]:
+    point = numbers(origin, (2,))
+    if point is None or not np.isfinite(point).all():
+        raise SettingError.of("MAP_ORIGIN", "origin", shown(origin), allowed="two finite numbers: x, y")
+    return float(point[0]), float(point[1])
 
 
 def _terrain(value: ArrayLike, blocked: BoolGrid) -> ByteGrid | None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
@@ -77,7 +78,7 @@ def segment_photo(
     levels = median_of(grey.levels, wanted.median)
     checkpoint()
     seen = levels if grey.clear is None else levels[~grey.clear]
-    histogram = np.bincount(seen.ravel(), minlength=LEVELS).astype(np.int64)
+    histogram = np.bincount(index_array(seen.ravel()), minlength=LEVELS).astype(np.int64)
     where = grey.name or "photo"
     used = int(np.count_nonzero(histogram))
     if used <= wanted.thresholds:

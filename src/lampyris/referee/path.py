@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.model.grid import Grid
 from lampyris.model.moves import Moves
 from lampyris.model.path import Path
@@ -236,7 +237,7 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
     """Count the steps and add up their costs again, each times what the cell it enters weighs."""
     moves = _in_units(moves, 1)
     steps = _steps_of(moves)
-    counted = np.bincount(steps.kind[code], minlength=3).tolist()
+    counted = np.bincount(index_array(steps.kind[code]), minlength=3).tolist()
     stated = [*path.steps, 0, 0, 0][:3]
     if counted != stated or len(path.steps) > 3:
         return Violation(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError, UsageError
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
@@ -135,7 +136,7 @@ def terrain_colours() -> Rgb:
 
 def terrain_range(terrain: ByteGrid) -> tuple[int, int]:
     """The least and the greatest value of a map's terrain, plain ground left out."""
-    used = np.flatnonzero(np.bincount(terrain.ravel())[1:]) + 1
+    used = np.flatnonzero(np.bincount(index_array(terrain.ravel()))[1:]) + 1
     return int(used[0]), int(used[-1])
 
 

@@ -5,10 +5,13 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from lampyris.errors import UsageError
 
 
 def app(
@@ -47,6 +50,10 @@ def app(
     ] = None,
 ) -> None:
     """Open the app: draw, plan, watch and compare in the browser."""
+    missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
+    if missing:
+        what = f"the app needs {' and '.join(missing)}, which {'are' if missing[1:] else 'is'} not installed"
+        raise UsageError("APP", what, todo=f"pip install {' '.join(missing)}")
     from lampyris.app.server.run import run_app
 
     raise typer.Exit(

@@ -7,6 +7,7 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.typing import Cell
@@ -34,12 +35,16 @@ def thumbnail_pixels(grid: Grid, start: Cell | None, goal: Cell | None) -> NDArr
     side = max(grid.width, grid.height)
     shrink, grow = -(-side // SIDE), max(1, SIDE // side)
     ys, xs = np.arange(0, grid.height, shrink), np.arange(0, grid.width, shrink)
-    free = np.add.reduceat(np.add.reduceat(~grid.blocked, ys, axis=0, dtype=np.int64), xs, axis=1)
+    free = np.add.reduceat(
+        np.add.reduceat(~grid.blocked, index_array(ys), axis=0, dtype=np.int64), index_array(xs), axis=1
+    )
     cells = np.outer(np.diff(ys, append=grid.height), np.diff(xs, append=grid.width))
     shade = (free * (SHADES - 1) * 2 + cells) // (2 * cells)
     if grid.terrain is not None:
         # Blocked cells have no terrain: the sum over a square is that of its free cells.
-        total = np.add.reduceat(np.add.reduceat(grid.terrain, ys, axis=0, dtype=np.int64), xs, axis=1)
+        total = np.add.reduceat(
+            np.add.reduceat(grid.terrain, index_array(ys), axis=0, dtype=np.int64), index_array(xs), axis=1
+        )
         ground = (total - 1) * GROUNDS // np.maximum(MAX_TERRAIN * free, 1)
         shade = np.where((2 * free > cells) & (total > 0), SHADES + 2 + ground, shade)
     pixels: NDArray[np.uint8] = shade.astype(np.uint8).repeat(grow, axis=0).repeat(grow, axis=1)

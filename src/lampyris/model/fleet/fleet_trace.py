@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.predicates import cells, fits, numbers
 from lampyris._core.scalars import in_range
 from lampyris._core.values import Value
@@ -183,7 +184,7 @@ class FleetTrace(Value):
     @property
     def driving(self) -> Floats:
         """Seconds that each robot was in motion, float64 (n,)."""
-        made = np.bincount(self.robot, weights=self.duration, minlength=len(self.robots))
+        made = np.bincount(index_array(self.robot), weights=self.duration, minlength=len(self.robots))
         return frozen(made.astype(np.float64))
 
     @property

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.wall_distance import nearest_walls
 from lampyris.model.grid import Grid
@@ -64,7 +65,7 @@ def _ask(x: Floats, y: Floats, blocked: BoolGrid, far: float, squared: Floats) -
     words = _packed(blocked[y0:y1, x0:x1])
     if words.any():
         stride = words.shape[1]
-        bands = np.bitwise_or.reduceat(words, np.arange(0, len(words), 8), axis=0)
+        bands = np.bitwise_or.reduceat(words, index_array(np.arange(0, len(words), 8)), axis=0)
         nearest_walls(words.ravel(), bands.ravel(), stride, x1 - x0, y1 - y0, x - x0, y - y0, squared)
 
 

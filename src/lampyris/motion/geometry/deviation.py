@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.typing import Floats, Points
 
 _SAME = 1e-4
@@ -51,7 +52,7 @@ def _dense(points: Points, step: float) -> Points:
     if len(points) < 2:
         return points
     parts = np.maximum(np.ceil(_lengths(points) / step), 1.0).astype(np.int64)
-    line = np.repeat(np.arange(len(parts)), parts)
+    line = np.repeat(np.arange(len(parts)), index_array(parts))
     first = np.cumsum(parts) - parts
     share = (np.arange(len(line)) - first[line]) / parts[line]
     made = points[line] + share[:, None] * (points[line + 1] - points[line])
@@ -69,7 +70,10 @@ class _Discs:
         self.centre, self.radius = [low], [np.zeros(len(low))]
         while len(low) > 1:
             pairs = np.arange(0, len(low), 2)
-            low, high = np.minimum.reduceat(low, pairs), np.maximum.reduceat(high, pairs)
+            low, high = (
+                np.minimum.reduceat(low, index_array(pairs)),
+                np.maximum.reduceat(high, index_array(pairs)),
+            )
             half = 0.5 * (high - low)
             self.centre.append(low + half)
             # Rounding must not leave a point outside.
@@ -109,13 +113,13 @@ def _farthest(points: Points, line: Points, same: float) -> float:
         starts = np.flatnonzero(np.diff(disc, prepend=-1))
         sizes = np.diff(np.append(starts, len(disc)))
         away = np.sqrt(_squares(discs.centre[level][disc], begin[lines], end[lines]))
-        least, radius = np.minimum.reduceat(away, starts), discs.radius[level][disc[starts]]
+        least, radius = np.minimum.reduceat(away, index_array(starts)), discs.radius[level][disc[starts]]
         # Some point is at least so far away; discs all of whose points stay below that do not matter.
         worst = max(worst, float((least - radius).max()))
         if level == 0:
             continue
         most = np.where(least + radius > worst, least + 2.0 * radius, -1.0)
-        kept = away <= np.repeat(most, sizes)
+        kept = away <= np.repeat(most, index_array(sizes))
         disc, lines = disc[kept], lines[kept]
         for part in _parted(disc):
             below = np.concatenate((2 * disc[part], 2 * disc[part] + 1))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.limits import NODES
 from lampyris._core.values import Value
 from lampyris.model.curve import Curve
@@ -178,14 +179,14 @@ def sample_curve(curve: Curve, spacing: float) -> SampledPath:
             counts[k] = 2
     begins = curve.begins
     border = np.concatenate(([0], np.cumsum(counts)))
-    piece = np.repeat(np.arange(len(counts)), counts)
+    piece = np.repeat(np.arange(len(counts)), index_array(counts))
     share = (np.arange(len(piece)) - border[piece] + 1) / counts[piece]
     nodes = np.concatenate((begins[:1], begins[piece] + curve.lengths[piece] * share))
     nodes[border] = begins
     xy, heading = curve.at(nodes)
     n = len(nodes)
     kappa, stop = np.zeros(n), np.zeros(n, dtype=np.bool_)
-    size = np.repeat(np.abs(curve.curvature), counts)
+    size = np.repeat(np.abs(curve.curvature), index_array(counts))
     kappa[:-1] = size
     kappa[1:] = np.maximum(kappa[1:], size)
     stop[border[curve.stops]] = True

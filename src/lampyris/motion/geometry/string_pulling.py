@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.line_of_sight import SAME, line_gaps, pull
 from lampyris.model.grid import Grid, frozen
@@ -55,7 +56,9 @@ class Polyline:
         """Only some of the points, their numbers in order; both ends, or the one if they are the same."""
         if len(chain) == 1:
             return self.over(self.xs[chain], self.ys[chain], self.need[:0])
-        return self.over(self.xs[chain], self.ys[chain], np.minimum.reduceat(self.need, chain[:-1]))
+        return self.over(
+            self.xs[chain], self.ys[chain], np.minimum.reduceat(self.need, index_array(chain[:-1]))
+        )
 
     def corners(self) -> NDArray[np.int64]:
         """The numbers of both ends and of the points that do not lie on the line between their neighbours."""

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.defaults import MAX_AGE
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
@@ -193,10 +194,12 @@ def _to_edges(edges: _Edges, pairs: _Pairs, xy: Points) -> Floats:
 def _least(edges: _Edges, pairs: _Pairs, v: Floats, nodes: int) -> list[Cap]:
     """The least over the obstacles at each edge, then over the edges at each node."""
     first = np.flatnonzero(np.diff(pairs.block, prepend=-1))
-    least = np.minimum.reduceat(v, first, axis=0)
+    least = np.minimum.reduceat(v, index_array(first), axis=0)
     count = np.diff(first, append=len(v))
-    holds = v == np.repeat(least, count, axis=0)
-    who = np.minimum.reduceat(np.where(holds, pairs.obstacle[:, None], np.iinfo(np.int64).max), first, axis=0)
+    holds = v == np.repeat(least, index_array(count), axis=0)
+    who = np.minimum.reduceat(
+        np.where(holds, pairs.obstacle[:, None], np.iinfo(np.int64).max), index_array(first), axis=0
+    )
     bound = np.full(edges.x.shape, np.inf)
     cause_index = np.full(edges.x.shape, -1, dtype=np.int64)
     bound[pairs.block[first]], cause_index[pairs.block[first]] = least, who

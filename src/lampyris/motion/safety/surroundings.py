@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.arrays import index_array
 from lampyris.model.curve import PoseCurve
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.geometry.shape_clearance import edge_movement
@@ -150,7 +151,7 @@ def edge_zones(samples: SampledPath, zones: FloatGrid) -> Floats:
         else:
             xy = np.stack([elementary.interp(s, samples.s, xy[:, k]) for k in (0, 1)], axis=-1)
     bend = np.minimum(samples.curvature[:-1], samples.curvature[1:])
-    bulge = np.repeat(0.125 * bend * np.square(ds / parts) / samples.resolution, parts) + _TOUCH
+    bulge = np.repeat(0.125 * bend * np.square(ds / parts) / samples.resolution, index_array(parts)) + _TOUCH
     a, b = xy[:-1], xy[1:]
     limit = _corner_limits(zones, np.minimum(a, b) - bulge[:, None], np.maximum(a, b) + bulge[:, None])
     least: Floats = limit.reshape(-1, parts).min(axis=1)

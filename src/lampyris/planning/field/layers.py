@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field.clearance import wall_distance
 from lampyris.model.grid import Grid, frozen
@@ -53,7 +54,7 @@ def largest_region(free: BoolGrid) -> NDArray[np.int64]:
     labels, regions = ndimage.label(free)
     if regions == 0:
         return np.zeros((0, 2), dtype=np.int64)
-    sizes = np.bincount(labels.ravel())[1:]
+    sizes = np.bincount(index_array(labels.ravel()))[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
     return np.stack((x, y), axis=1)
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import Cancelled, checkpoint
 from lampyris._core.settings import check_settings, under_name, whole
 from lampyris.model.fleet.fleet import Fleet
@@ -253,4 +254,4 @@ class _Laid:
 def _every_tick(cells: Cells, ticks: _Ints) -> Cells:
     """A cell for every tick, from cells and the ticks at which they are entered."""
     stays = np.diff(np.append(ticks, ticks[-1] + 1))
-    return np.repeat(cells, stays, axis=0)
+    return np.repeat(cells, index_array(stays), axis=0)

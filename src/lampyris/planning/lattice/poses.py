@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.kernels.curves.sampling import sample
 from lampyris.model.grid import Grid
 from lampyris.model.path import Pose, PosePath
@@ -66,13 +67,13 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
     taken = np.array(found.primitives, dtype=np.int64)
     counts = tracks.count[taken]
     begin = np.concatenate(([0], np.cumsum(counts)))
-    rows = np.arange(begin[-1]) + np.repeat(tracks.first[taken] - begin[:-1], counts)
+    rows = np.arange(begin[-1]) + np.repeat(tracks.first[taken] - begin[:-1], index_array(counts))
     index = np.array([cell for cell, _ in found.states], dtype=np.int64)
     y, x = np.divmod(index, lattice_map.stride)
     points = np.empty((len(rows) + 1, 3))
     points[:-1] = tracks.poses[rows]
-    points[:-1, 0] += np.repeat(x - lattice_map.border, counts)
-    points[:-1, 1] = np.repeat(y - lattice_map.border, counts) - points[:-1, 1]
+    points[:-1, 0] += np.repeat(x - lattice_map.border, index_array(counts))
+    points[:-1, 1] = np.repeat(y - lattice_map.border, index_array(counts)) - points[:-1, 1]
     points[-1] = (*lattice_map.cell(found.last[0]), lattice.angles[found.last[1]])
     cells = np.floor(points[:, :2] + 0.5).astype(np.int32)
     entered = np.append(True, (cells[1:] != cells[:-1]).any(axis=1))
@@ -82,10 +83,10 @@ def pose_path_of(found: Found, lattice_map: LatticeMap, arm: float) -> tuple[Pos
     to_m = grid.resolution / UNIT
     path = PosePath(
         metres,
-        np.repeat(tracks.gear[taken], counts),
+        np.repeat(tracks.gear[taken], index_array(counts)),
         found.cost * to_m,
         found.lower_bound * to_m,
-        np.repeat(prices, counts) if (prices != 1.0).any() else None,
+        np.repeat(prices, index_array(counts)) if (prices != 1.0).any() else None,
     )
     return path, np.asarray(cells[entered])
 
@@ -151,7 +152,7 @@ def path_along(
     yaw = math.pi - np.remainder(math.pi - (grid.origin[2] - points[:, 2]), 2 * math.pi)
     metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
     bound = min(lower_bound * grid.resolution, cost * grid.resolution)
-    path = PosePath(metres, np.repeat(gears, counts), cost * grid.resolution, bound)
+    path = PosePath(metres, np.repeat(gears, index_array(counts)), cost * grid.resolution, bound)
     cells: Cells = np.floor(points[:, :2] + 0.5).astype(np.int32)
     changed = np.append(True, (cells[1:] != cells[:-1]).any(axis=1))
     return path, np.asarray(cells[changed], dtype=np.int32)

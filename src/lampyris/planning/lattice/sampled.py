@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from lampyris._core import elementary
+from lampyris._core.arrays import index_array
 from lampyris.errors import FileError
 from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.typing import Cell, Floats
@@ -104,8 +105,8 @@ class SampledPrimitive:
         d = np.diff(self.track, axis=0)
         moved = step_lengths(self.track) + np.abs(d[:, 2]) * arm
         parts = np.maximum(np.ceil(moved / step), 1.0).astype(np.int64)
-        first = np.repeat(np.arange(len(d)), parts)
-        at = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
+        first = np.repeat(np.arange(len(d)), index_array(parts))
+        at = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, index_array(parts)) + 1
         share, turn = at / parts[first], d[first, 2]
         # The chord to a point of an arc is to the whole chord as the sines of half the angles are.
         bent = np.abs(turn) > 1e-9

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.model.grid import MAX_TERRAIN
 from lampyris.planning.lattice.lattice import STEP, StateLattice
 from lampyris.typing import Floats
@@ -48,7 +49,7 @@ def tracks_of(lattice: StateLattice) -> Tracks:
         if total == 0.0:
             passed, lengths, total = np.zeros((1, 2), np.int64), np.ones(1), 1.0
         where, part = np.unique(passed, axis=0, return_inverse=True)
-        share = np.bincount(part.ravel(), lengths) / total
+        share = np.bincount(index_array(part.ravel()), lengths) / total
         cells.append(where)
         costs.append(share * float(lattice.cost[k]))
         first.append(first[-1] + len(where))

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.settings import number, whole, word
 from lampyris.planning.swarm.optimisers.box import Values, norms
@@ -161,7 +162,7 @@ class Ants(ABC):
         many = np.zeros(last.size, dtype=np.int64)
         for piece in pieces:
             checkpoint()
-            many += np.bincount(piece[2], minlength=last.size)
+            many += np.bincount(index_array(piece[2]), minlength=last.size)
         if seed is not None:
             many[0] = seed[0].size
         first = np.concatenate(([0], np.cumsum(many))).astype(np.int64)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.typing import Cells
@@ -97,7 +98,7 @@ class Paths:
 
     def total(self, each: NDArray[np.int64]) -> Ints:
         """Sum of a whole number of each step over each walk, int64 (n,)."""
-        return np.add.reduceat(each, self.first[:-1])
+        return np.add.reduceat(each, index_array(self.first[:-1]))
 
     @property
     def steps(self) -> int:
@@ -209,7 +210,7 @@ class LineWalks:
         ground, here = self._ground, self._here[a:b]
         kinds, counts = self._kinds[a:b], self._counts[a:b]
         many = counts.sum(axis=1)
-        leg = np.arange(b - a).repeat(many)
+        leg = np.arange(b - a).repeat(index_array(many))
         i = np.arange(leg.size) - (self._begin[a:b] - self._begin[a])[leg]
         total, second = many[leg], counts[leg, 1]
         half = total // 2

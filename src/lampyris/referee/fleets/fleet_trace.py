@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lampyris._core.arrays import index_array
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import Track
@@ -351,8 +352,10 @@ class TracePositions:
         first = np.clip(np.floor(tr.t / step) - 1.0, 0.0, count - 1.0).astype(np.int64)
         last = np.clip(np.floor((tr.t + tr.duration) / step) + 1.0, 0.0, count - 1.0).astype(np.int64)
         long = last - first + 1
-        within = np.arange(int(long.sum())) - np.repeat(np.cumsum(long) - long, long)
-        chosen = np.unique(np.concatenate((np.zeros(1, dtype=np.int64), np.repeat(first, long) + within)))
+        within = np.arange(int(long.sum())) - np.repeat(np.cumsum(long) - long, index_array(long))
+        chosen = np.unique(
+            np.concatenate((np.zeros(1, dtype=np.int64), np.repeat(first, index_array(long)) + within))
+        )
         for k in range(0, len(chosen), each):
             yield (chosen[k : k + each].astype(np.float64) + 0.5) * step
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lampyris._core.arrays import index_array
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
 from lampyris.model.settings.swarm import SwarmSettings
@@ -123,7 +124,7 @@ class SwarmMotion:
         reach = self._radius + self._step + 0.75 * size
         near = self._walls.query_ball_point(points[0], reach)
         count = np.array([len(one) for one in near])
-        robot = np.repeat(np.arange(len(near)), count)
+        robot = np.repeat(np.arange(len(near)), index_array(count))
         cell = (
             np.concatenate([np.array(one, dtype=np.int64) for one in near])
             if count.sum()

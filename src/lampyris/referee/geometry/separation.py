@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lampyris._core.arrays import index_array
 from lampyris.model.obstacles import Track
 from lampyris.model.traffic import Obstacle
 from lampyris.referee.geometry.shapes import TOUCH, Ints
@@ -77,8 +78,10 @@ def least_gap(
     at = 0
     while at < len(order):
         end = max(at + 1, int(np.searchsorted(total, (total[at - 1] if at else 0) + _AT_ONCE, side="right")))
-        first = np.repeat(np.arange(at, end), counts[at:end])
-        begin = np.repeat(total[at:end] - counts[at:end] - (total[at - 1] if at else 0), counts[at:end])
+        first = np.repeat(np.arange(at, end), index_array(counts[at:end]))
+        begin = np.repeat(
+            total[at:end] - counts[at:end] - (total[at - 1] if at else 0), index_array(counts[at:end])
+        )
         i, j = order[first], order[first + 1 + np.arange(len(first)) - begin]
         low = np.minimum(ay, by) - radius
         high = np.maximum(ay, by) + radius

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
@@ -40,7 +41,7 @@ class PathMetrics(TypedDict):
 def path_metrics(path: Path, grid: Grid) -> PathMetrics:
     """Lengths, steps and turns of a path on its map."""
     step = _steps(path.cells)
-    kinds = np.bincount(np.abs(step[:, 0] * step[:, 1]), minlength=3)
+    kinds = np.bincount(index_array(np.abs(step[:, 0] * step[:, 1])), minlength=3)
     length = float(path.arc[-1])
     shape = _shape(step, length)
     return {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.model.grid import Grid
 from lampyris.sim.fleet.execution import Stage
 from lampyris.typing import Floats
@@ -34,7 +35,7 @@ class Phases:
         grid_step = (visits.cells[row + 1] - visits.cells[row]).astype(np.float64)
         long = self._grid.resolution * np.sqrt((grid_step * grid_step).sum(axis=1))
         behind = np.concatenate(([0.0], np.cumsum(_lengths(visits.cells, self._grid.resolution))))
-        behind -= np.repeat(behind[visits.base[:-1]], np.diff(visits.base))
+        behind -= np.repeat(behind[visits.base[:-1]], index_array(np.diff(visits.base)))
         share = (log[:, 4] - behind[row]) / long
         at = centres[row] + share[:, None] * step
         columns = (

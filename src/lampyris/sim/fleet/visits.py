@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.typing import Cells
 
 Longs = NDArray[np.int64]
@@ -48,7 +49,7 @@ class Visits:
     @property
     def robot(self) -> Longs:
         """The robot of each row."""
-        return np.repeat(np.arange(len(self.base) - 1), np.diff(self.base))
+        return np.repeat(np.arange(len(self.base) - 1), index_array(np.diff(self.base)))
 
     @property
     def last(self) -> NDArray[np.bool_]:
@@ -77,7 +78,7 @@ def visits_of(paths: Sequence[Cells]) -> Visits:
     arrival = np.concatenate(arrivals).astype(np.int64)
     departure = np.concatenate(departures).astype(np.int64)
     rows = len(cells)
-    robot = np.repeat(np.arange(len(paths)), np.diff(base))
+    robot = np.repeat(np.arange(len(paths)), index_array(np.diff(base)))
     local = np.arange(rows) - base[robot]
     wide = int(cells[:, 0].max()) + 2
     number = cells[:, 1].astype(np.int64) * wide + cells[:, 0]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from scipy import ndimage  # bits: labels, whole numbers
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.elementary import interp
 from lampyris._core.limits import MEMORY
@@ -44,7 +45,7 @@ def walkers(
             "FLEET_DRIVE", "obstacle_radius", f"{radius:g} m: there is no place where such a disc touches no wall",
             allowed="less",
         )  # fmt: skip
-    sizes = np.bincount(labels.ravel())[1:]
+    sizes = np.bincount(index_array(labels.ravel()))[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))
     free = np.stack((x, y), axis=1)
     blocked = np.pad(blocked, 1, constant_values=True)

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import SettingError
 from lampyris.typing import Floats
@@ -153,7 +154,7 @@ def _draws(n: int, seed: int) -> NDArray[np.uint8]:
     out = np.empty((RESAMPLES, n), dtype=np.uint8)
     for row in out:
         # A value drawn more than 255 times of n > 255 has a chance below 1e-500.
-        row[:] = np.bincount(rng.integers(0, n, n), minlength=n)
+        row[:] = np.bincount(index_array(rng.integers(0, n, n)), minlength=n)
     return out
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError
 from lampyris.io.text.strict_yaml import shown
@@ -59,7 +60,7 @@ def draw_queries(
     cells = np.flatnonzero(region)
     cells = cells[np.argsort(region.ravel()[cells], kind="stable")]  # each region in one piece
     # A start is drawn with the share of goals that its region has, so that every pair is as likely.
-    sizes = np.bincount(region.ravel())[1:]
+    sizes = np.bincount(index_array(region.ravel()))[1:]
     turns = 1 if standing is None else COMPASS
     if asked.random > (most := turns * turns * _most_pairs(region, sizes, asked.least)):
         raise _too_few(ground, most, asked.random)

@@ -62,6 +62,18 @@ def load_study(
     return _study(parsed, file, files, folder is not None or not is_ready)
 
 
+def plain_study(path: str) -> dict[str, Any]:
+    """What a study file, or a ready study, says, as plain data that was checked.
+
+    Raises
+    ------
+    LampyrisError : see :func:`load_study`.
+    """
+    parsed, _ = _parsed(path)
+    _checked(parsed)
+    return dict(parsed.data)
+
+
 def study_from(data: dict[str, Any], given: MapDocument, *, where: str = "study") -> Study:
     """A study from plain data that is in no file; nothing that it names is opened.
 

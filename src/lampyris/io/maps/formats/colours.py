@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris.errors import plural
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import (
@@ -159,7 +160,9 @@ def brightness(pixels: Pixels, source: FileSource) -> tuple[NDArray[np.uint8], b
     _check_index(samples, len(palette), source)
     colourful = _has_colour(palette)
     if colourful:  # of a palette's colours perhaps none but greys are used
-        colourful = _has_colour(palette[np.bincount(samples.ravel(), minlength=len(palette)) > 0])
+        colourful = _has_colour(
+            palette[np.bincount(index_array(samples.ravel()), minlength=len(palette)) > 0]
+        )
     return look_up(np.pad(luma(palette), (0, 256 - len(palette))), samples), colourful
 
 

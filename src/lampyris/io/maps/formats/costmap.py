@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lampyris._core.arrays import index_array
 from lampyris.errors import SettingError, plural
 from lampyris.io.maps.formats.document import (
     BLOCKED,
@@ -65,7 +66,7 @@ FROM_OCCUPANCY = _from_occupancy()
 def read_costs(costs: ByteGrid) -> Reading:
     """Codes and terrain of costmap values, uint8 (height, width)."""
     codes = look_up(_CODES, costs)
-    count = np.bincount(costs.ravel(), minlength=256)
+    count = np.bincount(index_array(costs.ravel()), minlength=256)
     return Reading(codes, (_note(count),), terrain=look_up(_TERRAIN, costs))
 
 

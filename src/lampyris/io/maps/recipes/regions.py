@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import uninterrupted
 from lampyris.io.maps.recipes.draw import Draw
 from lampyris.typing import BoolGrid
@@ -32,7 +33,7 @@ def keep_largest(blocked: BoolGrid) -> BoolGrid:
         return blocked
     if count == 1:
         return blocked
-    sizes = np.bincount(regions.ravel())
+    sizes = np.bincount(index_array(regions.ravel()))
     sizes[0] = 0
     kept: BoolGrid = regions != int(np.argmax(sizes))
     return kept
