@@ -116,6 +116,33 @@ class Shape:
         self._steps: dict[int, tuple[Step, ...]] = {}
         self._entries: dict[int, tuple[Entry, ...]] = {}
 
+    @property
+    def single(self) -> bool:
+        """Whether it covers one cell and steps to neighbours alone."""
+        return self.small and all(abs(dx) <= 1 and abs(dy) <= 1 for dx, dy in self._known)
+
+    def step_bits(self) -> NDArray[np.uint8]:
+        """A bit for each of :data:`EIGHT` into which walls and bars allow a step, by cell number; uint8.
+
+        Numbers are those of a map with a border one cell wide on all sides.
+        """
+        opened = np.pad(self.open, 1)
+        free = opened if self._bars_are_walls else np.pad(self.free, 1)
+        height, width = self.open.shape
+        bits = np.zeros(opened.shape, dtype=np.uint8)
+        inner = bits[1:-1, 1:-1]
+
+        def at(mask: BoolGrid, dx: int, dy: int) -> BoolGrid:
+            return mask[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+
+        for bit, (dx, dy) in enumerate(EIGHT):
+            if (dx, dy) in self._known:
+                may = at(opened, dx, dy)
+                if dx and dy and not self.corner_cutting:
+                    may = may & at(free, dx, 0) & at(free, 0, dy)
+                inner |= may.view(np.uint8) << np.uint8(bit)
+        return bits.reshape(-1)
+
     def is_open(self, number: int) -> bool:
         """Whether the obstacle may stand on a cell, by its number."""
         return self._opened[number] != 0
