@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -106,8 +107,11 @@ def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     """The planner of that name of some kinds; see :func:`planner_class`."""
     entry = _entry(name, kinds)
     try:
-        with uninterrupted():
+        if entry.module in sys.modules:
             loaded: Any = entry.load()
+        else:
+            with uninterrupted():
+                loaded = entry.load()
     except (Exception, SystemExit) as fault:
         if not origin_of(name):
             raise

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
-from lampyris.referee.clashes import AgentTracks, ClashDetector
+from lampyris.referee.clashes import AgentTracks, ClashDetector, never_meet
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
 from lampyris.referee.simulations.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.simulations.moving_goal import goal_violation
 from lampyris.referee.simulations.sensing import sensing_violation
 from lampyris.referee.verdict import Violation
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, Cell
 
 TOP_SPEED = 80.0
 """The dissertation's greatest speed, velocity units (Table 3.1)."""
@@ -42,14 +42,15 @@ def check_trace(trace: Trace) -> Violation | None:
     if broken is not None:
         return broken
     eras = eras_of(trace)
+    traffic = _traffic(trace)
     return (
         edits_violation(trace, eras)
         or _robot(trace, eras)
         or sensing_violation(trace)
         or goal_violation(trace)
-        or _obstacles(trace, eras)
-        or _pairs(trace)
-        or _outcome(trace)
+        or _obstacles(trace, eras, traffic)
+        or _pairs(trace, traffic)
+        or _outcome(trace, traffic)
         or _path_violation(trace, eras)
         or _events(trace)
         or _speeds(trace)
@@ -106,10 +107,13 @@ def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
     return None
 
 
-def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
+def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation | None:
     """Each obstacle alone: its size, its steps, the walls."""
     grid = trace.scene.grid
+    good: set[tuple[float, tuple[Cell, ...]]] = set()
     for k, obstacle in enumerate(trace.obstacle_specs):
+        if (obstacle.radius, obstacle.footprint) in good:
+            continue
         inner = set(map(tuple, disc_cells(obstacle.radius, grid.resolution).tolist()))
         stated = set(obstacle.footprint)
         if stated != inner:
@@ -119,7 +123,7 @@ def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
             if not inner <= stated <= outer:
                 what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
                 return Violation("footprint", f"obstacle {k}", what)
-    traffic = _traffic(trace)
+        good.add((obstacle.radius, obstacle.footprint))
     at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
@@ -161,19 +165,24 @@ def _traffic(trace: Trace) -> AgentTracks:
     at = np.zeros((n, count + 1, 2), dtype=np.int64)
     there = np.zeros((n, count + 1), dtype=np.bool_)
     at[:, 0], there[:, 0] = trace.robot, True
-    for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
-        at[t0:, k + 1], there[t0:, k + 1] = track, True
-        at[:t0, k + 1] = track[0]
+    if count and not any(trace.appears):
+        at[:, 1:], there[:, 1:] = np.array(trace.tracks).transpose(1, 0, 2), True
+    else:
+        for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
+            at[t0:, k + 1], there[t0:, k + 1] = track, True
+            at[:t0, k + 1] = track[0]
     res = trace.scene.grid.resolution
     radii = (trace.scene.robot.radius, *(b.radius for b in trace.obstacle_specs))
     # A disc that reaches into no other cell covers one, whatever its radius: let all of those be one group.
-    covers = [disc_cells(r if r > res / 2 else 0.0, res) for r in radii]
+    sizes = {r: disc_cells(r if r > res / 2 else 0.0, res) for r in radii}
+    covers = [sizes[r] for r in radii]
     return AgentTracks(at, there, covers)
 
 
-def _pairs(trace: Trace) -> Violation | None:
+def _pairs(trace: Trace, traffic: AgentTracks) -> Violation | None:
     grid = trace.scene.grid
-    traffic = _traffic(trace)
+    if trace.scene.moves.reach == 1 and never_meet(traffic):
+        return None
     judge = ClashDetector(traffic, grid.width, grid.height, _hits(trace))
     clash = judge.first()
     over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
@@ -225,7 +234,7 @@ def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None
     return None
 
 
-def _outcome(trace: Trace) -> Violation | None:
+def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
     scene = trace.scene
     last = (int(trace.robot[-1, 0]), int(trace.robot[-1, 1]))
     word = trace.outcome.value
@@ -241,7 +250,7 @@ def _outcome(trace: Trace) -> Violation | None:
         return Violation("outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {goal}")
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)
-        covers = _traffic(trace).covers
+        covers = traffic.covers
         mine = {(last[0] + dx, last[1] + dy) for dx, dy in covers[0].tolist()}
         for k in hits:
             x, y = (int(v) for v in trace.tracks[k - 1][-1])

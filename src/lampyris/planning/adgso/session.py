@@ -139,10 +139,12 @@ class AdGsoSession(SessionBase):
         """
         settings = self._settings
         simple = not (self._walled or self._closed or self._recorded or self._map.has_terrain)
-        simple = simple and settings.gates != "replan" and settings.choice != "roulette"
-        if not simple or settings.iter_max is not None or self._moves.reach > 1:
+        if not simple:
             return None
         if self._finder is None or self._finder[:2] != (self._map.revision, wanted):
+            plain = settings.gates != "replan" and settings.choice != "roulette" and settings.iter_max is None
+            if not plain or self._moves.reach > 1:
+                return None
             before = self._grounds.spent
             ground = self._grounds.sealed(_NONE)
             if self._grounds.spent != before:

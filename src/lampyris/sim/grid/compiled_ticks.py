@@ -8,6 +8,7 @@ afterwards: a robot makes one step a tick, however fast it is.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
@@ -16,14 +17,16 @@ from numpy.typing import NDArray
 from lampyris.kernels import loading
 from lampyris.kernels.adgso.tick_speed import OF_GOAL
 from lampyris.kernels.simulation import ticks as k
+from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
+from lampyris.model.grid import frozen
 from lampyris.model.plan import Plan, Status
 from lampyris.model.trace import Event, Outcome
 from lampyris.sim.grid.following import Following, follow
 from lampyris.sim.grid.sensing import observed_obstacles
 from lampyris.sim.traffic.obstacle_draws import steps
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Walkers
-from lampyris.sim.world.cell_index import CellIndex, Shape
+from lampyris.sim.world.cell_index import KEPT, CellIndex, Same, Shape, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.typing import Cell, Cells, Floats
 
@@ -42,7 +45,7 @@ CAUSES = (
 """Causes by the kernel's numbers; those of other laws follow."""
 
 Ints: TypeAlias = NDArray[np.int64]
-_NOTHING: Ints = np.zeros(0, dtype=np.int64)
+_NOTHING: Ints = np.zeros(1, dtype=np.int64)
 
 
 class AnswersNextSteps(Protocol):
@@ -99,9 +102,9 @@ class CompiledTicks:
         self._marks = np.zeros(self._capacity + 8, dtype=np.int64)
         self._events = np.zeros(3 * (4 * BLOCK + len(self._walkers) * BLOCK), dtype=np.int64)
         self._words = list(CAUSES)
-        self._draws: Floats = np.zeros(0)
-        self._tracks, self._robots, self._causes = _NOTHING, _NOTHING, _NOTHING
-        self._speeds: Floats = np.zeros(0)
+        self._draws: Floats = np.zeros(1)
+        self._tracks, self._robots, self._causes = np.zeros((3, 1), dtype=np.int64)
+        self._speeds: Floats = np.zeros(1)
         self._log(BLOCK + 1)
         self._robots[0] = world.robot
         self._speeds[0] = run.tick_speed.v
@@ -136,13 +139,13 @@ class CompiledTicks:
             shapes.setdefault(id(shape), shape)  # bits: only tells them apart
         self._place = {key: place for place, key in enumerate(shapes)}
         appearing = any(w.spec.rate is not None for w in self._walkers)
-        opened = np.zeros(0, dtype=np.uint8)
+        opened = np.zeros(1, dtype=np.uint8)
         if appearing:
-            masks = [np.pad(shape.open, 1).reshape(-1).view(np.uint8) for shape in shapes.values()]
+            masks = [bordered(shape.open).reshape(-1).view(np.uint8) for shape in shapes.values()]
             opened = np.concatenate(masks)
-        bits = [shape.step_bits() for shape in shapes.values()]
-        open_steps = np.zeros(0, dtype=np.uint8) if not bits else bits[0] if len(bits) == 1 else np.concatenate(bits)
-        return opened, open_steps, self._run.world.robot_shape.step_bits()
+        bits = [shape.step_bits() for shape in shapes.values()] or [np.zeros(1, dtype=np.uint8)]
+        open_steps = bits[0] if len(bits) == 1 else np.concatenate(bits)
+        return frozen(opened), frozen(open_steps), self._run.world.robot_shape.step_bits()
 
     def _pack_traffic(self) -> tuple[Any, ...]:
         """Walkers, shuttles and recordings: ``walkers`` to ``rates`` and ``shuttles`` to ``recorded`` of the kernel."""
@@ -178,7 +181,7 @@ class CompiledTicks:
         self._drives = _flat(drives)
         self._kinds = _flat(rows)
         self._own = own
-        return np.array(rates, dtype=np.float64), self._drives, _flat(routes), _flat(recordings), _flat(tracks)
+        return np.array(rates or [-1.0]), self._drives, _flat(routes), _flat(recordings), _flat(tracks)
 
     def _pack_law(self) -> tuple[Any, ...]:
         """The speed law: ``law`` to ``why`` of the kernel."""
@@ -187,12 +190,17 @@ class CompiledTicks:
         self._st[k.HORIZON] = speed.horizon
         if known is None:
             self._st[k.LAW] = k.LAW_OUTSIDE
-            return np.zeros(1), np.zeros(1, np.uint8), np.zeros(1, np.uint8), np.zeros(1, np.int32), np.zeros(1), _NOTHING
+            none = frozen(np.zeros(1, dtype=np.uint8))
+            return frozen(np.zeros(1)), none, none, np.zeros(1, dtype=np.int32), np.zeros(1), np.zeros(1, np.int64)
         law, numbers, counted, walls = known
         self._st[k.LAW] = law
         nodes = speed.horizon + 2
-        blocked = np.pad(walls, 1).reshape(-1).view(np.uint8)
-        near = np.full(self._room if law == k.LAW_PHYSICAL else 1, -1, dtype=np.int32)
+        scene = self._run.scene
+        if shared(scene) and speed.scene.grid is scene.grid:
+            blocked, near = _walls(Same(scene.grid), int(numbers[RINGS]) if law == k.LAW_PHYSICAL else -1)
+        else:
+            blocked = frozen(bordered(walls).reshape(-1).view(np.uint8))
+            near = np.full(self._room if law == k.LAW_PHYSICAL else 1, UNKNOWN, dtype=np.int32)
         return numbers, counted, blocked, near, np.zeros(3 * nodes), np.zeros(2 * nodes, dtype=np.int64)
 
     def _log(self, ticks: int) -> None:
@@ -490,6 +498,13 @@ class CompiledTicks:
         owners = (left[cells] - 1).tolist()
         world.left = dict(zip(cells.tolist(), owners, strict=True))
         world.moved(owners)
+
+
+@lru_cache(maxsize=KEPT)
+def _walls(key: Same, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Walls by cell number, and how near they are, as far as it was looked up: the same for every simulation on a map."""
+    blocked = frozen(bordered(key.grid.blocked).reshape(-1).view(np.uint8))
+    return blocked, np.full(len(blocked) if rings >= 0 else 1, UNKNOWN, dtype=np.int32)
 
 
 def _flat(rows: Any) -> Ints:

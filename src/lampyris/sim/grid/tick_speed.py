@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.simulation.ticks import LAW_DISSERTATION, LAW_PHYSICAL
+from lampyris.model.grid import frozen
 from lampyris.model.path import path_of
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion.caps import COS_22_5, COS_67_5
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.dissertation import DEFAULT, DissertationLaw, dissertation_profile, ring_caps
-from lampyris.motion.laws.physical import PhysicalLaw, ground_of
+from lampyris.motion.laws.physical import PhysicalLaw, rings_felt
 from lampyris.motion.laws.rings import counted_around, ring_counts
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
@@ -47,9 +49,11 @@ class TickSpeed:
         self.v = 0.0
         self._last: Profile | tuple[Cells, Any, Any] | None = None
         self._resumed: tuple[float, Sequence[Cell], Sequence[Cell]] | None = None
-        standing = laws.profile(path_of(np.array([scene.start]), scene.moves), scene, law=law)
-        self.name, self.units = standing.law, standing.units
         self._law = law
+        self.name = laws.name_of(law)
+        self.units = laws.named(self.name).units
+        if self.for_kernel() is None:  # what a law cannot do on this map it says at once
+            laws.profile(path_of(np.array([scene.start]), scene.moves), scene, law=law)
         self._ours = law if isinstance(law, DissertationLaw) else DEFAULT
         # What lies farther ahead than the robot needs to brake from its top speed cannot bind it now. The
         # path is cut there, and the speed comes out the same to the last bit: each node's bound is a minimum
@@ -121,12 +125,11 @@ class TickSpeed:
         rules = (settings.approach, settings.uncertainty, settings.blind, settings.three_speed, settings.cloud)
         if any(rule is not None for rule in rules) or (settings.zones and scene.zones is not None):
             return None
-        here = ground_of(path_of(np.array([scene.start]), scene.moves), scene, settings)
         numbers = (
             robot.v_max, settings.creep * robot.v_max, robot.d_max, robot.a_max, grid.resolution, robot.radius,
-            here.rings, settings.clearance,
+            rings_felt(scene), float(settings.clearance),
         )  # fmt: skip
-        return LAW_PHYSICAL, np.array(numbers, dtype=np.float64), np.zeros(1, dtype=np.uint8), grid.blocked
+        return LAW_PHYSICAL, frozen(np.array(numbers)), frozen(np.zeros(1, dtype=np.uint8)), grid.blocked
 
     def caps(self) -> tuple[tuple[str, float], ...]:
         """What each rule alone allows at the cell entered last, by its cause, those that say something; none
@@ -145,10 +148,12 @@ class TickSpeed:
         return tuple((cause, float(v[1])) for cause, v in found if np.isfinite(v[1]))
 
 
+@lru_cache(maxsize=8)
 def law_tables(law: DissertationLaw) -> tuple[Floats, NDArray[np.uint8]]:
     """The dissertation's law as kernels take it: its numbers, and what counts around a node by heading."""
     numbers = (
         law.v_max, law.v_min, law.ring1_drop, law.ring2_drop, law.a_straight, law.a_diagonal, law.braking,
         law.v_180, law.v_135, law.v_90, COS_22_5, COS_67_5,
     )  # fmt: skip
-    return np.array(numbers), counted_around(law.ring1, law.ring2, law.outside1, law.outside2)
+    counted = counted_around(law.ring1, law.ring2, law.outside1, law.outside2)
+    return frozen(np.array(numbers)), frozen(counted)
