@@ -7,7 +7,6 @@ the session is asked for a plan.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,25 +18,8 @@ from lampyris.kernels.adgso.next_steps import next_steps
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
+from lampyris.planning.base import NextSteps
 from lampyris.planning.field.repair import Padded
-
-
-@dataclass(slots=True)
-class NextSteps:
-    """The next steps from a cell, in numbers of cells of the map with a border one cell wide.
-
-    Parameters
-    ----------
-    path : int64; its first ``steps + 1`` cells are the path, as far as it was asked for. Overwritten by the next answer.
-    steps : of the whole path; -1: hemmed in.
-    commit : how many of them are committed to.
-    expansions : cells looked at.
-    """
-
-    path: NDArray[np.int64]
-    steps: int
-    commit: int
-    expansions: int
 
 
 class StepFinder:

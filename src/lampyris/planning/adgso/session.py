@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.adgso import walk as w
@@ -13,10 +12,10 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planning.adgso.next_steps import NextSteps, StepFinder
+from lampyris.planning.adgso.next_steps import StepFinder
 from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Walker, WalkState, walls
-from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.base import Budget, NextSteps, SessionBase, Surroundings
 from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for
@@ -124,20 +123,12 @@ class AdGsoSession(SessionBase):
         self._hemmed = here if trip.code == w.HEMMED else None
         return self._conclude(trip)
 
-    def next_steps(
-        self, robot: int, closed: NDArray[np.int64], count: int, wanted: int
-    ) -> NextSteps | None:
+    def next_steps(self, seen: Surroundings, wanted: int) -> NextSteps | None:
         """What :meth:`plan` would answer, as far as ``wanted`` steps beyond what it commits to; None: it has to be asked.
 
         The map must be as it was reported last. An answer counts as a call of :meth:`plan`.
-
-        Parameters
-        ----------
-        robot : number of the robot's cell, in the map with a border one cell wide.
-        closed, count : numbers of the cells that obstacles close now, and how many there are; the robot's is not among
-            them.
         """
-        settings = self._settings
+        settings, robot = self._settings, seen.robot
         simple = not (self._walled or self._closed or self._recorded or self._map.has_terrain)
         if not simple:
             return None
@@ -151,7 +142,7 @@ class AdGsoSession(SessionBase):
                 return None
             finder = StepFinder(self._walker, ground, robot, self._moves, wanted)
             self._finder = self._map.revision, wanted, finder
-        found = self._finder[2].find(robot, closed, count)
+        found = self._finder[2].find(robot, seen.closed, seen.count)
         if found is None:
             return None
         here = self._walker.cell(robot)

@@ -22,6 +22,7 @@ from lampyris.model.change import Change
 from lampyris.model.grid import frozen
 from lampyris.model.plan import Plan, Status
 from lampyris.model.trace import Event, Outcome
+from lampyris.planning.base import NextSteps, Surroundings
 from lampyris.sim.grid.following import Following, follow
 from lampyris.sim.grid.sensing import observed_obstacles
 from lampyris.sim.traffic.obstacle_draws import steps
@@ -51,8 +52,8 @@ _NOTHING: Ints = np.zeros(1, dtype=np.int64)
 class AnswersNextSteps(Protocol):
     """A session that can answer with its next steps alone; see :class:`lampyris.planning.adgso.session.AdGsoSession`."""
 
-    def next_steps(self, robot: int, closed: Ints, count: int, wanted: int) -> Any:
-        """The next steps from a cell, or None."""
+    def next_steps(self, seen: Surroundings, wanted: int) -> NextSteps | None:
+        """The next steps, and ``wanted`` more; None: a plan has to be asked for."""
         ...
 
     def whole_plan(self, change: Change) -> Plan:
@@ -112,6 +113,9 @@ class CompiledTicks:
         self._paced = state.now
         self._partial = False
         self._asked_at = (0, 0)
+        self._new = np.zeros(self._capacity, dtype=np.int64)
+        self._known = 0
+        self._live = run.traffic.recording is None
         self._follow(state.following, None if state.plan is None else state.plan)
 
     # ---- arrays --------------------
@@ -353,7 +357,9 @@ class CompiledTicks:
         """The plan's cells, as far as they are known here."""
         if self._following is not None:
             return self._following.route
-        count = min(int(self._st[k.STEPS]) + 1, int(self._st[k.UNTIL]) + self._run.tick_speed.horizon + 2)
+        count = int(self._st[k.STEPS]) + 1
+        if not self._st[k.TIMED]:
+            count = min(count, int(self._st[k.UNTIL]) + self._run.tick_speed.horizon + 2)
         return [self._space.cell(number) for number in self._route[:count].tolist()]
 
     # ---- the planner --------------------
@@ -387,18 +393,30 @@ class CompiledTicks:
         if find is None or run.budget is not None or not run.walls.reported:
             return False
         began = loading.cpu()
-        found = find(robot, self._marks, count, run.tick_speed.horizon + 2)
+        where, step_x, step_y, *_ = self._obstacles
+        now, obstacles = int(st[k.NOW]), int(st[k.OBSTACLES])
+        if len(run.traffic.appears) > self._known:
+            self._new[:obstacles] = np.array(run.traffic.appears) == now
+            self._known = obstacles + (0 if not self._new.any() else -1)
+        seen = Surroundings(
+            robot, max(now - 1, 0), now, self._marks, count, where, step_x, step_y, self._new, obstacles, self._live
+        )
+        found = find(seen, run.tick_speed.horizon + 2)
         run.state.planning_s += loading.cpu() - began
         if found is None:
             return False
         run.state.expansions += found.expansions
         run.state.repaired = False
         self._route, self._following, self._partial = found.path, None, True
-        self._enter_at = _NOTHING
         self._asked_at = robot, count
-        until = max(min(found.commit, found.steps), min(found.steps, 1), 0)
-        st[[k.PLACE, k.UNTIL, k.STEPS, k.TIMED, k.COMMITS, k.COUNTED, k.ROUNDS]] = (
-            0, until, found.steps, 0, 1, found.steps < 0, 1,
+        if found.enter is None:
+            until, until_tick, self._enter_at = max(min(found.commit, found.steps), min(found.steps, 1), 0), 0, _NOTHING
+        else:
+            self._enter_at = found.enter
+            until_tick = int(found.enter[0]) + found.commit
+            until = int(np.searchsorted(found.enter[: found.steps + 1], until_tick, side="right")) - 1
+        st[[k.PLACE, k.UNTIL, k.STEPS, k.TIMED, k.UNTIL_TICK, k.COMMITS, k.COUNTED, k.ROUNDS]] = (
+            0, until, found.steps, found.enter is not None, until_tick, 1, found.steps < 0, 1,
         )  # fmt: skip
         self._sentence = Status.HEMMED_IN.sentence if found.steps < 0 else ""
         if ahead >= 0 and found.steps > 0 and int(found.path[1]) != ahead:
