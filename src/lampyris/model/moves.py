@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -38,6 +39,11 @@ _INVERSE_P = pow(PELL_P, -1, PELL_Q)
 _EIGHT = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 _FOUR = _EIGHT[4:]
 _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))
+
+
+@lru_cache(maxsize=64)
+def _reach(offsets: tuple[Cell, ...]) -> int:
+    return max(max(abs(dx), abs(dy)) for dx, dy in offsets)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -115,7 +121,7 @@ class Moves(Noun):
     @property
     def reach(self) -> int:
         """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
-        return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
+        return _reach(self.offsets)
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -25,6 +24,10 @@ GROUPS = MappingProxyType({"cells": GROUP, "poses": POSE_GROUP, "fleets": FLEET_
 """Groups of entry points by kind of planner."""
 _OF_SCENES = ("cells", "poses")
 _T = TypeVar("_T", Traits, FleetTraits)
+
+
+_CLASSES: dict[EntryPoint, type[Any]] = {}
+"""Classes of entry points that have been loaded."""
 
 
 class PlannerLeftOut(RuntimeWarning):
@@ -106,12 +109,11 @@ def planner_class(name: str) -> type[Planner]:
 def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     """The planner of that name of some kinds; see :func:`planner_class`."""
     entry = _entry(name, kinds)
+    if entry in _CLASSES:
+        return _CLASSES[entry]
     try:
-        if entry.module in sys.modules:
+        with uninterrupted():
             loaded: Any = entry.load()
-        else:
-            with uninterrupted():
-                loaded = entry.load()
     except (Exception, SystemExit) as fault:
         if not origin_of(name):
             raise
@@ -121,6 +123,7 @@ def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     if not isinstance(loaded, type) or not is_dataclass(loaded) or lacks:
         what = f"it has no {', '.join(lacks)}" if lacks else "it is no dataclass"
         raise _broken(entry, f"{entry.value} is no planner: {what}")
+    _CLASSES[entry] = loaded
     return cast(type[Any], loaded)
 
 
@@ -160,9 +163,11 @@ def origin_of(name: str) -> str:
     return f"{dist.name} {dist.version}"
 
 
+@cache
 def settings_of(kind: type[Any]) -> Mapping[str, Any]:
     """Each setting of a planner with its default."""
-    return {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
+    found = {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
+    return MappingProxyType(found)
 
 
 def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:

@@ -42,16 +42,16 @@ def check_trace(trace: Trace) -> Violation | None:
     if broken is not None:
         return broken
     eras = eras_of(trace)
-    traffic = _traffic(trace)
+    traffic, codes = _traffic(trace), list[Ints]()
     return (
         edits_violation(trace, eras)
-        or _robot(trace, eras)
+        or _robot(trace, eras, codes)
         or sensing_violation(trace)
         or goal_violation(trace)
         or _obstacles(trace, eras, traffic)
         or _pairs(trace, traffic)
         or _outcome(trace, traffic)
-        or _path_violation(trace, eras)
+        or _path_violation(trace, codes)
         or _events(trace)
         or _speeds(trace)
     )
@@ -83,13 +83,14 @@ def _lengths(trace: Trace) -> Violation | None:
 
 def _driven(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
     """The robot's cells without repeats, and the tick, from the first, at which it left each."""
-    moved = (cells[1:] != cells[:-1]).any(axis=1)
+    moved = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
     new = np.concatenate((np.ones(1, dtype=np.bool_), moved))
     leaves = np.concatenate((np.flatnonzero(moved), [len(cells) - 1]))
     return cells[new], leaves.astype(np.int64)
 
 
-def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
+def _robot(trace: Trace, eras: list[Era], codes: list[Ints]) -> Violation | None:
+    """The robot alone; ``codes`` is filled with those of its steps, era by era, if it drove."""
     scene = trace.scene
     first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
     if first != scene.start:
@@ -100,7 +101,8 @@ def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
     for era, grid in with_maps(eras, scene.grid):
         # The step into an era is made on its map, from a cell that cannot have turned into a wall.
         cells, leaves = _driven(trace.robot[era.since : era.last + 1])
-        fault, _ = walk_violation(cells, grid, scene.robot, scene.moves)
+        fault, code = walk_violation(cells, grid, scene.robot, scene.moves)
+        codes.append(code)
         if fault is not None:
             tick = era.since + int(leaves[fault.index])
             return Violation(fault.rule, f"robot after tick {tick}", fault.sentence)
@@ -262,7 +264,7 @@ def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
     return None
 
 
-def _path_violation(trace: Trace, eras: list[Era]) -> Violation | None:
+def _path_violation(trace: Trace, codes: list[Ints]) -> Violation | None:
     """The path really driven, its cost, and how often the robot waited.
 
     It costs by the ground of the map as given: a wall that comes and goes leaves it as it was.
@@ -278,10 +280,6 @@ def _path_violation(trace: Trace, eras: list[Era]) -> Violation | None:
         moves, grid = trace.scene.moves, trace.scene.grid
         broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
-            codes = []
-            for era, ground in with_maps(eras, grid):
-                part, _ = _driven(trace.robot[era.since : era.last + 1])
-                codes.append(walk_violation(part, ground, trace.scene.robot, moves)[1])
             broken = cost_violation(trace.path, moves, np.concatenate(codes), grid)
         if broken is not None:
             return broken

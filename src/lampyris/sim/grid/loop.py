@@ -528,7 +528,7 @@ class Simulation(Exclusive):
         """
         robot, tracks, speeds, causes = self._history()
         moved = np.ones(len(robot), dtype=np.bool_)
-        moved[1:] = (robot[1:] != robot[:-1]).any(axis=1)
+        moved[1:] = (robot[1:, 0] != robot[:-1, 0]) | (robot[1:, 1] != robot[:-1, 1])
         route = robot[moved]
         grid = self.scene.grid
         return Trace(
