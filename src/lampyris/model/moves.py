@@ -42,7 +42,7 @@ _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2
 
 
 @lru_cache(maxsize=64)
-def _reach(offsets: tuple[Cell, ...]) -> int:
+def _reach(offsets: tuple[tuple[int, int], ...]) -> int:
     return max(max(abs(dx), abs(dy)) for dx, dy in offsets)
 
 

@@ -9,6 +9,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar, cast, overload
+from weakref import WeakKeyDictionary
 
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
@@ -28,6 +29,8 @@ _T = TypeVar("_T", Traits, FleetTraits)
 
 _CLASSES: dict[EntryPoint, type[Any]] = {}
 """Classes of entry points that have been loaded."""
+_SETTINGS: WeakKeyDictionary[type[Any], Mapping[str, Any]] = WeakKeyDictionary()
+"""Settings of planners that were asked for, with their defaults."""
 
 
 class PlannerLeftOut(RuntimeWarning):
@@ -163,9 +166,15 @@ def origin_of(name: str) -> str:
     return f"{dist.name} {dist.version}"
 
 
-@cache
 def settings_of(kind: type[Any]) -> Mapping[str, Any]:
     """Each setting of a planner with its default."""
+    found = _SETTINGS.get(kind)
+    if found is None:
+        found = _SETTINGS[kind] = _settings_of(kind)
+    return found
+
+
+def _settings_of(kind: type[Any]) -> Mapping[str, Any]:
     found = {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
     return MappingProxyType(found)
 

@@ -86,7 +86,22 @@ def bar_hop(cell, dx, dy, tick, stride, inside, kind_of, steps, slot, touched, c
         bar(cell + dy * stride, dx, -dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
 
 
-@kernel(out=("slot", "touched", "first", "begin", "end", "owner", "barred", "ban", "counts", "busy", "bans", "order"))
+@kernel(
+    out=(
+        "slot",
+        "touched",
+        "first",
+        "begin",
+        "end",
+        "owner",
+        "barred",
+        "ban",
+        "counts",
+        "busy",
+        "bans",
+        "order",
+    )
+)
 def lay_out(
     where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
     kind_of, steps, slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
@@ -105,7 +120,18 @@ def lay_out(
             occupy(cell - dy * stride - dx, now - 1, now - 1, inside, slot, touched, counts, busy)
             if dx != 0 or dy != 0:
                 bar_hop(
-                    cell - dy * stride - dx, dx, dy, now, stride, inside, kind_of, steps, slot, touched, counts, bans
+                    cell - dy * stride - dx,
+                    dx,
+                    dy,
+                    now,
+                    stride,
+                    inside,
+                    kind_of,
+                    steps,
+                    slot,
+                    touched,
+                    counts,
+                    bans,
                 )
         occupy(cell, now, now, inside, slot, touched, counts, busy)
         if horizon == 0:
@@ -120,7 +146,9 @@ def lay_out(
                 dy = 0
                 to = cell
             if dx != 0 or dy != 0:
-                bar_hop(cell, dx, dy, now + ahead, stride, inside, kind_of, steps, slot, touched, counts, bans)
+                bar_hop(
+                    cell, dx, dy, now + ahead, stride, inside, kind_of, steps, slot, touched, counts, bans
+                )
             occupy(to, now + ahead, now + ahead, inside, slot, touched, counts, busy)
             cell = to
         stood = now - since[k]
@@ -204,9 +232,7 @@ def safe_until(cell, tick, slot, first, begin, end):
 
 
 @kernel()
-def still_good(
-    route, enter, at, length, tick, stride, kind_of, steps, slot, first, begin, end, barred, ban
-):
+def still_good(route, enter, at, length, tick, stride, kind_of, steps, slot, first, begin, end, barred, ban):
     """Whether a robot that is on ``route[at]`` at ``tick`` may drive on as planned."""
     for k in range(at, length - 1):
         u = route[k]
@@ -220,7 +246,9 @@ def still_good(
         dy = (v - u + stride + 1) // stride - 1
         dx = v - u - dy * stride
         s = slot[u]
-        if s >= 0 and _is_banned(ban, barred[s], barred[s + 1], then * steps + kind_of[3 * (dx + 1) + dy + 1]):
+        if s >= 0 and _is_banned(
+            ban, barred[s], barred[s + 1], then * steps + kind_of[3 * (dx + 1) + dy + 1]
+        ):
             return False
         s = slot[v]
         if s >= 0 and not _is_safe(begin, end, first[s], first[s + 1], then):

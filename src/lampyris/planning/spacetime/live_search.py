@@ -40,12 +40,20 @@ class LiveSearch:
     spent : states that the last search expanded.
     """
 
-    def __init__(self, search: TimedSearch, walkable: BoolGrid, horizon: int, margin: int, forecast: str) -> None:
+    def __init__(
+        self, search: TimedSearch, walkable: BoolGrid, horizon: int, margin: int, forecast: str
+    ) -> None:
         self.search = search
         self.spent = 0
         self._stride = walkable.shape[1] + 2
         inside = framed(np.ones_like(walkable), 1, False).view(np.uint8)
-        self._map = (framed(walkable, 1, False).view(np.uint8), inside, self._stride, search.kinds, *search.ground)
+        self._map = (
+            framed(walkable, 1, False).view(np.uint8),
+            inside,
+            self._stride,
+            search.kinds,
+            *search.ground,
+        )
         self._settings = (horizon, int(forecast == "velocity"), MOST_STAYS, margin)
         self._horizon = horizon
         self._route, self._enter = np.zeros((2, len(inside)), dtype=np.int64)
@@ -73,7 +81,16 @@ class LiveSearch:
         arrive, paid, key, tie = np.zeros((4, states), dtype=np.int64)
         came, place = np.zeros((2, states), dtype=np.int32)
         heap = np.zeros(states + 1, dtype=np.int32)
-        self._states: tuple[Any, ...] = (arrive, paid, came, np.zeros(states, dtype=np.uint8), heap, place, key, tie)
+        self._states: tuple[Any, ...] = (
+            arrive,
+            paid,
+            came,
+            np.zeros(states, dtype=np.uint8),
+            heap,
+            place,
+            key,
+            tie,
+        )
 
     def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
         """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""
@@ -92,12 +109,17 @@ class LiveSearch:
     def noted(self) -> tuple[dict[int, tuple[Cell, int]], TimedSearchResult | None]:
         """What :meth:`recall` takes."""
         cells, since = self._noted[:, : self._known].tolist()
-        stood = {n: (self.search.cell(cell), first) for n, (cell, first) in enumerate(zip(cells, since, strict=True))}
+        stood = {
+            n: (self.search.cell(cell), first)
+            for n, (cell, first) in enumerate(zip(cells, since, strict=True))
+        }
         if not self._length:
             return stood, None
         y, x = np.divmod(self._route[: self._length], self._stride)
         cells_of = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
-        return stood, TimedSearchResult(FOUND, self.spent, False, cells_of, self._enter[: self._length].copy())
+        return stood, TimedSearchResult(
+            FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
+        )
 
     def find(self, seen: Surroundings) -> NextSteps | None:
         """The earliest arrival, or the route that is driven; None where there is none as things are believed."""

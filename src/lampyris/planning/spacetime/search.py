@@ -158,7 +158,7 @@ class TimedSearch:
         return self._kind_of
 
     @property
-    def ground(self) -> tuple[NDArray[np.uint8] | _Ints | NDArray[np.int32], ...]:
+    def ground(self) -> tuple[NDArray[np.uint8] | _Ints | NDArray[np.int32] | int, ...]:
         """The map as :func:`lampyris.kernels.spacetime.timed_search.sipp` takes it, ``free`` to ``rest``, and the goal."""
         return (*self._ground(), self._goal)
 

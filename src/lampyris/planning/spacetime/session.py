@@ -122,7 +122,9 @@ class TimedSession(SessionBase):
             return None
         if self._live is None or self._live.search is not search:
             self._remember()
-            self._live = LiveSearch(search, self._forecaster.free, settings.horizon, settings.margin, settings.forecast)
+            self._live = LiveSearch(
+                search, self._forecaster.free, settings.horizon, settings.margin, settings.forecast
+            )
         if not self._ahead:
             self._live.recall(self._stood, self._current)
         found = self._live.find(seen)
@@ -137,7 +139,8 @@ class TimedSession(SessionBase):
         """The plan that the last answer of :meth:`next_steps` is a part of."""
         spent = 0 if self._live is None else self._live.spent
         self._remember()
-        assert self._current is not None and self._current.cells is not None
+        assert self._current is not None
+        assert self._current.cells is not None
         path = path_of(self._current.cells, self._moves, self._scene.grid.terrain)
         ticks = self._current.ticks
         return Plan(Status.FOUND, self._name, path, iterations=1, expansions=spent, commit=1, schedule=ticks)

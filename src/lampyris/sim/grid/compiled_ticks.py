@@ -88,6 +88,7 @@ class CompiledTicks:
         self._walkers = run.traffic.walkers
         more = sum(w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None)
         self._capacity = max(len(world.where) + more, 1)
+        assert state.last_tick is not None
         st[[k.NOW, k.LAST_TICK, k.BASE, k.PATIENCE]] = state.now, state.last_tick, state.now, run.patience
         st[[k.OBSTACLES, k.CAPACITY, k.ROBOT, k.GOAL]] = (
             len(world.where), self._capacity, world.robot, self._goal,
@@ -172,7 +173,17 @@ class CompiledTicks:
             turn = -1 if one.turn_after is None else one.turn_after
             table = place[id(self._run.world.shapes[one.obstacle])]
             drives.append(
-                (one.obstacle, table, len(routes), len(one.route), one.at, one.ahead, one.waited, int(one.yields), turn)
+                (
+                    one.obstacle,
+                    table,
+                    len(routes),
+                    len(one.route),
+                    one.at,
+                    one.ahead,
+                    one.waited,
+                    int(one.yields),
+                    turn,
+                )
             )
             routes += one.route
         tracks: list[int] = []
@@ -195,7 +206,14 @@ class CompiledTicks:
         if known is None:
             self._st[k.LAW] = k.LAW_OUTSIDE
             none = frozen(np.zeros(1, dtype=np.uint8))
-            return frozen(np.zeros(1)), none, none, np.zeros(1, dtype=np.int32), np.zeros(1), np.zeros(1, np.int64)
+            return (
+                frozen(np.zeros(1)),
+                none,
+                none,
+                np.zeros(1, dtype=np.int32),
+                np.zeros(1),
+                np.zeros(1, np.int64),
+            )
         law, numbers, counted, walls = known
         self._st[k.LAW] = law
         nodes = speed.horizon + 2
@@ -399,7 +417,17 @@ class CompiledTicks:
             self._new[:obstacles] = np.array(run.traffic.appears) == now
             self._known = obstacles + (0 if not self._new.any() else -1)
         seen = Surroundings(
-            robot, max(now - 1, 0), now, self._marks, count, where, step_x, step_y, self._new, obstacles, self._live
+            robot,
+            max(now - 1, 0),
+            now,
+            self._marks,
+            count,
+            where,
+            step_x,
+            step_y,
+            self._new,
+            obstacles,
+            self._live,
         )
         found = find(seen, run.tick_speed.horizon + 2)
         run.state.planning_s += loading.cpu() - began
@@ -410,14 +438,23 @@ class CompiledTicks:
         self._route, self._following, self._partial = found.path, None, True
         self._asked_at = robot, count
         if found.enter is None:
-            until, until_tick, self._enter_at = max(min(found.commit, found.steps), min(found.steps, 1), 0), 0, _NOTHING
+            until, until_tick, self._enter_at = (
+                max(min(found.commit, found.steps), min(found.steps, 1), 0),
+                0,
+                _NOTHING,
+            )
         else:
             self._enter_at = found.enter
             until_tick = int(found.enter[0]) + found.commit
             until = int(np.searchsorted(found.enter[: found.steps + 1], until_tick, side="right")) - 1
         # One by one: a list of places takes several times as long, and this is done at every other tick.
         st[k.PLACE], st[k.UNTIL], st[k.STEPS], st[k.UNTIL_TICK] = 0, until, found.steps, until_tick
-        st[k.TIMED], st[k.COMMITS], st[k.COUNTED], st[k.ROUNDS] = found.enter is not None, 1, found.steps < 0, 1
+        st[k.TIMED], st[k.COMMITS], st[k.COUNTED], st[k.ROUNDS] = (
+            found.enter is not None,
+            1,
+            found.steps < 0,
+            1,
+        )
         self._sentence = Status.HEMMED_IN.sentence if found.steps < 0 else ""
         if ahead >= 0 and found.steps > 0 and int(found.path[1]) != ahead:
             run.state.path_switches += 1

@@ -42,7 +42,7 @@ from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import EIGHT, CellIndex, robot_shape
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.world import Occupancy
-from lampyris.typing import BoolGrid, Cell, Cells
+from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 BLOCK = 64
 """Ticks whose draws are made at once."""

@@ -250,9 +250,7 @@ class Simulation(Exclusive):
         self.notes.add(plan.notes)
         self.state.repaired = plan.repaired
         if plan.repaired and not repaired:
-            self._tell(
-                "repair", here, "Obstacles in the way count as walls until they leave."
-            )
+            self._tell("repair", here, "Obstacles in the way count as walls until they leave.")
         self.state.planning_s += loading.cpu() - began
         self.state.expansions += plan.expansions
         for gate in plan.gates_met:
@@ -566,7 +564,6 @@ class Simulation(Exclusive):
             goal_track=None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
             seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
         )
-
 
     def _history(self) -> tuple[Cells, tuple[Cells, ...], Floats, tuple[str, ...]]:
         """The robot's cells, the obstacles' from when they appeared, speeds and causes, tick by tick."""

@@ -122,7 +122,13 @@ class TickSpeed:
             return LAW_DISSERTATION, *law_tables(settings), grid.blocked
         if type(settings) is not PhysicalLaw or robot.jerk_max is not None:
             return None
-        rules = (settings.approach, settings.uncertainty, settings.blind, settings.three_speed, settings.cloud)
+        rules = (
+            settings.approach,
+            settings.uncertainty,
+            settings.blind,
+            settings.three_speed,
+            settings.cloud,
+        )
         if any(rule is not None for rule in rules) or (settings.zones and scene.zones is not None):
             return None
         numbers = (
