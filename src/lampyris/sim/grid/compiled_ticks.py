@@ -452,7 +452,7 @@ class CompiledTicks:
         st[k.TIMED], st[k.COMMITS], st[k.COUNTED], st[k.ROUNDS] = (
             found.enter is not None,
             1,
-            found.steps < 0,
+            0,
             1,
         )
         self._sentence = Status.HEMMED_IN.sentence if found.steps < 0 else ""
