@@ -134,7 +134,7 @@ class Session(Protocol):
 
 
 @dataclass(slots=True)
-class Surroundings:
+class SensedNow:
     """What a simulation knows when it asks for next steps alone, in arrays that it goes on to write to.
 
     Cells are numbers of the map with a border one cell wide: ``(y + 1) * (width + 2) + x + 1``.
@@ -164,7 +164,7 @@ class Surroundings:
 
 @dataclass(slots=True)
 class NextSteps:
-    """A plan as far as a simulation needs it, in the numbers of :class:`Surroundings`.
+    """A plan as far as a simulation needs it, in the numbers of :class:`SensedNow`.
 
     Parameters
     ----------

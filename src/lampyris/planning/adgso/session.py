@@ -15,7 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.adgso.next_steps import StepFinder
 from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Walker, WalkState, walls
-from lampyris.planning.base import Budget, NextSteps, SessionBase, Surroundings
+from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for
@@ -123,7 +123,7 @@ class AdGsoSession(SessionBase):
         self._hemmed = here if trip.code == w.HEMMED else None
         return self._conclude(trip)
 
-    def next_steps(self, seen: Surroundings, wanted: int) -> NextSteps | None:
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
         """What :meth:`plan` would answer, as far as ``wanted`` steps beyond what it commits to; None: it has to be asked.
 
         The map must be as it was reported last. An answer counts as a call of :meth:`plan`.

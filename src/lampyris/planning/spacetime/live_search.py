@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
-from lampyris.planning.base import NextSteps, Surroundings
+from lampyris.planning.base import NextSteps, SensedNow
 from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
 from lampyris.typing import BoolGrid, Cell
@@ -121,7 +121,7 @@ class LiveSearch:
             FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
         )
 
-    def find(self, seen: Surroundings) -> NextSteps | None:
+    def find(self, seen: SensedNow) -> NextSteps | None:
         """The earliest arrival, or the route that is driven; None where there is none as things are believed."""
         if seen.obstacles > self._most:
             noted = self._noted

@@ -16,7 +16,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.planning.base import Budget, NextSteps, SessionBase, Surroundings
+from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.layers import free_cells, free_space, moves_for
@@ -108,7 +108,7 @@ class TimedSession(SessionBase):
         self._forecaster = Forecaster(walkable, own, guess=guess, growth=growth)
         self._laid = True
 
-    def next_steps(self, seen: Surroundings, wanted: int) -> NextSteps | None:
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
         """What :meth:`plan` would answer; None: it has to be asked.
 
         The map must be as it was reported last. An answer counts as a call of :meth:`plan`.

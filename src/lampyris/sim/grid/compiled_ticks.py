@@ -1,15 +1,15 @@
 """Compiled ticks: a simulation's state as arrays, on which a kernel does many ticks at once.
 
 The rules are those of the loop (:mod:`lampyris.sim.grid.loop`), which tests hold equal to the kernel. The arrays are made of
-a simulation between two ticks, and written back to it when somebody wants to look at it or change it; what neither needs is
-never made. The kernel comes back where the planner has to be asked. Speeds of laws that it does not know are filled in
+a simulation between two ticks, and written back to it before it is looked at or changed; what neither needs is never
+made. The kernel comes back where the planner has to be asked. Speeds of laws that it does not know are filled in
 afterwards: a robot makes one step a tick, however fast it is.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +21,22 @@ from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
 from lampyris.model.grid import frozen
 from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event, Outcome
-from lampyris.planning.base import NextSteps, Surroundings
+from lampyris.planning.base import Budget, NextSteps, Planner, SensedNow, Session
+from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import Following, follow
+from lampyris.sim.grid.pursuit import GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles
+from lampyris.sim.grid.state import SimulationState
+from lampyris.sim.grid.tick_speed import TickSpeed
 from lampyris.sim.traffic.obstacle_draws import steps
-from lampyris.sim.traffic.traffic import Recording, Shuttle, Walkers
+from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
 from lampyris.sim.world.cell_index import KEPT, CellIndex, Same, Shape, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell, Cells, Floats
-
-if TYPE_CHECKING:
-    from lampyris.sim.grid.loop import Simulation
 
 BLOCK = 64
 """Ticks whose draws are made at once, and for which there is room at first."""
@@ -52,7 +56,7 @@ _NOTHING: Ints = np.zeros(1, dtype=np.int64)
 class AnswersNextSteps(Protocol):
     """A session that can answer with its next steps alone; see :class:`lampyris.planning.adgso.session.AdGsoSession`."""
 
-    def next_steps(self, seen: Surroundings, wanted: int) -> NextSteps | None:
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
         """The next steps, and ``wanted`` more; None: a plan has to be asked for."""
         ...
 
@@ -61,7 +65,32 @@ class AnswersNextSteps(Protocol):
         ...
 
 
-def supported(run: Simulation) -> bool:
+class Running(Protocol):
+    """What is needed of a simulation; see :class:`lampyris.sim.grid.loop.Simulation`."""
+
+    scene: Scene
+    planner: Planner
+    session: Session
+    state: SimulationState
+    world: Occupancy
+    traffic: Traffic
+    walls: Walls
+    tick_speed: TickSpeed
+    patience: int
+    budget: Budget | None
+    sensor: Sensor | None
+    pursuit: GoalPursuit | None
+
+    def ask(self, change: Change, here: Cell, ahead: Cell | None) -> None:
+        """Ask the planner, and follow its plan from here on."""
+        ...
+
+    def end(self, outcome: Outcome, detail: str = "") -> None:
+        """The simulation is over."""
+        ...
+
+
+def supported(run: Running) -> bool:
     """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
     map, a goal that stands still."""
     if run.sensor is not None or run.pursuit is not None or not run.world.robot_shape.single:
@@ -77,7 +106,7 @@ class CompiledTicks:
     run : the simulation; while the arrays are ahead of it, nobody else may change it.
     """
 
-    def __init__(self, run: Simulation) -> None:
+    def __init__(self, run: Running) -> None:
         self._run = run
         world, state = run.world, run.state
         self._space: CellIndex = world.space
@@ -86,7 +115,9 @@ class CompiledTicks:
         st = self._st = np.zeros(k.STATE, dtype=np.int64)
         self._room = (self._space.height + 2) * self._space.stride
         self._walkers = run.traffic.walkers
-        more = sum(w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None)
+        more = sum(
+            w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None
+        )  # bits: whole numbers
         self._capacity = max(len(world.where) + more, 1)
         assert state.last_tick is not None
         st[[k.NOW, k.LAST_TICK, k.BASE, k.PATIENCE]] = state.now, state.last_tick, state.now, run.patience
@@ -158,7 +189,8 @@ class CompiledTicks:
         first = drawn = 0
         rows, rates = [], []
         for w in self._walkers:
-            rows.append((place[id(w.shape)], first, len(w.own), w.spec.count, drawn))
+            table = place[id(w.shape)]  # bits: only tells them apart
+            rows.append((table, first, len(w.own), w.spec.count, drawn))
             rates.append(-1.0 if w.spec.rate is None else w.spec.rate)
             first += w.spec.count
             drawn += w.spec.count + 2
@@ -171,7 +203,7 @@ class CompiledTicks:
         drives = []
         for one in self._shuttles:
             turn = -1 if one.turn_after is None else one.turn_after
-            table = place[id(self._run.world.shapes[one.obstacle])]
+            table = place[id(self._run.world.shapes[one.obstacle])]  # bits: only tells them apart
             drives.append(
                 (
                     one.obstacle,
@@ -416,7 +448,7 @@ class CompiledTicks:
         if len(run.traffic.appears) > self._known:
             self._new[:obstacles] = np.array(run.traffic.appears) == now
             self._known = obstacles + (0 if not self._new.any() else -1)
-        seen = Surroundings(
+        seen = SensedNow(
             robot,
             max(now - 1, 0),
             now,

@@ -115,7 +115,7 @@ class Walls:
 
     @property
     def reported(self) -> bool:
-        """Whether the planner has been told of all that has turned."""
+        """Whether all that has turned has been reported to the planner."""
         return not self._news
 
     def _keep_lanes(self, traffic: Traffic) -> None:
