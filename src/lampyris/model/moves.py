@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -39,11 +38,6 @@ _INVERSE_P = pow(PELL_P, -1, PELL_Q)
 _EIGHT = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 _FOUR = _EIGHT[4:]
 _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))
-
-
-@lru_cache(maxsize=64)
-def _reach(offsets: tuple[tuple[int, int], ...]) -> int:
-    return max(max(abs(dx), abs(dy)) for dx, dy in offsets)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -121,7 +115,7 @@ class Moves(Noun):
     @property
     def reach(self) -> int:
         """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
-        return _reach(self.offsets)
+        return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
