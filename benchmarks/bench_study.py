@@ -41,7 +41,7 @@ dissertation's rules and its speed law.
 - runs: the same runs whole, from a seed to a Trace; what the runs of a query share is made before.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
-- loop: `lampyris.sim.grid.loop.run`, which can be watched tick by tick, and solves its field each time.
+- loop: `lampyris.sim.grid.loop.run`, which can be stopped at any tick, and solves its field each time.
 - public call: `lampyris.simulate`, which is the loop and the referee's check of every tick. **This is what a
   user of the package calls**; the kernels and the runs are reached through a study alone.
 - plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
@@ -51,9 +51,9 @@ Before anything is timed, robot, obstacles and speeds of kernels, loop, public c
 compared. Rounds go through all contestants in turn. On one core times are of this thread's processor time; of
 two processes by the clock, beside one process by the clock, everything compiled.
 
-The loop and the public call solve their field anew in each run and make nouns at each tick, which is what
-watching costs; the plain simulator is quicker than both because it does neither. A second table has the
-public call as it is by default (octile moves, physical law) with three planners. With replayed tracks the
+The loop and the public call solve their field anew in each run, place the obstacles, and make a trace; the public
+call also has every tick refereed. The plain simulator does none of this. A second table has the public call as it
+is by default (octile moves, physical law) with four planners. With replayed tracks the
 obstacles of each world are drawn, and checked, once for all planners that meet them; a study of one planner
 pays for all of that in every run."""
 
@@ -62,7 +62,7 @@ LEAST = {"kernels": 2000.0, "study": 200.0}
 """Runs a second that are aimed at, of one core."""
 BESIDE = {"kernels": 20.0, "runs": 10.0, "study": 1.0}
 """How many times as many as plain Python."""
-PUBLIC_MAPS, PUBLIC_PLANNERS = ("env-1", "env-3"), ("ad-gso", "astar", "sipp")
+PUBLIC_MAPS, PUBLIC_PLANNERS = ("env-1", "env-3"), ("ad-gso", "astar", "dstar-lite", "sipp")
 TWO_CORES = 1.5
 """How many times as many two processes shall do."""
 

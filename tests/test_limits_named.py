@@ -456,6 +456,10 @@ NO_LIMITS = {
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",
     "kernels.adgso.tick_speed.OF_LIMIT", "kernels.adgso.tick_speed.OF_WAITING",
     "kernels.adgso.tick_speed.V_MAX", "planning.adgso.walk.NO_LIMIT",
+    # Places in a kernel's state and law; what one that stands may do longest; above it plans are made the longer way.
+    "kernels.simulation.ticks.WAITING", "kernels.simulation.tick_speed.V_MAX", "kernels.simulation.tick_speed.A_MAX",
+    "kernels.simulation.tick_speed.D_MAX", "planning.spacetime.live_search.MOST_STAYS",
+    "planning.spacetime.live_search.MOST_CELLS",
     "io.scenario.schema._LIMIT", "study.design.schema._LIMIT", "app.server.request_parsing.BYTES", "io.maps.load.VALUES",
     "planning.field.frame.WEIGHS_MOST",
 }  # fmt: skip

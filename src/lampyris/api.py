@@ -7,6 +7,7 @@ leaves through them that the referee has not re-checked.
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -489,8 +490,11 @@ def simulate(
         simulate, planner, planner_settings, settings, traffic=traffic, seed=seed, ticks=ticks, law=law,
         patience=patience, sensor=sensor, goal_track=goal_track, budget=budget, progress=progress,
     )  # fmt: skip
-    with uninterrupted():
+    if "lampyris.sim.grid.loop" in sys.modules:
         from lampyris.sim.grid import loop
+    else:
+        with uninterrupted():
+            from lampyris.sim.grid import loop
 
     of_kind("scene", scene, Scene)
     of_kind("sensor", sensor, Sensor, none=True)

@@ -366,6 +366,8 @@ def _studied(moves: str) -> None:
     if scene.moves.reach == 1:
         for choice in ("greedy", "exact"):
             FastRuns(scene, AdGso(choice=choice)).run(1, 30)
+        for planner in ("ad-gso", "sipp"):  # those that answer with their next steps alone
+            api.simulate(scene, planner, ticks=12)
     Replay(scene, 1).upto(10)
 
 

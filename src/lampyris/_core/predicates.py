@@ -47,6 +47,8 @@ def items_of(value: object) -> tuple[object, ...]:
 
 def cells(value: object) -> np.ndarray[Any, np.dtype[np.int32]] | None:
     """An int32 array (n, 2) of its own, made of whole numbers; None if it is none."""
+    if type(value) is np.ndarray and value.dtype == np.int32 and value.ndim == 2 and value.shape[1] == 2:
+        return np.array(value, order="C")  # what simulations make, dozens of times a run
     array = _array(value, "iu")
     if array is None or array.size % 2 or (array.size and array.shape[-1] != 2) or array.ndim not in (1, 2):
         return None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.cancellation import CancelToken
 from lampyris._core.exclusive import Exclusive, one_call
@@ -130,6 +131,55 @@ class Session(Protocol):
         BusyError : another call is at work on this session, in another thread or around this one.
         """
         ...
+
+
+@dataclass(slots=True)
+class SensedNow:
+    """What a simulation knows when it asks for next steps alone, in arrays that it goes on to write to.
+
+    Cells are numbers of the map with a border one cell wide: ``(y + 1) * (width + 2) + x + 1``.
+
+    Parameters
+    ----------
+    robot : the robot's cell.
+    tick, now : when it stands there, and of when the obstacles' places are: ``tick``, or ``tick + 1``.
+    closed, count : cells that obstacles close to its next step, and how many there are; its own is not among them.
+    where, step_x, step_y, new : int64, of each obstacle: its cell, its last step, whether it has just appeared.
+    obstacles : how many there are.
+    live : whether all of them are of one cell, and nothing is known of their future.
+    """
+
+    robot: int
+    tick: int
+    now: int
+    closed: NDArray[np.int64]
+    count: int
+    where: NDArray[np.int64]
+    step_x: NDArray[np.int64]
+    step_y: NDArray[np.int64]
+    new: NDArray[np.int64]
+    obstacles: int
+    live: bool
+
+
+@dataclass(slots=True)
+class NextSteps:
+    """A plan as far as a simulation needs it, in the numbers of :class:`SensedNow`.
+
+    Parameters
+    ----------
+    path : int64; its first cells are the path, as far as it was asked for. Overwritten by the next answer.
+    steps : of the whole path; -1: hemmed in.
+    commit : how many of them are committed to; with ``enter``, ticks.
+    expansions : states expanded.
+    enter : int64, when each cell is to be entered; None: one step a tick.
+    """
+
+    path: NDArray[np.int64]
+    steps: int
+    commit: int
+    expansions: int
+    enter: NDArray[np.int64] | None = None
 
 
 class SessionBase(Exclusive):

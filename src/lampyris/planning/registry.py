@@ -9,6 +9,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar, cast, overload
+from weakref import WeakKeyDictionary
 
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
@@ -24,6 +25,12 @@ GROUPS = MappingProxyType({"cells": GROUP, "poses": POSE_GROUP, "fleets": FLEET_
 """Groups of entry points by kind of planner."""
 _OF_SCENES = ("cells", "poses")
 _T = TypeVar("_T", Traits, FleetTraits)
+
+
+_CLASSES: dict[EntryPoint, type[Any]] = {}
+"""Classes of entry points that have been loaded."""
+_SETTINGS: WeakKeyDictionary[type[Any], Mapping[str, Any]] = WeakKeyDictionary()
+"""Settings of planners that were asked for, with their defaults."""
 
 
 class PlannerLeftOut(RuntimeWarning):
@@ -105,6 +112,8 @@ def planner_class(name: str) -> type[Planner]:
 def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     """The planner of that name of some kinds; see :func:`planner_class`."""
     entry = _entry(name, kinds)
+    if entry in _CLASSES:
+        return _CLASSES[entry]
     try:
         with uninterrupted():
             loaded: Any = entry.load()
@@ -117,6 +126,7 @@ def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     if not isinstance(loaded, type) or not is_dataclass(loaded) or lacks:
         what = f"it has no {', '.join(lacks)}" if lacks else "it is no dataclass"
         raise _broken(entry, f"{entry.value} is no planner: {what}")
+    _CLASSES[entry] = loaded
     return cast(type[Any], loaded)
 
 
@@ -158,7 +168,15 @@ def origin_of(name: str) -> str:
 
 def settings_of(kind: type[Any]) -> Mapping[str, Any]:
     """Each setting of a planner with its default."""
-    return {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
+    found = _SETTINGS.get(kind)
+    if found is None:
+        found = _SETTINGS[kind] = _settings_of(kind)
+    return found
+
+
+def _settings_of(kind: type[Any]) -> Mapping[str, Any]:
+    found = {f.name: f.default if f.default is not MISSING else None for f in fields(kind) if f.init}
+    return MappingProxyType(found)
 
 
 def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:

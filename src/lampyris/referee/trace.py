@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
-from lampyris.referee.clashes import AgentTracks, ClashDetector
+from lampyris.referee.clashes import AgentTracks, ClashDetector, never_meet
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
 from lampyris.referee.simulations.edits import Era, edits_violation, eras_of, with_maps
@@ -14,7 +14,7 @@ from lampyris.referee.simulations.moving_goal import goal_violation
 from lampyris.referee.simulations.sensing import sensing_violation
 from lampyris.referee.simulations.visits import trace_visits_violation
 from lampyris.referee.verdict import Violation
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, Cell
 
 TOP_SPEED = 80.0
 """The dissertation's greatest speed, velocity units (Table 3.1)."""
@@ -43,16 +43,17 @@ def check_trace(trace: Trace) -> Violation | None:
     if broken is not None:
         return broken
     eras = eras_of(trace)
+    traffic, codes = _traffic(trace), list[Ints]()
     return (
         edits_violation(trace, eras)
-        or _robot(trace, eras)
+        or _robot(trace, eras, codes)
         or sensing_violation(trace)
         or goal_violation(trace)
         or trace_visits_violation(trace)
-        or _obstacles(trace, eras)
-        or _pairs(trace)
-        or _outcome(trace)
-        or _path_violation(trace, eras)
+        or _obstacles(trace, eras, traffic)
+        or _pairs(trace, traffic)
+        or _outcome(trace, traffic)
+        or _path_violation(trace, codes)
         or _events(trace)
         or _speeds(trace)
     )
@@ -84,13 +85,14 @@ def _lengths(trace: Trace) -> Violation | None:
 
 def _driven(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
     """The robot's cells without repeats, and the tick, from the first, at which it left each."""
-    moved = (cells[1:] != cells[:-1]).any(axis=1)
+    moved = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
     new = np.concatenate((np.ones(1, dtype=np.bool_), moved))
     leaves = np.concatenate((np.flatnonzero(moved), [len(cells) - 1]))
     return cells[new], leaves.astype(np.int64)
 
 
-def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
+def _robot(trace: Trace, eras: list[Era], codes: list[Ints]) -> Violation | None:
+    """The robot alone; ``codes`` is filled with those of its steps, era by era, if it drove."""
     scene = trace.scene
     first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
     if first != scene.start:
@@ -101,17 +103,21 @@ def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
     for era, grid in with_maps(eras, scene.grid):
         # The step into an era is made on its map, from a cell that cannot have turned into a wall.
         cells, leaves = _driven(trace.robot[era.since : era.last + 1])
-        fault, _ = walk_violation(cells, grid, scene.robot, scene.moves)
+        fault, code = walk_violation(cells, grid, scene.robot, scene.moves)
+        codes.append(code)
         if fault is not None:
             tick = era.since + int(leaves[fault.index])
             return Violation(fault.rule, f"robot after tick {tick}", fault.sentence)
     return None
 
 
-def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
+def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation | None:
     """Each obstacle alone: its size, its steps, the walls."""
     grid = trace.scene.grid
+    good: set[tuple[float, tuple[Cell, ...]]] = set()
     for k, obstacle in enumerate(trace.obstacle_specs):
+        if (obstacle.radius, obstacle.footprint) in good:
+            continue
         inner = set(map(tuple, disc_cells(obstacle.radius, grid.resolution).tolist()))
         stated = set(obstacle.footprint)
         if stated != inner:
@@ -121,7 +127,7 @@ def _obstacles(trace: Trace, eras: list[Era]) -> Violation | None:
             if not inner <= stated <= outer:
                 what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
                 return Violation("footprint", f"obstacle {k}", what)
-    traffic = _traffic(trace)
+        good.add((obstacle.radius, obstacle.footprint))
     at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
@@ -163,19 +169,24 @@ def _traffic(trace: Trace) -> AgentTracks:
     at = np.zeros((n, count + 1, 2), dtype=np.int64)
     there = np.zeros((n, count + 1), dtype=np.bool_)
     at[:, 0], there[:, 0] = trace.robot, True
-    for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
-        at[t0:, k + 1], there[t0:, k + 1] = track, True
-        at[:t0, k + 1] = track[0]
+    if count and not any(trace.appears):
+        at[:, 1:], there[:, 1:] = np.array(trace.tracks).transpose(1, 0, 2), True
+    else:
+        for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
+            at[t0:, k + 1], there[t0:, k + 1] = track, True
+            at[:t0, k + 1] = track[0]
     res = trace.scene.grid.resolution
     radii = (trace.scene.robot.radius, *(b.radius for b in trace.obstacle_specs))
     # A disc that reaches into no other cell covers one, whatever its radius: let all of those be one group.
-    covers = [disc_cells(r if r > res / 2 else 0.0, res) for r in radii]
+    sizes = {r: disc_cells(r if r > res / 2 else 0.0, res) for r in radii}
+    covers = [sizes[r] for r in radii]
     return AgentTracks(at, there, covers)
 
 
-def _pairs(trace: Trace) -> Violation | None:
+def _pairs(trace: Trace, traffic: AgentTracks) -> Violation | None:
     grid = trace.scene.grid
-    traffic = _traffic(trace)
+    if trace.scene.moves.reach == 1 and never_meet(traffic):
+        return None
     judge = ClashDetector(traffic, grid.width, grid.height, _hits(trace))
     clash = judge.first()
     over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
@@ -227,7 +238,7 @@ def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None
     return None
 
 
-def _outcome(trace: Trace) -> Violation | None:
+def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
     scene = trace.scene
     last = (int(trace.robot[-1, 0]), int(trace.robot[-1, 1]))
     word = trace.outcome.value
@@ -244,7 +255,7 @@ def _outcome(trace: Trace) -> Violation | None:
         return Violation("outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {goal}")
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)
-        covers = _traffic(trace).covers
+        covers = traffic.covers
         mine = {(last[0] + dx, last[1] + dy) for dx, dy in covers[0].tolist()}
         for k in hits:
             x, y = (int(v) for v in trace.tracks[k - 1][-1])
@@ -256,7 +267,7 @@ def _outcome(trace: Trace) -> Violation | None:
     return None
 
 
-def _path_violation(trace: Trace, eras: list[Era]) -> Violation | None:
+def _path_violation(trace: Trace, codes: list[Ints]) -> Violation | None:
     """The path really driven, its cost, and how often the robot waited.
 
     It costs by the ground of the map as given: a wall that comes and goes leaves it as it was.
@@ -272,10 +283,6 @@ def _path_violation(trace: Trace, eras: list[Era]) -> Violation | None:
         moves, grid = trace.scene.moves, trace.scene.grid
         broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
-            codes = []
-            for era, ground in with_maps(eras, grid):
-                part, _ = _driven(trace.robot[era.since : era.last + 1])
-                codes.append(walk_violation(part, ground, trace.scene.robot, moves)[1])
             broken = cost_violation(trace.path, moves, np.concatenate(codes), grid)
         if broken is not None:
             return broken

@@ -132,21 +132,30 @@ class CapContext(NamedTuple):
     @property
     def enough(self) -> float:
         """Metres from the centre at which no surface slows the robot any more."""
-        robot = self.scene.robot
-        return robot.v_max * robot.v_max / (2.0 * robot.d_max) + robot.radius
+        return _enough(self.scene)
 
     @property
     def rings(self) -> int:
         """The same as whole rings of cells around a cell."""
-        grid = self.scene.grid
-        reach = min(self.enough / grid.resolution, float(max(grid.blocked.shape)))
-        return max(0, math.ceil(reach + 0.5) - 1)
+        return rings_felt(self.scene)
 
     def stopping(self, distance: Floats) -> Floats:
         """The clearance cap for so many metres to a surface."""
         robot = self.scene.robot
         creep = self.law.creep * robot.v_max
         return caps.clearance(distance, radius=robot.radius, d_max=robot.d_max, creep=creep)
+
+
+def _enough(scene: Scene) -> float:
+    robot = scene.robot
+    return robot.v_max * robot.v_max / (2.0 * robot.d_max) + robot.radius
+
+
+def rings_felt(scene: Scene) -> int:
+    """Whole rings of cells around a cell beyond which no surface slows the robot."""
+    grid = scene.grid
+    reach = min(_enough(scene) / grid.resolution, float(max(grid.blocked.shape)))
+    return max(0, math.ceil(reach + 0.5) - 1)
 
 
 Rule: TypeAlias = Callable[[CapContext], list[Cap]]

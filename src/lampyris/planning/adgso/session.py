@@ -12,9 +12,10 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planning.adgso.next_steps import StepFinder
 from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Walker, WalkState, walls
-from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for
@@ -66,6 +67,8 @@ class AdGsoSession(SessionBase):
         self._hemmed: Cell | None = None
         self._grounds = self._new_grounds()
         self._spent = 0
+        self._finder: tuple[int, int, StepFinder] | None = None
+        self._recorded = record
         self._walker = Walker(
             BorderedMap(self._map.free, self._moves, terrain=self._map.has_terrain),
             scene.goal,
@@ -119,6 +122,40 @@ class AdGsoSession(SessionBase):
             return self._repair(occupied, look)
         self._hemmed = here if trip.code == w.HEMMED else None
         return self._conclude(trip)
+
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
+        """What :meth:`plan` would answer, as far as ``wanted`` steps beyond what it commits to; None: it has to be asked.
+
+        The map must be as it was reported last. An answer counts as a call of :meth:`plan`.
+        """
+        settings, robot = self._settings, seen.robot
+        simple = not (self._walled or self._closed or self._recorded or self._map.has_terrain)
+        if not simple:
+            return None
+        if self._finder is None or self._finder[:2] != (self._map.revision, wanted):
+            plain = settings.gates != "replan" and settings.choice != "roulette" and settings.iter_max is None
+            if not plain or self._moves.reach > 1:
+                return None
+            before = self._grounds.spent
+            ground = self._grounds.sealed(_NONE)
+            if self._grounds.spent != before:
+                return None
+            finder = StepFinder(self._walker, ground, robot, self._moves, wanted)
+            self._finder = self._map.revision, wanted, finder
+        found = self._finder[2].find(robot, seen.closed, seen.count)
+        if found is None:
+            return None
+        here = self._walker.cell(robot)
+        if found.steps < 0 and self._hemmed == here:
+            return None
+        self._robot = here
+        self._hemmed = here if found.steps < 0 else None
+        return found
+
+    def whole_plan(self, change: Change) -> Plan:
+        """The plan that the last answer of :meth:`next_steps` is a part of, given what it was asked."""
+        self._hemmed = None
+        return self.plan(change)
 
     def _repair(self, occupied: frozenset[Cell], look: int) -> Plan:
         """Hemmed in for the second time: wall in what is seen, and walk on the field that results."""

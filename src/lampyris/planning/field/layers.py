@@ -69,8 +69,13 @@ def moves_for(scene: Scene) -> Moves:
     centre keeps its distance if those four are free. Knight's steps are left out: halfway along one, a disc
     comes within a quarter of a cell of squares that its centre line does not touch.
     """
-    moves = moves_on(scene.grid, scene.moves)
-    if scene.robot.radius <= 0:
+    return safe_moves(scene.grid, scene.robot.radius, scene.moves)
+
+
+def safe_moves(grid: Grid, radius: float, moves: Moves) -> Moves:
+    """See :func:`moves_for`; ``radius`` is the robot's, metres."""
+    moves = moves_on(grid, moves)
+    if radius <= 0:
         return moves
     kept = [k for k, (dx, dy) in enumerate(moves.offsets) if abs(dx) <= 1 and abs(dy) <= 1]
     return replace(

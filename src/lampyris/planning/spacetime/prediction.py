@@ -73,11 +73,15 @@ class Forecaster:
     own : the robot's footprint.
     guess : ``velocity``, ``reach`` or ``still``.
     growth : cells a tick by which the disc of ``velocity`` grows.
+
+    Attributes
+    ----------
+    free, own : as given.
     """
 
     def __init__(self, free: BoolGrid, own: tuple[Cell, ...], *, guess: str, growth: float) -> None:
-        self._free = free
-        self._own = own
+        self.free = self._free = free
+        self.own = self._own = own
         self._guess = guess
         self._growth = growth
         self._height, self._width = free.shape

@@ -147,6 +147,21 @@ class TimedSearch:
         """The padded flat index of a cell."""
         return int((cell[1] + 1) * self._stride + cell[0] + 1)
 
+    def cell(self, flat: int) -> Cell:
+        """x, y of a padded flat index."""
+        y, x = divmod(flat, self._stride)
+        return x - 1, y - 1
+
+    @property
+    def kinds(self) -> _Ints:
+        """The number of each step, at 3 (dx + 1) + dy + 1; -1 for none."""
+        return self._kind_of
+
+    @property
+    def ground(self) -> tuple[NDArray[np.uint8] | _Ints | NDArray[np.int32] | int, ...]:
+        """The map as :func:`lampyris.kernels.spacetime.timed_search.sipp` takes it, ``free`` to ``rest``, and the goal."""
+        return (*self._ground(), self._goal)
+
     def steps_left(self, cell: Cell) -> int:
         """Least number of steps from a cell to the goal on the bare map; -1 if there is no path."""
         return int(self._steps[self.flat(cell)])

@@ -16,13 +16,14 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.layers import free_cells, free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
 from lampyris.planning.spacetime.intercept import earliest_meeting
+from lampyris.planning.spacetime.live_search import MOST_CELLS, MOST_STAYS, LiveSearch
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
 from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable
 from lampyris.typing import BoolGrid, Cell
@@ -90,6 +91,8 @@ class TimedSession(SessionBase):
         self._robot = scene.start
         self._current: TimedSearchResult | None = None
         self._stood: dict[int, tuple[Cell, int]] = {}
+        self._live: LiveSearch | None = None
+        self._ahead = False  # whether what is remembered is in _live
         self._under_walls: dict[Cell, int] = {}
         self._lay(scene)
 
@@ -104,6 +107,49 @@ class TimedSession(SessionBase):
         guess, growth = self._settings.forecast, self._settings.growth
         self._forecaster = Forecaster(walkable, own, guess=guess, growth=growth)
         self._laid = True
+
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
+        """What :meth:`plan` would answer; None: it has to be asked.
+
+        The map must be as it was reported last. An answer counts as a call of :meth:`plan`.
+        """
+        settings, search = self._settings, self._search
+        if search is None or not seen.live or not seen.obstacles or self._by_ticks or not self._laid:
+            return None
+        if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
+            return None
+        if self._forecaster.own != ((0, 0),):
+            return None
+        if self._live is None or self._live.search is not search:
+            self._remember()
+            self._live = LiveSearch(
+                search, self._forecaster.free, settings.horizon, settings.margin, settings.forecast
+            )
+        if not self._ahead:
+            self._live.recall(self._stood, self._current)
+        found = self._live.find(seen)
+        self._ahead = True
+        if found is None:
+            self._remember()
+        else:
+            self._robot = search.cell(seen.robot)
+        return found
+
+    def whole_plan(self, change: Change) -> Plan:
+        """The plan that the last answer of :meth:`next_steps` is a part of."""
+        spent = 0 if self._live is None else self._live.spent
+        self._remember()
+        assert self._current is not None
+        assert self._current.cells is not None
+        path = path_of(self._current.cells, self._moves, self._scene.grid.terrain)
+        ticks = self._current.ticks
+        return Plan(Status.FOUND, self._name, path, iterations=1, expansions=spent, commit=1, schedule=ticks)
+
+    def _remember(self) -> None:
+        """Take back what :meth:`next_steps` has noted."""
+        if self._ahead and self._live is not None:
+            self._stood, self._current = self._live.noted()
+        self._ahead = False
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""
@@ -122,6 +168,7 @@ class TimedSession(SessionBase):
         SceneError : the robot, or a cell of the map said to have changed, is outside the map.
         """
         began = loading.wall()
+        self._remember()
         change = change or Change()
         scene = edited(self._scene, change, self._under_walls)
         if change.robot is not None:
@@ -269,7 +316,7 @@ class TimedSession(SessionBase):
             if seen.period is None:
                 stood = seen.since + len(seen.track) - 1 - self._stood[seen.obstacle][1]
                 if stood > 0:
-                    for_[seen.obstacle] = min(PERSISTENCE * stood, MAX_HORIZON)
+                    for_[seen.obstacle] = min(PERSISTENCE * stood, MOST_STAYS)
         return for_
 
     def _route(

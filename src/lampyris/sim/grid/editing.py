@@ -109,6 +109,16 @@ class Walls:
         """Whether an edit that is still to come frees a cell."""
         return any(edit.freed for edit in self._left)
 
+    @property
+    def next_tick(self) -> int | None:
+        """The tick of the next edit; None: there is none."""
+        return self._left[0].tick if self._left else None
+
+    @property
+    def reported(self) -> bool:
+        """Whether all that has turned has been reported to the planner."""
+        return not self._news
+
     def _keep_lanes(self, traffic: Traffic) -> None:
         """Refuse walls in the lanes of recorded tracks."""
         if traffic.recording is None:

@@ -24,9 +24,7 @@ from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, RandomWalk
-from lampyris.motion.caps import COS_22_5, COS_67_5
 from lampyris.motion.laws.dissertation import DEFAULT, DissertationLaw
-from lampyris.motion.laws.rings import counted_around
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
 from lampyris.planning.base import Budget, Planner
@@ -37,7 +35,7 @@ from lampyris.planning.field.repair import Padded
 from lampyris.planning.field_cache import FieldCache
 from lampyris.planning.living_map import LivingMap
 from lampyris.sim.grid import loop
-from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
+from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed, law_tables
 from lampyris.sim.traffic.obstacle_draws import WALKERS, key_of, places, steps
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.traffic import open_traffic
@@ -163,7 +161,7 @@ class FastRuns(Exclusive):
         own = law if isinstance(law, DissertationLaw) else DEFAULT
         horizon, grid = TickSpeed(self.scene, law).horizon + 1, self.scene.grid
         room = np.zeros(horizon + 2), np.zeros(horizon + 2, dtype=np.int64)
-        return horizon, *_law_tables(own), bordered(grid.blocked), grid.height, *room
+        return horizon, *law_tables(own), bordered(grid.blocked), grid.height, *room
 
     def _walk(self, ground: Padded, free: BoolGrid, moves: Moves) -> tuple[tuple[Any, ...], int]:
         """The field and the walker's room, as the kernels take them; whether steps look at no side cells."""
@@ -356,12 +354,3 @@ def walker_steps(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints
             may = may & (free[inner + dx] != 0) & (free[inner + dy * stride] != 0)
         open_steps[inner] |= may.astype(np.int64) << bit
     return open_steps
-
-
-def _law_tables(law: DissertationLaw) -> tuple[Floats, Bytes]:
-    """The law as the kernel takes it: its numbers, and what counts around a node by heading."""
-    numbers = (
-        law.v_max, law.v_min, law.ring1_drop, law.ring2_drop, law.a_straight, law.a_diagonal, law.braking,
-        law.v_180, law.v_135, law.v_90, COS_22_5, COS_67_5,
-    )  # fmt: skip
-    return np.array(numbers), counted_around(law.ring1, law.ring2, law.outside1, law.outside2)

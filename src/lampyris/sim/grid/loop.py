@@ -62,6 +62,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
+from lampyris.sim.grid.compiled_ticks import CompiledTicks, cells_of_numbers, supported
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import follow
 from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
@@ -74,7 +75,7 @@ from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.notes import Notes
 from lampyris.sim.world.targets import REACHED, Targets, aimed
 from lampyris.sim.world.world import Occupancy
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Cells, Floats
 
 PATIENCE = SIMULATION_PATIENCE
 """Consecutive ticks the robot waits before it gives up.
@@ -128,10 +129,7 @@ def run(
         scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, sensor=sensor, goal_track=goal_track,
         budget=budget,
     )  # fmt: skip
-    while simulation.outcome is None:
-        simulation.tick()
-        if progress is not None:
-            progress(simulation.now)
+    simulation.finish(progress)
     return simulation.trace()
 
 
@@ -168,6 +166,7 @@ class Simulation(Exclusive):
         self.session = planner.open(aimed(self.walls.known, self.goal), self._stream())
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
+        self._arrays: CompiledTicks | None = None
         self._begin()
         self.state.total_s += time.perf_counter() - began
         self.state.loading_s += loading.seconds() - loaded
@@ -211,7 +210,7 @@ class Simulation(Exclusive):
             if verdict.status in _NEVER and not closed:
                 self.state.started = False
                 own = self.visits.done or verdict.status is Status.START_OCCUPIED
-                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
+                self.end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
                 return
         if scene.start == scene.goal and self.visits.done:
             self._arrive()
@@ -236,24 +235,31 @@ class Simulation(Exclusive):
         return replace(change, goal_track=self.pursuit.ahead(tick))
 
     def _ask(self, change: Change) -> None:
+        self.ask(change, self.state.cells[-1], self._ahead())
+
+    def ask(self, change: Change, here: Cell, ahead: Cell | None) -> None:
+        """Ask the planner, and follow its plan from here on.
+
+        Parameters
+        ----------
+        here : the robot's cell.
+        ahead : the next cell of the plan so far, if it can be entered now.
+        """
         began = loading.cpu()
         if self.goal != self._aim and (self.pursuit is None or not self.pursuit.known):
             # All costs to the goal are other now: a search that went on from them had no less to do.
             self._aim = self.goal
             self.session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
         repaired = self.state.repaired
-        ahead = self._ahead()
         plan = self.state.plan = self.session.plan(self.walls.as_reported(change), self.budget)
         self.notes.add(plan.notes)
         self.state.repaired = plan.repaired
         if plan.repaired and not repaired:
-            self._tell(
-                "repair", self.state.cells[-1], "Obstacles in the way count as walls until they leave."
-            )
+            self._tell("repair", here, "Obstacles in the way count as walls until they leave.")
         self.state.planning_s += loading.cpu() - began
         self.state.expansions += plan.expansions
         for gate in plan.gates_met:
-            x, y = self.state.cells[-1]
+            x, y = here
             if max(abs(gate[0] - x), abs(gate[1] - y)) > 1:
                 continue  # foreseen in the preview; it is found on arrival
             if gate in self.state.gates_met:
@@ -261,7 +267,7 @@ class Simulation(Exclusive):
             self.state.gates_met.add(gate)
             self.state.replans += 1
             self._tell("gate", gate, "A gate on the way proved too narrow; replanned.")
-        self.state.following = follow(plan, self.state.cells[-1])
+        self.state.following = follow(plan, here)
         if ahead is not None and self.state.following.ahead not in (None, ahead):
             self.state.path_switches += 1
 
@@ -295,8 +301,70 @@ class Simulation(Exclusive):
         ------
         BusyError : another call is at work on this simulation.
         """
-        if self.state.outcome is not None:
-            return
+        self._write_back()
+        self._arrays = None
+        if self.state.outcome is None:
+            self._tick()
+
+    @one_call
+    def advance(self, ticks: int) -> None:
+        """So many ticks, or as many as there are before the outcome: as often :meth:`tick`, many times faster.
+
+        Parameters
+        ----------
+        ticks : how many, >= 1.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
+        self._go(self.state.now + _whole("ticks", ticks, 1))
+        self._write_back()
+
+    @one_call
+    def finish(self, progress: Callable[[int], None] | None = None) -> None:
+        """Every tick that is left.
+
+        Parameters
+        ----------
+        progress : called with each tick that is over.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
+        while self.state.outcome is None:
+            self._go(self._last_tick if progress is None else self.state.now + 1)
+            if progress is not None:
+                progress(self.state.now)
+
+    @property
+    def _last_tick(self) -> int:
+        assert self.state.last_tick is not None
+        return self.state.last_tick
+
+    def _go(self, last: int) -> None:
+        """Tick on to the end of a tick, compiled where the kernel knows the rules."""
+        while self.state.outcome is None and self.state.now < last:
+            edit = self.walls.next_tick
+            until = last if edit is None else min(last, edit - 1)
+            if self._arrays is None and until > self.state.now and supported(self):
+                self._arrays = CompiledTicks(self)
+            if self._arrays is None or until <= self.state.now:
+                self._write_back()
+                self._arrays = None
+                self._tick()
+                continue
+            began, loaded = time.perf_counter(), loading.seconds()
+            self._arrays.go(until)
+            self.state.total_s += time.perf_counter() - began
+            self.state.loading_s += loading.seconds() - loaded
+
+    def _write_back(self) -> None:
+        if self._arrays is not None:
+            self._arrays.write_back()
+
+    def _tick(self) -> None:
         began, loaded = time.perf_counter(), loading.seconds()
         self.state.now += 1
         self._turn()
@@ -315,7 +383,7 @@ class Simulation(Exclusive):
         else:
             self._drive(step)
         if self.state.outcome is None and self.state.now == self.state.last_tick:
-            self._end(Outcome.TIMEOUT, too_late(self.state.now))
+            self.end(Outcome.TIMEOUT, too_late(self.state.now))
         self.state.total_s += time.perf_counter() - began
         self.state.loading_s += loading.seconds() - loaded
 
@@ -426,7 +494,7 @@ class Simulation(Exclusive):
         self.state.waiting += 1
         if self.world.robot_is_met():
             self._tell("hit", here, Outcome.HIT.sentence)
-            self._end(
+            self.end(
                 Outcome.HIT,
                 f"An obstacle that does not yield ran into the robot, which stood still at {here}.",
             )
@@ -442,13 +510,13 @@ class Simulation(Exclusive):
         ):
             # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
             outcome = _NEVER[self.plan.status]
-            self._end(outcome if self.visits.done else Outcome.NO_PATH, self.plan.sentence)
+            self.end(outcome if self.visits.done else Outcome.NO_PATH, self.plan.sentence)
         elif self.state.waiting > self.patience:
             self._give_up(self.state.waiting)
 
     def _give_up(self, ticks: int) -> None:
         word = "" if self.plan else self.plan.sentence
-        self._end(Outcome.BLOCKED, gave_up(ticks, self.state.cells[-1], self.patience, word))
+        self.end(Outcome.BLOCKED, gave_up(ticks, self.state.cells[-1], self.patience, word))
 
     # ---- the story --------------------
 
@@ -456,10 +524,12 @@ class Simulation(Exclusive):
         self.state.events.append(Event(self.state.now, word, cell, sentence))
 
     def _arrive(self) -> None:
-        self._tell("arrive", self.goal, Outcome.ARRIVED.sentence)
-        self._end(Outcome.ARRIVED, "")
+        self.end(Outcome.ARRIVED)
 
-    def _end(self, outcome: Outcome, detail: str) -> None:
+    def end(self, outcome: Outcome, detail: str = "") -> None:
+        """The simulation is over."""
+        if outcome is Outcome.ARRIVED:
+            self._tell("arrive", self.goal, Outcome.ARRIVED.sentence)
         self.state.outcome, self.state.detail = outcome, detail
 
     @one_call
@@ -470,20 +540,22 @@ class Simulation(Exclusive):
         ------
         BusyError : another call is at work on this simulation.
         """
-        driven = [b for a, b in zip(self.state.cells, self.state.cells[1:], strict=False) if a != b]
-        route = np.array([self.state.cells[0], *driven])
+        robot, tracks, speeds, causes = self._history()
+        moved = np.ones(len(robot), dtype=np.bool_)
+        moved[1:] = (robot[1:, 0] != robot[:-1, 0]) | (robot[1:, 1] != robot[:-1, 1])
+        route = robot[moved]
         grid = self.scene.grid
         return Trace(
             scene=self.scene,
             planner=self.planner.name,
             seed=self.seed,
             outcome=Outcome.TIMEOUT if self.state.outcome is None else self.state.outcome,
-            robot=np.array(self.state.cells, dtype=np.int32),
-            tracks=tuple(map(self.world.space.cells, self.state.tracks)),
+            robot=robot,
+            tracks=tracks,
             appears=tuple(self.traffic.appears),
             obstacle_specs=tuple(self.traffic.obstacles),
-            speed=np.array(self.state.speeds),
-            cause=tuple(self.state.causes),
+            speed=speeds,
+            cause=causes,
             law=self.tick_speed.name,
             units=self.tick_speed.units,
             events=tuple(self.state.events),
@@ -510,6 +582,20 @@ class Simulation(Exclusive):
             goal_track=None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
             seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
         )
+
+    def _history(self) -> tuple[Cells, tuple[Cells, ...], Floats, tuple[str, ...]]:
+        """The robot's cells, the obstacles' from when they appeared, speeds and causes, tick by tick."""
+        state, space, arrays = self.state, self.world.space, self._arrays
+        if arrays is not None and arrays.base == 0 and len(state.cells) <= 1:
+            # Nothing has been written back: these need not become lists first.
+            numbers, places, speeds, causes = arrays.places()
+            robot = cells_of_numbers(space, np.concatenate(([space.number(self.scene.start)], numbers)))
+            cells = cells_of_numbers(space, np.ascontiguousarray(places.T))
+            tracks = tuple(track[came:] for track, came in zip(cells, self.traffic.appears, strict=True))
+            return robot, tracks, np.concatenate(([0.0], speeds)), ("start", *causes)
+        self._write_back()
+        tracks = tuple(map(space.cells, state.tracks))
+        return np.array(state.cells, dtype=np.int32), tracks, np.array(state.speeds), tuple(state.causes)
 
 
 def _whole(what: str, value: int, least: int) -> int:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError
-from lampyris.model.moves import MOVES
+from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
+from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.solve import solve
 from lampyris.sim.traffic.obstacle_draws import CROSSING, ROUTE, WALKERS, first_of, key_of, places, uniforms
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import CellIndex, Shape, obstacle_shape
+from lampyris.sim.world.cell_index import KEPT, CellIndex, Same, Shape, obstacle_shape, shared
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 
@@ -51,7 +53,7 @@ class Placing:
                 kept_clear[y, x] = True
         recorded = [(k, s) for k, s in enumerate(scene.traffic) if isinstance(s, Recorded)]
         radii = dict.fromkeys(s.radius for _, s in recorded)
-        shapes = {r: obstacle_shape(scene, world.space, r, None) for r in radii}
+        shapes = {r: obstacle_shape(scene.grid, scene.moves, world.space, r, None) for r in radii}
         tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
         self._recorded = [s for _, s in recorded]
         self._world = world
@@ -64,9 +66,16 @@ class Placing:
 
     def shape(self, radius: float) -> Shape:
         """The shape of obstacles of that radius (one for all of a kind: it remembers steps)."""
+        if radius not in self._shapes and not self._recorded and shared(self.scene):
+            # Where obstacles may be depends on the map and the robot's ends alone.
+            ends = self.scene.start, self.scene.goal, self.scene.robot.radius
+            bars = self._world.lane_bars(self._recorded, radius)
+            if bars is None:
+                self._shapes[radius] = _kept_shape(Same(self.scene.grid), *ends, self.scene.moves, radius)
         if radius not in self._shapes:
             bars = self._world.lane_bars(self._recorded, radius)
-            self._shapes[radius] = obstacle_shape(self.scene, self.space, radius, self._kept_clear, bars)
+            grid, moves = self.scene.grid, self.scene.moves
+            self._shapes[radius] = obstacle_shape(grid, moves, self.space, radius, self._kept_clear, bars)
         return self._shapes[radius]
 
     def hold(self, k: int, shape: Shape, number: int) -> None:
@@ -228,6 +237,18 @@ class Placing:
             todo="ask for fewer or smaller ones",
             setting="traffic.count",
         )
+
+
+@lru_cache(maxsize=KEPT)
+def _kept_shape(key: Same, start: Cell, goal: Cell, robot: float, moves: Moves, radius: float) -> Shape:
+    """The shape of obstacles that keep clear of the robot's start and goal, and of nothing else."""
+    grid = key.grid
+    space, clear = CellIndex(grid), np.zeros(grid.blocked.shape, dtype=np.bool_)
+    for x, y in (start, goal):
+        for dx, dy in footprint(robot, grid.resolution):
+            if grid.contains((x + dx, y + dy)):
+                clear[y + dy, x + dx] = True
+    return obstacle_shape(grid, moves, space, radius, clear)
 
 
 def _region(scene: Scene, shape: Shape) -> BoolGrid:

@@ -74,12 +74,17 @@ class Traffic:
     drivers: list[Driver] = field(default_factory=list)
     recording: Recording | None = None
     walkers: list[Walkers] = field(default_factory=list)
+    _spec: ObstacleSpec | None = None
+    _alike: Obstacle = field(init=False)
 
     def add(self, shape: Shape, number: int, kind: str, spec: ObstacleSpec, tick: int = 0) -> int:
         """Put a new obstacle into the world; its index."""
         obstacle = self.world.add(shape, number)
         yields = kind in ("random-walk", "patrol")
-        self.obstacles.append(Obstacle(kind, spec.radius, yields, shape.offsets, spec.footprint))
+        if self._spec is not spec:  # those of one specification are alike
+            self._spec = spec
+            self._alike = Obstacle(kind, spec.radius, yields, shape.offsets, spec.footprint)
+        self.obstacles.append(self._alike)
         self.appears.append(tick)
         return obstacle
 

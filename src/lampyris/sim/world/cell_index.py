@@ -9,15 +9,17 @@ long.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.grid import Grid
+from lampyris.model.grid import Grid, frozen
+from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.footprint import footprint
-from lampyris.planning.field.layers import free_cells, moves_for
+from lampyris.planning.field.layers import free_cells, moves_for, safe_moves
 from lampyris.typing import BoolGrid, Cell, Cells
 
 Step: TypeAlias = tuple[int, int, int]
@@ -105,6 +107,8 @@ class Shape:
         self._bars_are_walls = bars_are_walls
         self.small = offsets == ((0, 0),)
         self._known, self._barred = steps, barred
+        self.single = self.small and all(abs(dx) <= 1 and abs(dy) <= 1 for dx, dy in steps)
+        """Whether it covers one cell and steps to neighbours alone."""
         self._cover: dict[int, tuple[int, ...]] = {}
         self.renew(free)
 
@@ -115,6 +119,32 @@ class Shape:
         self._opened, self._freed = _bordered(self.open), _bordered(self.free)
         self._steps: dict[int, tuple[Step, ...]] = {}
         self._entries: dict[int, tuple[Entry, ...]] = {}
+        self._bits: NDArray[np.uint8] | None = None
+
+    def step_bits(self) -> NDArray[np.uint8]:
+        """A bit for each of :data:`EIGHT` into which walls and bars allow a step, by cell number; uint8.
+
+        Numbers are those of a map with a border one cell wide on all sides.
+        """
+        if self._bits is not None:
+            return self._bits
+        opened = bordered(self.open)
+        free = opened if self._bars_are_walls else bordered(self.free)
+        height, width = self.open.shape
+        bits = np.zeros(opened.shape, dtype=np.uint8)
+        inner = bits[1:-1, 1:-1]
+
+        def at(mask: BoolGrid, dx: int, dy: int) -> BoolGrid:
+            return mask[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+
+        for bit, (dx, dy) in enumerate(EIGHT):
+            if (dx, dy) in self._known:
+                may = at(opened, dx, dy)
+                if dx and dy and not self.corner_cutting:
+                    may = may & at(free, dx, 0) & at(free, 0, dy)
+                inner |= may.view(np.uint8) << np.uint8(bit)
+        self._bits = frozen(bits.reshape(-1))
+        return self._bits
 
     def is_open(self, number: int) -> bool:
         """Whether the obstacle may stand on a cell, by its number."""
@@ -166,10 +196,18 @@ class Shape:
         return True
 
 
+def bordered(mask: BoolGrid, below: int = 1) -> BoolGrid:
+    """A mask with a border of False, one cell wide and ``below`` it so many; bool (height + 1 + below, width + 2)."""
+    height, width = mask.shape
+    out = np.zeros((height + 1 + below, width + 2), dtype=np.bool_)
+    out[1 : height + 1, 1 : width + 1] = mask
+    return out
+
+
 def _bordered(mask: BoolGrid) -> bytes:
     """A mask by cell number. The border is False, and deep enough that a knight's step cannot leave it."""
     # Indexing bytes is five times quicker than indexing an array, and a third of the time went there.
-    return np.pad(mask, ((1, 2), (1, 1))).tobytes()
+    return bordered(mask, 2).tobytes()
 
 
 def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
@@ -179,22 +217,59 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
     return (0, dy // 2), (dx, dy // 2)
 
 
+class Same:
+    """A map as a key: the same object, not one that looks the same."""
+
+    __slots__ = ("grid",)
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and other.grid is self.grid
+
+    def __hash__(self) -> int:
+        return id(self.grid)  # bits: only tells them apart
+
+
+KEPT = 8
+"""Shapes that are kept from one simulation to the next: many runs on one map are usual."""
+SHARED_CELLS = 1 << 20
+"""Cells of a map up to which they are."""
+
+
+def shared(scene: Scene) -> bool:
+    """Whether simulations of this scene can share shapes: a map that nobody edits, and is not too large to keep."""
+    return not scene.edits and scene.grid.blocked.size <= SHARED_CELLS
+
+
 def robot_shape(scene: Scene, space: CellIndex) -> Shape:
     """The robot's own shape, with the moves that are safe for its size."""
-    moves = moves_for(scene)
-    radius = scene.robot.radius
+    if shared(scene):
+        return _kept_robot_shape(Same(scene.grid), scene.robot.radius, scene.moves)
+    return _robot_shape(scene.grid, scene.robot.radius, moves_for(scene))
+
+
+@lru_cache(maxsize=KEPT)
+def _kept_robot_shape(key: Same, radius: float, moves: Moves) -> Shape:
+    return _robot_shape(key.grid, radius, safe_moves(key.grid, radius, moves))
+
+
+def _robot_shape(grid: Grid, radius: float, moves: Moves) -> Shape:
+    space = CellIndex(grid)
     return Shape(
         space,
-        free_cells(scene.grid, radius),
+        free_cells(grid, radius),
         None,
-        footprint(radius, scene.grid.resolution),
+        footprint(radius, grid.resolution),
         moves.offsets,
         moves.corner_cutting,
     )
 
 
 def obstacle_shape(
-    scene: Scene,
+    grid: Grid,
+    moves: Moves,
     space: CellIndex,
     radius: float,
     kept_clear: BoolGrid | None,
@@ -208,10 +283,10 @@ def obstacle_shape(
     kept_clear : cells that its footprint must never cover.
     lane_bars : cells where its centre must never be; it cuts no corners at them. None: nowhere.
     """
-    offsets = footprint(radius, scene.grid.resolution)
+    offsets = footprint(radius, grid.resolution)
     barred = None if kept_clear is None else dilated(kept_clear, offsets)
-    cutting = scene.moves.corner_cutting and radius <= 0
+    cutting = moves.corner_cutting and radius <= 0
     strict = lane_bars is not None
     if lane_bars is not None:
         barred, cutting = lane_bars if barred is None else barred | lane_bars, False
-    return Shape(space, free_cells(scene.grid, radius), barred, offsets, EIGHT, cutting, radius, strict)
+    return Shape(space, free_cells(grid, radius), barred, offsets, EIGHT, cutting, radius, strict)

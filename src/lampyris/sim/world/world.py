@@ -55,6 +55,10 @@ class Occupancy:
             self.step[obstacle] = (0, 0)
         self._moved.clear()
 
+    def moved(self, obstacles: Sequence[int]) -> None:
+        """Obstacles that have made a step in this tick."""
+        self._moved[:] = obstacles
+
     def add(self, shape: Shape, number: int) -> int:
         """A new obstacle on a cell; its index."""
         obstacle = len(self.where)

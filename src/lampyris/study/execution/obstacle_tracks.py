@@ -85,7 +85,9 @@ class Replay:
             for track, obstacle in zip(at, self.obstacles, strict=True)
         )
         radii = dict.fromkeys(one.radius for one in made)
-        of_radius = {r: obstacle_shape(self.scene, self._space, r, None) for r in radii}
+        of_radius = {
+            r: obstacle_shape(self.scene.grid, self.scene.moves, self._space, r, None) for r in radii
+        }
         shapes = [of_radius[one.radius] for one in made]
         check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), self._robot_cover)
         return made

@@ -58,6 +58,15 @@ KINDS = {
         100,
         least={"arrived": 0.6, "sized": 0.3},
     ),
+    "compiled": Kind(
+        "compiled ticks, whole and stopped at random, and the loop in Python, field by field: every kind of traffic, law and "
+        "planner, also with edits",
+        12,
+        10_000,
+        50_000,
+        50,
+        least={"arrived": 0.5, "of one cell": 0.6},
+    ),
     "edits": Kind("the loop, with walls that come and go", 20, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
         "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
@@ -70,7 +79,7 @@ KINDS = {
     ),
 }
 
-MONITORED = {"fast": 19, "crowd": 1, "walk": 1, "edits": 1}
+MONITORED = {"fast": 19, "crowd": 1, "walk": 1, "edits": 1, "compiled": 1}
 """One run in so many is judged by the monitor too.
 
 Maps take turns, too: a stride that shared a factor with theirs would leave some out for ever.
@@ -138,7 +147,7 @@ def _looped(ask: Ask, number: int, tally: Tally, *, check: str) -> None:
         scene = scenes.with_edits(scene, rng)
     data = {"planner": name, "traffic": kind, "moves": moves, "radii": [robot, body]}
     try:
-        trace = loop.run(scene, scenes.planner(name), seed=number, law=law, patience=15)
+        trace = by_tick(loop.Simulation(scene, scenes.planner(name), seed=number, law=law, patience=15))
     except SceneError as refused:
         tally.count(f"refused: {refused.code}")
         if refused.code not in scenes.REFUSED:
@@ -187,7 +196,7 @@ def _fast(ask: Ask, number: int, tally: Tally) -> None:
         tally.count("by the loop")  # the kernel does not know a robot that is hemmed in
         trace = loop.run(scene, who, seed=number, law=law)
     elif number % COMPARED == 0:
-        _compare(trace, loop.run(scene, who, seed=number, law=law), number, tally)
+        _compare(trace, by_tick(loop.Simulation(scene, who, seed=number, law=law)), number, tally)
     _judge_trace(trace, "fast", number, tally)
 
 
@@ -208,9 +217,68 @@ def _crowd(ask: Ask, number: int, tally: Tally) -> None:
     if found is None:
         tally.count("by the loop")
         return
-    other = loop.run(scene, who, seed=number, law=law, ticks=LONGEST_CROWD, patience=patience)
-    _compare(found, other, number, tally)
+    run = loop.Simulation(scene, who, seed=number, law=law, ticks=LONGEST_CROWD, patience=patience)
+    _compare(found, by_tick(run), number, tally)
     _judge_trace(found, "crowd", number, tally)
+
+
+def by_tick(run: loop.Simulation) -> Trace:
+    """The rest of a simulation by the loop in Python."""
+    while run.outcome is None:
+        run.tick()
+    return run.trace()
+
+
+def by_pieces(run: loop.Simulation, rng: np.random.Generator) -> Trace:
+    """The rest of a simulation, some of it tick by tick, some of it compiled, looked at in between."""
+    while run.outcome is None:
+        what = int(rng.integers(4))
+        if what == 0:
+            run.tick()
+        elif what < 3:
+            run.advance(int(rng.integers(1, (4, 30)[what - 1])))
+        else:
+            run.tick_speed.caps()
+            run.trace()
+    return run.trace()
+
+
+_COMPILED_LAWS = ("physical", "physical", "dissertation", "uncertainty", "rpp")
+_COMPILED_PLANNERS = ("ad-gso", "sipp", "astar", "dstar-lite")
+LONGEST_COMPILED = 120
+"""Ticks of a run that is compared."""
+
+
+def _compiled(ask: Ask, number: int, tally: Tally) -> None:
+    rng = ask.rng("sim", "compiled", number)
+    name = planner_of(number) if number % 4 == 0 else _COMPILED_PLANNERS[int(rng.integers(4))]
+    kind = scenes.KINDS[int(rng.integers(len(scenes.KINDS)))]
+    moves = scenes.MOVES[int(rng.integers(len(scenes.MOVES)))]
+    robot, body = scenes.SIZES[int(rng.integers(len(scenes.SIZES)))] if number % 8 == 0 else (0.0, 0.0)
+    law = _COMPILED_LAWS[int(rng.integers(len(_COMPILED_LAWS)))]
+    crowded = number % 5 == 1
+    scene = scenes.crowded(rng) if crowded else scenes.drawn_scene(rng, kind, robot, body, moves)
+    if number % 6 == 2:
+        scene = scenes.with_edits(scene, rng)
+    settings: dict[str, Any] = {
+        "seed": number, "law": law, "ticks": LONGEST_COMPILED, "patience": int(rng.integers(16)),
+    }  # fmt: skip
+    who = scenes.planner(name)
+    try:
+        known = by_tick(loop.Simulation(scene, who, **settings))
+    except SceneError as refused:
+        tally.count(f"refused: {refused.code}")
+        return
+    tally.count("sized" if robot or body else "of one cell")
+    data = {"planner": name, "traffic": kind, "moves": moves, "law": law}
+    for how, trace in (
+        ("compiled", loop.run(scene, who, **settings)),
+        ("in pieces", by_pieces(loop.Simulation(scene, who, **settings), rng)),
+    ):
+        where = difference(trace, known)
+        if where:
+            tally.fail(number, f"{how} and tick by tick the runs differ in {where}", **data)
+    _judge_trace(known, "compiled", number, tally, **data)
 
 
 def difference(a: Trace, b: Trace) -> str:
@@ -263,6 +331,7 @@ _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
     "fast": _fast,
     "crowd": _crowd,
     "walk": partial(_looped, check="walk"),
+    "compiled": _compiled,
     "edits": partial(_looped, check="edits"),
     "drive": _drive,
 }

@@ -1,0 +1,345 @@
+"""SIPP among obstacles that go on as they do now: forecast, safe intervals, search and choice in one call.
+
+For a simulation that asks at every tick. Robot and obstacles are of one cell, and of an obstacle no more is known than where
+it is and where it was a tick before. Equal to what :mod:`lampyris.planning.spacetime.session` does step by step.
+"""
+
+from __future__ import annotations
+
+from lampyris.kernels._jit import kernel
+from lampyris.kernels.spacetime.timed_search import FOUND, NEVER, _is_banned, _is_safe, sipp
+
+OF_CELL, FROM, TO = 0, 1, 2
+"""Rows of ``busy``: cell, first and last tick at which an obstacle is there."""
+
+
+@kernel(out=("values",))
+def sort(values, low, high):
+    """Sort ``values[low:high]`` in place, ascending (Shell's method)."""
+    gap = 1
+    while gap < (high - low) // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(low + gap, high):
+            value = values[i]
+            j = i
+            while j >= low + gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+        gap //= 3
+
+
+@kernel(out=("stood_at", "since"))
+def watch(where, step_x, step_y, new, obstacles, now, known, stood_at, since):
+    """Note where each obstacle is, and since when; ``known``: for so many it was noted before."""
+    for k in range(obstacles):
+        first = now
+        if new[k] == 0 and step_x[k] == 0 and step_y[k] == 0:
+            first = now - 1
+        if k < known and stood_at[k] == where[k]:
+            first = min(first, since[k])
+        stood_at[k] = where[k]
+        since[k] = first
+
+
+@kernel(out=("slot", "touched", "counts"))
+def touch(cell, slot, touched, counts):
+    """Have a slot for a cell."""
+    if slot[cell] == -1:
+        slot[cell] = -2
+        touched[counts[0]] = cell
+        counts[0] += 1
+
+
+@kernel(out=("slot", "touched", "counts", "busy"))
+def occupy(cell, first, last, inside, slot, touched, counts, busy):
+    """Note that an obstacle is on a cell from one tick to another."""
+    if inside[cell] == 0:
+        return
+    touch(cell, slot, touched, counts)
+    k = 3 * counts[1]
+    busy[k] = cell
+    busy[k + 1] = first
+    busy[k + 2] = last
+    counts[1] += 1
+
+
+@kernel(out=("slot", "touched", "counts", "bans"))
+def bar(cell, dx, dy, tick, inside, kind_of, steps, slot, touched, counts, bans):
+    """Note that the step (dx, dy) out of a cell must not end at a tick."""
+    kind = kind_of[3 * (dx + 1) + dy + 1]
+    if inside[cell] == 0 or kind < 0:
+        return
+    touch(cell, slot, touched, counts)
+    bans[2 * counts[2]] = cell
+    bans[2 * counts[2] + 1] = tick * steps + kind
+    counts[2] += 1
+
+
+@kernel(out=("slot", "touched", "counts", "bans"))
+def bar_hop(cell, dx, dy, tick, stride, inside, kind_of, steps, slot, touched, counts, bans):
+    """Note the steps that would swap places with, or cross, an obstacle whose step (dx, dy) from a cell ends at a tick."""
+    bar(cell + dy * stride + dx, -dx, -dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
+    if dx != 0 and dy != 0:
+        bar(cell + dx, -dx, dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
+        bar(cell + dy * stride, dx, -dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
+
+
+@kernel(
+    out=(
+        "slot",
+        "touched",
+        "first",
+        "begin",
+        "end",
+        "owner",
+        "barred",
+        "ban",
+        "counts",
+        "busy",
+        "bans",
+        "order",
+    )
+)
+def lay_out(
+    where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
+    kind_of, steps, slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+):  # fmt: skip
+    """Safe intervals and forbidden steps after ``tick``, of obstacles that are at ``where`` at ``now``."""
+    for k in range(counts[0]):
+        slot[touched[k]] = -1
+    counts[0] = 0
+    counts[1] = 0
+    counts[2] = 0
+    for k in range(obstacles):
+        cell = where[k]
+        dx = step_x[k]
+        dy = step_y[k]
+        if new[k] == 0 and now - 1 >= tick:
+            occupy(cell - dy * stride - dx, now - 1, now - 1, inside, slot, touched, counts, busy)
+            if dx != 0 or dy != 0:
+                bar_hop(
+                    cell - dy * stride - dx,
+                    dx,
+                    dy,
+                    now,
+                    stride,
+                    inside,
+                    kind_of,
+                    steps,
+                    slot,
+                    touched,
+                    counts,
+                    bans,
+                )
+        occupy(cell, now, now, inside, slot, touched, counts, busy)
+        if horizon == 0:
+            continue
+        if velocity == 0 or new[k] != 0:
+            dx = 0
+            dy = 0
+        for ahead in range(1, horizon + 1):
+            to = cell + dy * stride + dx
+            if (dx != 0 or dy != 0) and walkable[to] == 0:
+                dx = 0
+                dy = 0
+                to = cell
+            if dx != 0 or dy != 0:
+                bar_hop(
+                    cell, dx, dy, now + ahead, stride, inside, kind_of, steps, slot, touched, counts, bans
+                )
+            occupy(to, now + ahead, now + ahead, inside, slot, touched, counts, busy)
+            cell = to
+        stood = now - since[k]
+        if stood > 0:
+            stays = min(2 * stood, most_stays)
+            occupy(where[k], now + 1, now + stays, inside, slot, touched, counts, busy)
+    cells = counts[0]
+    sort(touched, 0, cells)
+    for s in range(cells):
+        slot[touched[s]] = s
+        first[s] = -1
+        barred[s] = 0
+    # The ranges of each slot, as lists; ``first`` is their head, ``order`` what comes next.
+    for k in range(counts[1]):
+        s = slot[busy[3 * k]]
+        order[k] = first[s]
+        first[s] = k
+    made = 0
+    for s in range(cells):
+        head = first[s]
+        # By time: few ranges each.
+        ordered = -1
+        while head >= 0:
+            after = order[head]
+            if ordered < 0 or busy[3 * head + 1] <= busy[3 * ordered + 1]:
+                order[head] = ordered
+                ordered = head
+            else:
+                at = ordered
+                while order[at] >= 0 and busy[3 * order[at] + 1] < busy[3 * head + 1]:
+                    at = order[at]
+                order[head] = order[at]
+                order[at] = head
+            head = after
+        first[s] = made
+        safe = -NEVER
+        while ordered >= 0:
+            if busy[3 * ordered + 1] > safe:
+                begin[made] = safe
+                end[made] = busy[3 * ordered + 1] - 1
+                owner[made] = touched[s]
+                made += 1
+            safe = max(safe, busy[3 * ordered + 2] + 1)
+            ordered = order[ordered]
+        begin[made] = safe
+        end[made] = NEVER - 1
+        owner[made] = touched[s]
+        made += 1
+    first[cells] = made
+    for k in range(counts[2]):
+        barred[slot[bans[2 * k]]] += 1
+    total = 0
+    for s in range(cells):
+        many = barred[s]
+        barred[s] = total
+        total += many
+    barred[cells] = total
+    for k in range(counts[2]):
+        s = slot[bans[2 * k]]
+        ban[barred[s]] = bans[2 * k + 1]
+        barred[s] += 1
+    for s in range(cells - 1, 0, -1):
+        barred[s] = barred[s - 1]
+    if cells > 0:
+        barred[0] = 0
+    for s in range(cells):
+        sort(ban, barred[s], barred[s + 1])
+    return made
+
+
+@kernel()
+def safe_until(cell, tick, slot, first, begin, end):
+    """The last tick to which a robot may stay on a cell where it is at ``tick``, with or without right."""
+    s = slot[cell]
+    if s < 0:
+        return NEVER
+    for i in range(first[s], first[s + 1]):
+        if begin[i] <= tick + 1 <= end[i]:
+            return end[i]
+    return tick
+
+
+@kernel()
+def still_good(route, enter, at, length, tick, stride, kind_of, steps, slot, first, begin, end, barred, ban):
+    """Whether a robot that is on ``route[at]`` at ``tick`` may drive on as planned."""
+    for k in range(at, length - 1):
+        u = route[k]
+        v = route[k + 1]
+        if slot[u] < 0 and slot[v] < 0:
+            continue
+        t = tick if k == at else enter[k]
+        then = enter[k + 1]
+        if safe_until(u, t, slot, first, begin, end) < then - 1:
+            return False
+        dy = (v - u + stride + 1) // stride - 1
+        dx = v - u - dy * stride
+        s = slot[u]
+        if s >= 0 and _is_banned(
+            ban, barred[s], barred[s + 1], then * steps + kind_of[3 * (dx + 1) + dy + 1]
+        ):
+            return False
+        s = slot[v]
+        if s >= 0 and not _is_safe(begin, end, first[s], first[s + 1], then):
+            return False
+    return True
+
+
+@kernel(
+    out=(
+        "stood_at", "since", "slot", "touched", "first", "begin", "end", "owner", "barred", "ban", "counts", "busy", "bans",
+        "order", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "route", "enter", "result",
+    ),
+    each=3000,
+    of="free",
+)  # fmt: skip
+def live_search(
+    where, step_x, step_y, new, obstacles, now, tick, known, stood_at, since, horizon, velocity, most_stays, margin,
+    robot, walkable, inside, stride, kind_of,
+    free, offset, via, across, price, toll, steps_left, rest, goal,
+    slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+    arrive, paid, came, done, heap, place, key, tie, route, enter, length, result, halt,
+):  # fmt: skip
+    """The earliest arrival, or the route that is driven if it is still good and the new one saves too little.
+
+    Parameters
+    ----------
+    where, step_x, step_y, new, obstacles : cells and last steps, whether each has just appeared, how many there are.
+    now, tick : of those places; at which the robot is on ``robot``.
+    known, stood_at, since : see :func:`watch`.
+    horizon, velocity, most_stays, margin : settings.
+    walkable, inside : uint8 by cell: where obstacles can be, whether it is a cell of the map.
+    kind_of : int64 (9,), the number of each step, at 3 (dx + 1) + dy + 1; -1 for none.
+    free .. goal : see :func:`lampyris.kernels.spacetime.timed_search.sipp`.
+    slot .. order : room; ``counts`` has what was touched last. As long as they hold, the intervals.
+    arrive .. tie : room, one more than cells and intervals; see there.
+    route, enter, length : the route that is driven, its ticks and cells; the new one is written over it, if it is found.
+    result : out, int64 (8,): of the search; at 4 the number of cells, at 5 whether the route is the old one.
+    """
+    watch(where, step_x, step_y, new, obstacles, now, known, stood_at, since)
+    lay_out(
+        where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
+        kind_of, len(offset), slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+    )  # fmt: skip
+    for k in range(len(arrive)):
+        arrive[k] = NEVER
+        done[k] = 0
+        place[k] = 0
+    heap[0] = 0
+    stay = safe_until(robot, tick, slot, first, begin, end)
+    sipp(
+        free, offset, via, across, price, toll, steps_left, rest, slot, first, begin, end, owner, barred, ban,
+        robot, goal, tick, stay, NEVER, -1, arrive, paid, came, done, heap, place, key, tie, result, halt,
+    )  # fmt: skip
+    result[4] = 0
+    result[5] = 0
+    if result[0] != FOUND:
+        return
+    final = result[2]
+    at = -1
+    for k in range(length):
+        if enter[k] <= tick:
+            at = k
+    if at >= 0 and route[at] == robot and enter[length - 1] - arrive[final] <= margin:
+        if at == length - 1:
+            # ``enter`` of the last cell becomes ``tick`` then, as for the first.
+            if tick - arrive[final] > margin:
+                at = -1
+        if at >= 0 and still_good(
+            route, enter, at, length, tick, stride, kind_of, len(offset), slot, first, begin, end, barred, ban
+        ):
+            result[5] = 1
+            for k in range(at, length):
+                route[k - at] = route[k]
+                enter[k - at] = enter[k]
+            enter[0] = tick
+            result[4] = length - at
+            return
+    n = len(free)
+    count = 0
+    node = final
+    while node >= 0:
+        count += 1
+        node = came[node]
+    result[4] = count
+    node = final
+    for k in range(count - 1, -1, -1):
+        if node == len(arrive) - 1:
+            route[k] = robot
+        elif node < n:
+            route[k] = node
+        else:
+            route[k] = owner[node - n]
+        enter[k] = arrive[node]
+        node = came[node]

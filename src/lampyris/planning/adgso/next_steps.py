@@ -1,0 +1,69 @@
+"""Next steps: AD-GSO's answer to a simulation that asks again every few ticks, without a whole plan made of it.
+
+Of the path only the first sub-path and a few steps more are walked; its cost, and what is only reported of a plan, is left
+out. Where an answer would need more than the field as it is (cells to wall in, gates, a limit, draws), there is none, and
+the session is asked for a plan.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.adgso import walk as w
+from lampyris.kernels.adgso.lookahead_walk import KNOWN
+from lampyris.kernels.adgso.next_steps import next_steps
+from lampyris.model.grid import frozen
+from lampyris.model.moves import Moves
+from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
+from lampyris.planning.base import NextSteps
+from lampyris.planning.field.repair import Padded
+
+
+class StepFinder:
+    """Finds next steps on one field.
+
+    Parameters
+    ----------
+    walker : its settings and room.
+    ground : the field.
+    start : any cell.
+    moves : the step set.
+    wanted : steps after the first sub-path that are wanted.
+    """
+
+    def __init__(self, walker: Walker, ground: Padded, start: int, moves: Moves, wanted: int) -> None:
+        trip = walker.start(start)
+        trip.tally[w.ALLOWED] = NO_LIMIT
+        setup, self._tally, _, path, _, *rest = walker.kernel_setup(trip)
+        self._path = np.zeros(len(path) + wanted, dtype=np.int64)
+        self._wanted = wanted
+        shut = walls(ground).astype(np.int64)
+        cost = frozen(ground.cost.astype(np.int64))  # one width: compiling the kernel takes seconds
+        known = np.zeros(KNOWN * len(cost), dtype=np.int64)
+        lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
+        self._pairs = np.zeros(64, dtype=np.int64)
+        self._field: tuple[Any, ...] = (cost, ground.luciferin, ground.step, shut, ground.terrain)
+        self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest, known, int(lower), wanted)
+
+    def find(self, robot: int, closed: NDArray[np.int64], count: int) -> NextSteps | None:
+        """The steps from a cell; None: they take a plan.
+
+        Parameters
+        ----------
+        robot : the cell's number.
+        closed, count : cells that obstacles close now, and how many there are.
+        """
+        if self._field[0][robot] < 0:
+            return None
+        if len(self._pairs) < 2 * count:
+            self._pairs = np.zeros(4 * count, dtype=np.int64)
+        code = next_steps(robot, closed, count, self._pairs, *self._field, *self._rest)
+        tally = self._tally
+        if code == w.HEMMED:
+            return NextSteps(self._path, -1, 0, int(tally[w.LOOKED]))
+        if code != w.ARRIVED:
+            return None
+        return NextSteps(self._path, int(tally[w.LENGTH]) - 1, int(tally[w.FIRST]), int(tally[w.LOOKED]))

@@ -1,0 +1,140 @@
+"""Live search: SIPP's answer to a simulation that asks at every tick, without a plan made of it.
+
+Among obstacles of one cell of which no more is known than their last step; see :mod:`lampyris.kernels.spacetime.live_search`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.spacetime.live_search import live_search
+from lampyris.kernels.spacetime.timed_search import FOUND
+from lampyris.planning.base import NextSteps, SensedNow
+from lampyris.planning.field.frame import framed
+from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
+from lampyris.typing import BoolGrid, Cell
+
+MOST_STAYS = 1000
+"""Ticks for which one that has been standing may stay, at most."""
+MOST_CELLS = 1 << 20
+"""Cells of a map up to which there is room for each session of its own, 50 bytes a cell."""
+
+_Ints = NDArray[np.int64]
+
+
+class LiveSearch:
+    """Searches of one session on one map.
+
+    Parameters
+    ----------
+    search : the map, laid out.
+    walkable : bool (height, width); where obstacles can be.
+    horizon, margin, forecast : settings of the session.
+
+    Attributes
+    ----------
+    search : as given.
+    spent : states that the last search expanded.
+    """
+
+    def __init__(
+        self, search: TimedSearch, walkable: BoolGrid, horizon: int, margin: int, forecast: str
+    ) -> None:
+        self.search = search
+        self.spent = 0
+        self._stride = walkable.shape[1] + 2
+        inside = framed(np.ones_like(walkable), 1, False).view(np.uint8)
+        self._map = (
+            framed(walkable, 1, False).view(np.uint8),
+            inside,
+            self._stride,
+            search.kinds,
+            *search.ground,
+        )
+        self._settings = (horizon, int(forecast == "velocity"), MOST_STAYS, margin)
+        self._horizon = horizon
+        self._route, self._enter = np.zeros((2, len(inside)), dtype=np.int64)
+        self._length = 0
+        self._result = np.zeros(8, dtype=np.int64)
+        self._now = self._known = 0
+        self._make_room(32)
+
+    def _make_room(self, obstacles: int) -> None:
+        """Room for so many obstacles."""
+        n = len(self._route)
+        self._most = obstacles
+        ranges, bans = obstacles * (self._horizon + 4), 3 * obstacles * (self._horizon + 1)
+        cells = ranges + bans + 1
+        intervals = ranges + cells
+        self._noted = np.zeros((2, obstacles), dtype=np.int64)
+        touched, first, barred = np.zeros((3, cells + 1), dtype=np.int64)
+        begin, end = np.zeros((2, intervals), dtype=np.int64)
+        self._room: tuple[Any, ...] = (
+            np.full(n, -1, dtype=np.int32), touched, first, begin, end, np.zeros(intervals, dtype=np.int32), barred,
+            np.zeros(bans, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3 * ranges, dtype=np.int64),
+            np.zeros(2 * bans, dtype=np.int64), np.zeros(ranges, dtype=np.int64),
+        )  # fmt: skip
+        states = n + intervals + 1
+        arrive, paid, key, tie = np.zeros((4, states), dtype=np.int64)
+        came, place = np.zeros((2, states), dtype=np.int32)
+        heap = np.zeros(states + 1, dtype=np.int32)
+        self._states: tuple[Any, ...] = (
+            arrive,
+            paid,
+            came,
+            np.zeros(states, dtype=np.uint8),
+            heap,
+            place,
+            key,
+            tie,
+        )
+
+    def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
+        """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""
+        if len(stood) > self._most:
+            self._make_room(2 * len(stood))
+        self._known = len(stood)
+        for obstacle, ((x, y), since) in stood.items():
+            self._noted[:, obstacle] = (y + 1) * self._stride + x + 1, since
+        self._length = 0
+        if current is not None and current.cells is not None and current.ticks is not None:
+            x, y = current.cells.astype(np.int64).T
+            self._length = len(x)
+            self._route[: len(x)] = (y + 1) * self._stride + x + 1
+            self._enter[: len(x)] = current.ticks
+
+    def noted(self) -> tuple[dict[int, tuple[Cell, int]], TimedSearchResult | None]:
+        """What :meth:`recall` takes."""
+        cells, since = self._noted[:, : self._known].tolist()
+        stood = {
+            n: (self.search.cell(cell), first)
+            for n, (cell, first) in enumerate(zip(cells, since, strict=True))
+        }
+        if not self._length:
+            return stood, None
+        y, x = np.divmod(self._route[: self._length], self._stride)
+        cells_of = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+        return stood, TimedSearchResult(
+            FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
+        )
+
+    def find(self, seen: SensedNow) -> NextSteps | None:
+        """The earliest arrival, or the route that is driven; None where there is none as things are believed."""
+        if seen.obstacles > self._most:
+            noted = self._noted
+            self._make_room(2 * seen.obstacles)
+            self._noted[:, : noted.shape[1]] = noted
+        live_search(
+            seen.where, seen.step_x, seen.step_y, seen.new, seen.obstacles, seen.now, seen.tick, self._known,
+            *self._noted, *self._settings, seen.robot, *self._map, *self._room, *self._states,
+            self._route, self._enter, self._length, self._result,
+        )  # fmt: skip
+        self._known = seen.obstacles
+        ending, self.spent, _, _, length, *_ = self._result.tolist()
+        if ending != FOUND:
+            return None
+        self._length = length
+        return NextSteps(self._route, length - 1, 1, self.spent, self._enter)

@@ -1,0 +1,608 @@
+"""Compiled ticks: a simulation's state as arrays, on which a kernel does many ticks at once.
+
+The rules are those of the loop (:mod:`lampyris.sim.grid.loop`), which tests hold equal to the kernel. The arrays are made of
+a simulation between two ticks, and written back to it before it is looked at or changed; what neither needs is never
+made. The kernel comes back where the planner has to be asked. Speeds of laws that it does not know are filled in
+afterwards: a robot makes one step a tick, however fast it is.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels import loading
+from lampyris.kernels.adgso.tick_speed import OF_GOAL
+from lampyris.kernels.simulation import ticks as k
+from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
+from lampyris.model.change import Change
+from lampyris.model.grid import frozen
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
+from lampyris.model.trace import Event, Outcome
+from lampyris.planning.base import Budget, NextSteps, Planner, SensedNow, Session
+from lampyris.sim.grid.editing import Walls
+from lampyris.sim.grid.following import Following, follow
+from lampyris.sim.grid.pursuit import GoalPursuit
+from lampyris.sim.grid.sensing import observed_obstacles
+from lampyris.sim.grid.state import SimulationState
+from lampyris.sim.grid.tick_speed import TickSpeed
+from lampyris.sim.traffic.obstacle_draws import steps
+from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
+from lampyris.sim.world.cell_index import KEPT, CellIndex, Same, Shape, bordered, shared
+from lampyris.sim.world.endings import gave_up, too_late
+from lampyris.sim.world.targets import Targets
+from lampyris.sim.world.world import Occupancy
+from lampyris.typing import Cell, Cells, Floats
+
+BLOCK = 64
+"""Ticks whose draws are made at once, and for which there is room at first."""
+DRAWS = 65_536
+"""Draws that are made at once, at most; those of one tick in any case."""
+
+CAUSES = (
+    "start", "limit", "ring 1", "ring 2", "angle", "goal", "acceleration", "braking", "waiting", "clearance", "obstacle",
+    "",
+)  # fmt: skip
+"""Causes by the kernel's numbers; those of other laws follow."""
+
+Ints: TypeAlias = NDArray[np.int64]
+_NOTHING: Ints = np.zeros(1, dtype=np.int64)
+
+
+class AnswersNextSteps(Protocol):
+    """A session that can answer with its next steps alone; see :class:`lampyris.planning.adgso.session.AdGsoSession`."""
+
+    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
+        """The next steps, and ``wanted`` more; None: a plan has to be asked for."""
+        ...
+
+    def whole_plan(self, change: Change) -> Plan:
+        """The plan that they are a part of."""
+        ...
+
+
+class Running(Protocol):
+    """What is needed of a simulation; see :class:`lampyris.sim.grid.loop.Simulation`."""
+
+    scene: Scene
+    planner: Planner
+    session: Session
+    state: SimulationState
+    world: Occupancy
+    traffic: Traffic
+    walls: Walls
+    tick_speed: TickSpeed
+    patience: int
+    budget: Budget | None
+    sensor: Sensor | None
+    pursuit: GoalPursuit | None
+    visits: Targets
+
+    def ask(self, change: Change, here: Cell, ahead: Cell | None) -> None:
+        """Ask the planner, and follow its plan from here on."""
+        ...
+
+    def end(self, outcome: Outcome, detail: str = "") -> None:
+        """The simulation is over."""
+        ...
+
+
+def supported(run: Running) -> bool:
+    """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
+    map, a goal that stands still, no via points."""
+    if run.sensor is not None or run.pursuit is not None or run.visits.via or not run.world.robot_shape.single:
+        return False
+    return all(shape.single for shape in (*run.world.shapes, *(w.shape for w in run.traffic.walkers)))
+
+
+class CompiledTicks:
+    """A simulation as arrays, between two ticks.
+
+    Parameters
+    ----------
+    run : the simulation; while the arrays are ahead of it, nobody else may change it.
+    """
+
+    def __init__(self, run: Running) -> None:
+        self._run = run
+        world, state = run.world, run.state
+        self._space: CellIndex = world.space
+        self._goal = self._space.number(run.scene.goal)
+        self._synced = self._base = state.now
+        st = self._st = np.zeros(k.STATE, dtype=np.int64)
+        self._room = (self._space.height + 2) * self._space.stride
+        self._walkers = run.traffic.walkers
+        more = sum(
+            w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None
+        )  # bits: whole numbers
+        self._capacity = max(len(world.where) + more, 1)
+        assert state.last_tick is not None
+        st[[k.NOW, k.LAST_TICK, k.BASE, k.PATIENCE]] = state.now, state.last_tick, state.now, run.patience
+        st[[k.OBSTACLES, k.CAPACITY, k.ROBOT, k.GOAL]] = (
+            len(world.where), self._capacity, world.robot, self._goal,
+        )  # fmt: skip
+        st[[k.STRIDE, k.HEIGHT, k.ROOM]] = self._space.stride, self._space.height, self._room
+        st[[k.WAITING, k.HOLDING]] = state.waiting, state.holding
+        st[k.DRAWN_FROM] = state.now + 1
+        self._drawn_until = state.now
+        self._obstacles = self._pack_obstacles()
+        self._tables = self._pack_tables()
+        self._traffic = self._pack_traffic()
+        self._law = self._pack_law()
+        self._marks = np.zeros(self._capacity + 8, dtype=np.int64)
+        self._events = np.zeros(3 * (4 * BLOCK + len(self._walkers) * BLOCK), dtype=np.int64)
+        self._words = list(CAUSES)
+        self._draws: Floats = np.zeros(1)
+        self._tracks, self._robots, self._causes = np.zeros((3, 1), dtype=np.int64)
+        self._speeds: Floats = np.zeros(1)
+        self._log(BLOCK + 1)
+        self._robots[0] = world.robot
+        self._speeds[0] = run.tick_speed.v
+        self._tracks[: len(world.where)] = world.where
+        self._paced = state.now
+        self._partial = False
+        self._asked_at = (0, 0)
+        self._new = np.zeros(self._capacity, dtype=np.int64)
+        self._known = 0
+        self._live = run.traffic.recording is None
+        self._follow(state.following, None if state.plan is None else state.plan)
+
+    # ---- arrays --------------------
+
+    def _pack_obstacles(self) -> tuple[Any, ...]:
+        """Where obstacles are and what they did: ``where`` to ``gone`` of the kernel."""
+        world, st = self._run.world, self._st
+        where, step_x, step_y, gone = np.zeros((4, self._capacity), dtype=np.int64)
+        taken, left = np.zeros((2, self._room), dtype=np.int32)
+        count = len(world.where)
+        where[:count] = world.where
+        if world.left:
+            steps_made = np.array(world.step, dtype=np.int64).T
+            step_x[:count], step_y[:count] = steps_made
+            gone[: len(world.left)] = list(world.left)
+            left[list(world.left)] = [obstacle + 1 for obstacle in world.left.values()]
+        st[k.LEFT] = len(world.left)
+        taken[where[:count]] = np.arange(1, count + 1)
+        return where, step_x, step_y, taken, left, gone
+
+    def _pack_tables(self) -> tuple[Any, ...]:
+        """Where obstacles may be and step, by shape, and where the robot may step."""
+        shapes: dict[int, Shape] = {}
+        for shape in (*self._run.world.shapes, *(w.shape for w in self._walkers)):
+            shapes.setdefault(id(shape), shape)  # bits: only tells them apart
+        self._place = {key: place for place, key in enumerate(shapes)}
+        appearing = any(w.spec.rate is not None for w in self._walkers)
+        opened = np.zeros(1, dtype=np.uint8)
+        if appearing:
+            masks = [bordered(shape.open).reshape(-1).view(np.uint8) for shape in shapes.values()]
+            opened = np.concatenate(masks)
+        bits = [shape.step_bits() for shape in shapes.values()] or [np.zeros(1, dtype=np.uint8)]
+        open_steps = bits[0] if len(bits) == 1 else np.concatenate(bits)
+        return frozen(opened), frozen(open_steps), self._run.world.robot_shape.step_bits()
+
+    def _pack_traffic(self) -> tuple[Any, ...]:
+        """Walkers, shuttles and recordings: ``walkers`` to ``rates`` and ``shuttles`` to ``recorded`` of the kernel."""
+        st, traffic, place = self._st, self._run.traffic, self._place
+        first = drawn = 0
+        rows, rates = [], []
+        for w in self._walkers:
+            table = place[id(w.shape)]  # bits: only tells them apart
+            rows.append((table, first, len(w.own), w.spec.count, drawn))
+            rates.append(-1.0 if w.spec.rate is None else w.spec.rate)
+            first += w.spec.count
+            drawn += w.spec.count + 2
+        own = np.zeros(max(first, 1), dtype=np.int64)
+        for w, row in zip(self._walkers, rows, strict=True):
+            own[row[1] : row[1] + row[2]] = w.own
+        st[k.PER_TICK], st[k.WALKERS] = drawn, len(rows)
+        self._shuttles = [one for one in traffic.drivers if isinstance(one, Shuttle)]
+        routes: list[int] = []
+        drives = []
+        for one in self._shuttles:
+            turn = -1 if one.turn_after is None else one.turn_after
+            table = place[id(self._run.world.shapes[one.obstacle])]  # bits: only tells them apart
+            drives.append(
+                (
+                    one.obstacle,
+                    table,
+                    len(routes),
+                    len(one.route),
+                    one.at,
+                    one.ahead,
+                    one.waited,
+                    int(one.yields),
+                    turn,
+                )
+            )
+            routes += one.route
+        tracks: list[int] = []
+        recordings = []
+        recording: Recording | None = traffic.recording
+        for obstacle, recorded in () if recording is None else recording.tracks:
+            recordings.append((obstacle, len(tracks), len(recorded.track)))
+            tracks += map(self._space.number, recorded.track)
+        st[k.SHUTTLES], st[k.RECORDINGS] = len(drives), len(recordings)
+        self._drives = _flat(drives)
+        self._kinds = _flat(rows)
+        self._own = own
+        return np.array(rates or [-1.0]), self._drives, _flat(routes), _flat(recordings), _flat(tracks)
+
+    def _pack_law(self) -> tuple[Any, ...]:
+        """The speed law: ``law`` to ``why`` of the kernel."""
+        speed = self._run.tick_speed
+        known = speed.for_kernel()
+        self._st[k.HORIZON] = speed.horizon
+        if known is None:
+            self._st[k.LAW] = k.LAW_OUTSIDE
+            none = frozen(np.zeros(1, dtype=np.uint8))
+            return (
+                frozen(np.zeros(1)),
+                none,
+                none,
+                np.zeros(1, dtype=np.int32),
+                np.zeros(1),
+                np.zeros(1, np.int64),
+            )
+        law, numbers, counted, walls = known
+        self._st[k.LAW] = law
+        nodes = speed.horizon + 2
+        scene = self._run.scene
+        if shared(scene) and speed.scene.grid is scene.grid:
+            blocked, near = _walls(Same(scene.grid), int(numbers[RINGS]) if law == k.LAW_PHYSICAL else -1)
+        else:
+            blocked = frozen(bordered(walls).reshape(-1).view(np.uint8))
+            near = np.full(self._room if law == k.LAW_PHYSICAL else 1, UNKNOWN, dtype=np.int32)
+        return numbers, counted, blocked, near, np.zeros(3 * nodes), np.zeros(2 * nodes, dtype=np.int64)
+
+    def _log(self, ticks: int) -> None:
+        """Room for so many ticks, with what is written already."""
+        tracks = np.zeros(ticks * self._capacity, dtype=np.int64)
+        robots, causes = np.zeros((2, ticks), dtype=np.int64)
+        speeds = np.zeros(ticks)
+        for old, new in (
+            (self._tracks, tracks), (self._robots, robots), (self._causes, causes), (self._speeds, speeds),
+        ):  # fmt: skip
+            new[: len(old)] = old
+        self._tracks, self._robots, self._causes, self._speeds = tracks, robots, causes, speeds
+
+    def _follow(self, following: Following, plan: Plan | None) -> None:
+        """Take a plan from Python."""
+        st = self._st
+        self._following: Following | None = following
+        steps_left = len(following.route) - 1
+        st[[k.PLACE, k.UNTIL, k.STEPS]] = following.at, following.until, steps_left
+        timed = following.ticks is not None
+        st[[k.TIMED, k.UNTIL_TICK, k.COUNTED]] = timed, following.until_tick, following.counted
+        st[k.COMMITS] = plan is not None and plan.commit is not None
+        st[k.ROUNDS] = 1 if plan is None or plan.commit is not None else plan.iterations
+        self._sentence = "" if plan is None or plan else plan.sentence
+        self._enter_at = _flat(following.ticks) if following.ticks is not None else _NOTHING
+        self._route = _NOTHING
+        if steps_left >= 0:
+            cells = np.array(following.route, dtype=np.int64)
+            self._route = (cells[:, 1] + 1) * self._space.stride + cells[:, 0] + 1
+
+    # ---- ticks --------------------
+
+    def go(self, last: int) -> None:
+        """Tick on, to the end of tick ``last`` or to an outcome."""
+        st, run = self._st, self._run
+        while True:
+            stop = self._prepare(last)
+            st[k.STOP_AT] = stop
+            code = int(
+                k.advance(
+                    st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
+                    *self._traffic[1:], self._tables[2], self._route, self._enter_at,
+                    self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
+                )
+            )  # fmt: skip
+            self._read()
+            if code == k.ASK:
+                self._ask()
+                continue
+            if code != k.PAUSED:
+                self._end(code)
+                return
+            if run.state.now >= last:
+                return
+
+    def _prepare(self, last: int) -> int:
+        """Draws and room for the next ticks; the tick to stop at."""
+        st = self._st
+        now = int(st[k.NOW])
+        if now >= self._drawn_until and st[k.PHASE] == k.BEGIN:
+            each = int(st[k.PER_TICK])
+            ticks = max(1, min(BLOCK, DRAWS // max(each, 1)))
+            if each:
+                parts = [steps(w.key, w.spec.count, now + 1, ticks) for w in self._walkers]
+                self._draws = (parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)).reshape(-1)
+            st[k.DRAWN_FROM] = now + 1
+            self._drawn_until = now + ticks
+        stop = min(last, self._drawn_until)
+        room = stop - self._base + 1
+        if room > len(self._robots):
+            self._log(max(room, 2 * len(self._robots)))
+        return stop
+
+    def _read(self) -> None:
+        """Take in what the kernel has written: events, counts, and speeds that it has left out."""
+        st, run = self._st, self._run
+        state = run.state
+        over = int(st[k.NOW]) - int(st[k.PHASE] != k.BEGIN)
+        if st[k.LAW] == k.LAW_OUTSIDE:
+            self._fill_in(over)
+        count = int(st[k.EVENTS])
+        if count:
+            rows = self._events[: 3 * count].tolist()
+            st[k.EVENTS] = 0
+            for n in range(0, 3 * count, 3):
+                self._report(rows[n], rows[n + 1], rows[n + 2])
+        state.now = int(st[k.NOW])
+        state.replans += int(st[k.REPLANS])
+        state.waits += int(st[k.WAITS])
+        state.iterations += int(st[k.ITERATIONS])
+        st[k.REPLANS] = st[k.WAITS] = st[k.ITERATIONS] = 0
+
+    def _report(self, tick: int, word: int, number: int) -> None:
+        """An event in the loop's words."""
+        if word == k.APPEARED:
+            self._appeared(tick, self._walkers[number])
+            return
+        at = self._space.cell(number)
+        here = self._space.cell(int(self._robots[tick - 1 - self._base])) if word == k.NOT_NOW else at
+        what, sentence = {
+            k.AFTER_WAIT: ("replan", "Asked again after waiting."),
+            k.NOT_NOW: ("replan", f"The next cell, {at}, cannot be entered now; chose again."),
+            k.MET: ("replan", "An obstacle came onto the robot; asked once more."),
+            k.SCHEDULED: ("wait", "The plan waits here for the path to be clear."),
+            k.WAS_HIT: ("hit", Outcome.HIT.sentence),
+            k.WAITED: ("wait", self._sentence or "The next cell cannot be entered now."),
+        }[word]
+        self._run.state.events.append(Event(tick, what, here, sentence))
+
+    def _appeared(self, tick: int, walkers: Walkers) -> None:
+        """One more random walker."""
+        traffic, state = self._run.traffic, self._run.state
+        place = (tick - self._base) * self._capacity + len(traffic.obstacles)
+        number = int(self._tracks[place])
+        walkers.own.append(traffic.add(walkers.shape, number, "random-walk", walkers.spec, tick))
+        state.tracks.append([])
+        state.events.append(Event(tick, "appear", self._space.cell(number), "An obstacle appeared."))
+
+    def _fill_in(self, over: int) -> None:
+        """Speeds and causes of the ticks that are over, by a law that the kernel does not know."""
+        speed, base = self._run.tick_speed, self._base
+        done = self._paced
+        causes = self._causes[done + 1 - base : over + 1 - base].tolist()
+        self._paced = over
+        driven = sum(cause in (OF_GOAL, k.OF_OUTSIDE) for cause in causes)
+        at = int(self._st[k.PLACE]) - driven
+        route = self._route_cells()
+        for tick, cause in enumerate(causes, done + 1):
+            if cause == OF_GOAL:
+                at += 1
+            elif cause != k.OF_OUTSIDE:
+                speed.stop()
+            else:
+                at += 1
+                v, word = speed.drive([route[at - 1], *route[at:]], self._there(tick))
+                self._speeds[tick - base], self._causes[tick - base] = v, self._code(word)
+
+    def _code(self, word: str) -> int:
+        if word not in self._words:
+            self._words.append(word)
+        return self._words.index(word)
+
+    def _there(self, tick: int) -> list[Cell]:
+        """The cells of obstacles at a tick."""
+        first = (tick - self._base) * self._capacity
+        row = self._tracks[first : first + int(self._st[k.OBSTACLES])].tolist()
+        return [self._space.cell(number) for number in row if number]
+
+    def _route_cells(self) -> list[Cell]:
+        """The plan's cells, as far as they are known here."""
+        if self._following is not None:
+            return self._following.route
+        count = int(self._st[k.STEPS]) + 1
+        if not self._st[k.TIMED]:
+            count = min(count, int(self._st[k.UNTIL]) + self._run.tick_speed.horizon + 2)
+        return [self._space.cell(number) for number in self._route[:count].tolist()]
+
+    # ---- the planner --------------------
+
+    def _ask(self) -> None:
+        """Ask the planner from where the robot stands."""
+        st, run = self._st, self._run
+        robot, ahead, count = int(st[k.ROBOT]), int(st[k.AHEAD]), int(st[k.MARKED])
+        if self._quickly(robot, ahead, count):
+            return
+        here = self._space.cell(robot)
+        change = self._sensed(here, count)
+        run.ask(change, here, None if ahead < 0 else self._space.cell(ahead))
+        self._partial = False
+        self._follow(run.state.following, run.state.plan)
+
+    def _sensed(self, here: Cell, count: int) -> Change:
+        """What the robot senses now."""
+        run, now = self._run, int(self._st[k.NOW])
+        tracks = None
+        if run.planner.traits.sees_traffic:
+            self._write_obstacles()
+            tracks = observed_obstacles(run.traffic, now)
+        closed = map(self._space.cell, self._marks[:count].tolist())
+        return Change(robot=here, obstacles=frozenset(closed), tick=max(now - 1, 0), obstacle_tracks=tracks)
+
+    def _quickly(self, robot: int, ahead: int, count: int) -> bool:
+        """Ask a session that can answer with its next steps alone; whether it has."""
+        run, st = self._run, self._st
+        find = getattr(run.session, "next_steps", None)
+        if find is None or run.budget is not None or not run.walls.reported:
+            return False
+        began = loading.cpu()
+        where, step_x, step_y, *_ = self._obstacles
+        now, obstacles = int(st[k.NOW]), int(st[k.OBSTACLES])
+        if len(run.traffic.appears) > self._known:
+            self._new[:obstacles] = np.array(run.traffic.appears) == now
+            self._known = obstacles + (0 if not self._new.any() else -1)
+        seen = SensedNow(
+            robot,
+            max(now - 1, 0),
+            now,
+            self._marks,
+            count,
+            where,
+            step_x,
+            step_y,
+            self._new,
+            obstacles,
+            self._live,
+        )
+        found = find(seen, run.tick_speed.horizon + 2)
+        run.state.planning_s += loading.cpu() - began
+        if found is None:
+            return False
+        run.state.expansions += found.expansions
+        run.state.repaired = False
+        self._route, self._following, self._partial = found.path, None, True
+        self._asked_at = robot, count
+        if found.enter is None:
+            until, until_tick, self._enter_at = (
+                max(min(found.commit, found.steps), min(found.steps, 1), 0),
+                0,
+                _NOTHING,
+            )
+        else:
+            self._enter_at = found.enter
+            until_tick = int(found.enter[0]) + found.commit
+            until = int(np.searchsorted(found.enter[: found.steps + 1], until_tick, side="right")) - 1
+        # One by one: a list of places takes several times as long, and this is done at every other tick.
+        st[k.PLACE], st[k.UNTIL], st[k.STEPS], st[k.UNTIL_TICK] = 0, until, found.steps, until_tick
+        st[k.TIMED], st[k.COMMITS], st[k.COUNTED], st[k.ROUNDS] = (
+            found.enter is not None,
+            1,
+            0,
+            1,
+        )
+        self._sentence = Status.HEMMED_IN.sentence if found.steps < 0 else ""
+        if ahead >= 0 and found.steps > 0 and int(found.path[1]) != ahead:
+            run.state.path_switches += 1
+        return True
+
+    # ---- the end --------------------
+
+    def _end(self, code: int) -> None:
+        """The simulation is over."""
+        run, st = self._run, self._st
+        here, now = self._space.cell(int(st[k.ROBOT])), int(st[k.NOW])
+        if code == k.AT_GOAL:
+            run.end(Outcome.ARRIVED)
+        elif code == k.HIT:
+            what = f"An obstacle that does not yield ran into the robot, which stood still at {here}."
+            run.end(Outcome.HIT, what)
+        elif code == k.TIMEOUT:
+            run.end(Outcome.TIMEOUT, too_late(now))
+        else:
+            waited = int(st[k.HOLDING if code == k.HELD else k.WAITING])
+            run.end(Outcome.BLOCKED, gave_up(waited, here, run.patience, self._sentence))
+
+    # ---- looking --------------------
+
+    def places(self) -> tuple[Ints, Ints, Floats, list[str]]:
+        """Since the tick of which the arrays were made: the robot's cells, those of all obstacles (with that tick; ticks,
+        obstacles; 0: not there yet), speeds and causes."""
+        ticks = int(self._st[k.NOW]) - self._base
+        tracks = self._tracks[: (ticks + 1) * self._capacity].reshape(ticks + 1, -1)
+        words = self._words
+        causes = [words[code] for code in self._causes[1 : ticks + 1].tolist()]
+        tracks = tracks[:, : int(self._st[k.OBSTACLES])]
+        return self._robots[1 : ticks + 1], tracks, self._speeds[1 : ticks + 1], causes
+
+    @property
+    def base(self) -> int:
+        """The tick of which the arrays were made."""
+        return self._base
+
+    def write_back(self) -> None:
+        """Bring the simulation up to the arrays."""
+        run, st = self._run, self._st
+        state, world, cell = run.state, run.world, self._space.cell
+        robots, tracks, speeds, causes = self.places()
+        new = self._synced - self._base
+        state.cells += [cell(number) for number in robots[new:].tolist()]
+        state.speeds += speeds[new:].tolist()
+        state.causes += causes[new:]
+        for track, column in zip(state.tracks, tracks[new + 1 :].T.tolist(), strict=True):
+            track += [number for number in column if number]
+        self._synced = int(st[k.NOW])
+        state.waiting, state.holding = int(st[k.WAITING]), int(st[k.HOLDING])
+        self._write_obstacles()
+        world.put_robot(int(st[k.ROBOT]))
+        rows = self._drives.tolist()
+        for n, one in enumerate(self._shuttles):
+            one.at, one.ahead, one.waited = rows[k.SHUTTLE * n + k.AT : k.SHUTTLE * n + k.STOOD + 1]
+        if self._partial:
+            self._whole_plan()
+        assert self._following is not None
+        self._following.at, self._following.counted = int(st[k.PLACE]), bool(st[k.COUNTED])
+        state.following = self._following
+        if st[k.LAW] != k.LAW_OUTSIDE:
+            last = int(self._causes[state.now - self._base]) if state.now > self._base else -1
+            speed = float(self._speeds[state.now - self._base])
+            if CAUSES[last] in ("start", "waiting"):
+                run.tick_speed.stop()
+            elif last >= 0 and CAUSES[last] != "goal":
+                at = int(st[k.PLACE])
+                before = float(self._speeds[state.now - 1 - self._base])
+                run.tick_speed.resume(before, speed, self._following.route[at - 1 :], self._there(state.now))
+
+    def _whole_plan(self) -> None:
+        """In place of the planner's next steps the plan that they are a part of."""
+        run = self._run
+        robot, count = self._asked_at
+        closed = frozenset(map(self._space.cell, self._marks[:count].tolist()))
+        session: AnswersNextSteps = run.session  # type: ignore[assignment]
+        run.state.plan = session.whole_plan(Change(robot=self._space.cell(robot), obstacles=closed))
+        at = int(self._st[k.PLACE]), bool(self._st[k.COUNTED])
+        self._following = follow(run.state.plan, self._space.cell(robot))
+        self._st[k.UNTIL] = self._following.until
+        self._following.at, self._following.counted = at
+        self._follow(self._following, run.state.plan)
+        self._partial = False
+
+    def _write_obstacles(self) -> None:
+        """Bring the world's obstacles up to the arrays."""
+        world, count = self._run.world, int(self._st[k.OBSTACLES])
+        where, step_x, step_y, _, left, gone = self._obstacles
+        numbers = where[:count].tolist()
+        world.where[:] = numbers
+        world.step[:] = zip(step_x[:count].tolist(), step_y[:count].tolist(), strict=True)
+        world.taken = {number: obstacle for obstacle, number in enumerate(numbers)}
+        cells = gone[: int(self._st[k.LEFT])]
+        owners = (left[cells] - 1).tolist()
+        world.left = dict(zip(cells.tolist(), owners, strict=True))
+        world.moved(owners)
+
+
+@lru_cache(maxsize=KEPT)
+def _walls(key: Same, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Walls by cell number, and how near they are, as far as it was looked up: the same for every simulation on a map."""
+    blocked = frozen(bordered(key.grid.blocked).reshape(-1).view(np.uint8))
+    return blocked, np.full(len(blocked) if rings >= 0 else 1, UNKNOWN, dtype=np.int32)
+
+
+def _flat(rows: Any) -> Ints:
+    """Whole numbers as one row, at least one."""
+    made = np.array(rows, dtype=np.int64).reshape(-1)
+    return made if len(made) else np.zeros(1, dtype=np.int64)
+
+
+def cells_of_numbers(space: CellIndex, numbers: Ints) -> Cells:
+    """The (x, y) of cell numbers of any shape; int32, (..., 2)."""
+    y, x = np.divmod(numbers, space.stride)
+    return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)

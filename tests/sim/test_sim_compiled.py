@@ -1,0 +1,105 @@
+"""Compiled ticks: the same run as tick by tick, whole, stopped at any tick, and looked at in between."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris import Crossing, Patrol, RandomWalk, Recorded, Scene
+from lampyris.model.edit import Edit
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.trace import Trace
+from lampyris.planning import registry
+from lampyris.sim.grid import loop
+from lampyris.sim.grid.compiled_ticks import supported
+from lampyris.sim.grid.steps_since import since
+from reference.kernel_forms import use
+
+WALLS = np.zeros((14, 16), dtype=bool)
+WALLS[4, 2:9] = WALLS[9, 6:14] = True
+TRACK = Recorded(tuple((1 + min(t, 13), 12) for t in range(20)))
+TRAFFIC: dict[str, tuple[Any, ...]] = {
+    "walkers": (RandomWalk(12),),
+    "who appear": (RandomWalk(8, 0.4), RandomWalk(3)),
+    "all kinds": (TRACK, Crossing(3), Patrol(((2, 2), (9, 2))), RandomWalk(6)),
+}
+FIELDS = (
+    "outcome", "appears", "obstacle_specs", "cause", "events", "replans", "waits", "iterations", "expansions", "detail",
+    "last_tick", "path_switches", "edits",
+)  # fmt: skip
+
+
+def scene_of(traffic: str, **more: Any) -> Scene:
+    """From one corner of a small map to the other."""
+    return Scene(Grid(WALLS), (0, 0), (15, 13), traffic=TRAFFIC[traffic], **more)
+
+
+def by_tick(run: loop.Simulation) -> Trace:
+    """The whole run by the loop in Python."""
+    while run.outcome is None:
+        run.tick()
+    return run.trace()
+
+
+def differ(a: Trace, b: Trace) -> list[str]:
+    """The fields in which two traces differ."""
+    found = [name for name in FIELDS if getattr(a, name) != getattr(b, name)]
+    arrays = [("robot", a.robot, b.robot), ("speed", a.speed, b.speed)]
+    arrays += [("tracks", x, y) for x, y in zip(a.tracks, b.tracks, strict=True)]
+    return found + [name for name, x, y in arrays if not np.array_equal(x, y)]
+
+
+@pytest.fixture(autouse=True)
+def _plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, "plain")
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "astar", "sipp"])
+@pytest.mark.parametrize("traffic", TRAFFIC)
+def test_the_run_is_the_one_of_the_loop(planner: str, traffic: str) -> None:
+    law = {"walkers": "physical", "who appear": "rpp", "all kinds": "dissertation"}[traffic]
+    settings: dict[str, Any] = {"seed": 3, "law": law, "patience": 6, "ticks": 60}
+    edits = (Edit(5, ((4, 8), (5, 8)), ((5, 4),)),) if traffic == "who appear" else ()
+    scene, who = scene_of(traffic, edits=edits), registry.make(planner, {})
+    known = by_tick(loop.Simulation(scene, who, **settings))
+    assert differ(known, loop.run(scene, who, **settings)) == []
+    pieces, rng = loop.Simulation(scene, who, **settings), np.random.default_rng(1)
+    while pieces.outcome is None:
+        pieces.advance(int(rng.integers(1, 9))) if rng.random() < 0.7 else pieces.tick()
+    assert differ(known, pieces.trace()) == []
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "sipp"])
+def test_what_is_seen_at_a_stop_is_what_the_loop_would_show(planner: str) -> None:
+    scene, who = scene_of("walkers"), registry.make(planner, {})
+    one, two = loop.Simulation(scene, who, seed=4), loop.Simulation(scene, who, seed=4)
+    while one.outcome is None:
+        for _ in range(3):
+            one.tick()
+        two.advance(3)
+        assert (one.now, one.outcome) == (two.now, two.outcome)
+        if one.outcome is None:
+            assert one.world.where == two.world.where
+            assert one.world.taken == two.world.taken
+            assert one.world.left == two.world.left
+            assert one.world.step == two.world.step
+            assert one.state.cells == two.state.cells
+            assert one.state.tracks == two.state.tracks
+            assert one.tick_speed.v == two.tick_speed.v
+            assert one.tick_speed.caps() == two.tick_speed.caps()
+            assert one.plan == two.plan
+            assert one.state.following == two.state.following
+            assert np.array_equal(since(one, 2).robot, since(two, 2).robot)
+
+
+def test_what_the_kernel_does_not_know_is_left_to_the_loop() -> None:
+    who = registry.make("astar", {})
+    assert supported(loop.Simulation(scene_of("all kinds"), who))
+    sized = Scene(Grid(WALLS), (1, 1), (14, 12), robot=Robot(radius=0.8), traffic=(RandomWalk(2),))
+    far = Scene(Grid(WALLS), (0, 0), (15, 13), moves="sixteen-connected", traffic=(RandomWalk(2),))
+    for scene in (sized, far):
+        assert not supported(loop.Simulation(scene, who))
+        assert differ(by_tick(loop.Simulation(scene, who)), loop.run(scene, who)) == []
