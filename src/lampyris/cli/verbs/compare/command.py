@@ -54,7 +54,7 @@ def compare(
         typer.Option(
             "--planners",
             metavar="NAME,...",
-            help="The planners, with settings after colons: ad-gso,ad-gso:choice=exact "
+            help="The planners, with settings after colons: ad-gso,ad-gso:choice=exact; of poses too, such as lattice "
             "(default: ad-gso, astar, dstar-lite, theta-star, dstar-lpso; among obstacles sipp too).",
         ),
     ] = None,
@@ -166,11 +166,13 @@ class CompareRequest:
         SettingError : SEEDS: out of range.
         """
         from lampyris.io.maps.map_hash import map_hash
+        from lampyris.study.design.config import plans_poses
         from lampyris.study.design.study import Study, StudyMap, World
 
         traffic, scene = self.traffic.traffic(), scenario.scene
         names = self.planners or (AMONG_OBSTACLES if traffic.count else PLANNERS)
         planners = _entries("--planners", names, _planner)
+        drives = bool(traffic.count) and any(map(plans_poses, planners))
         by = _entries("--laws", self.laws or scenario.law, _law)
         most = MAX_RUNS // (len(planners) * len(by))
         if not 1 <= self.seeds <= most:
@@ -180,8 +182,8 @@ class CompareRequest:
         ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
         return Study(
             name="compare",
-            kind="simulate" if traffic.count else "plan",
-            worlds=(World(ground, scene.start, scene.goal),),
+            kind="drive" if drives else "simulate" if traffic.count else "plan",
+            worlds=(World(ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose),),
             planners=planners,
             laws=by,
             traffic_cases=(traffic,),
@@ -189,8 +191,33 @@ class CompareRequest:
             moves=scene.moves.name,
             robot=asdict(scene.robot),
             ticks=self.traffic.ticks,
+            drive=self._drive(planners) if drives else {},
             root=self.base.seed,
         )
+
+    def _drive(self, planners: tuple[Config, ...]) -> dict[str, Any]:
+        """Settings of the drives among obstacles that planners of poses are compared in.
+
+        Raises
+        ------
+        UsageError : an option of simulations in ticks; a planner that these drives do not follow.
+        """
+        from lampyris.model.settings.drive import DriveSettings
+        from lampyris.planning.registry import planner_class
+
+        if self.traffic.ticks is not None:
+            what = "--ticks with a planner of poses: it drives in continuous time"
+            raise UsageError("OPTIONS", what, allowed="planners on cells")
+        for planner in planners:
+            traits = planner_class(planner.name).traits
+            if traits.plans_headings and traits.sees_traffic:
+                raise UsageError(
+                    "PLANNER",
+                    f"{planner.name} plans poses with times; the drives of a comparison do not follow these",
+                    where="--planners",
+                    allowed="planners without times, such as lattice; without --obstacles any",
+                )
+        return asdict(DriveSettings())
 
 
 @dataclass(frozen=True)
@@ -255,6 +282,7 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
     from lampyris.cli.request import scene_notes
     from lampyris.cli.verbs.compare import tables
     from lampyris.model.traffic import RandomWalk
+    from lampyris.study.design.config import plans_poses
     from lampyris.study.execution import run as running
     from lampyris.study.execution.execution import Execution
 
@@ -263,7 +291,9 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
     study = request.study(scenario)
     drawn = sum(len(one.starts) for one in scenario.scene.traffic if isinstance(one, RandomWalk))
     left = (f"the {drawn} moving obstacles drawn in the map are left aside: a comparison draws its own",)
-    print_notes((*scenario.notes, *scene_notes(scenario.scene), *(left if drawn else ())))
+    on_cells = not all(map(plans_poses, study.planners))
+    moved = scene_notes(scenario.scene) if on_cells else ()
+    print_notes((*scenario.notes, *moved, *(left if drawn else ())))
     began = time.perf_counter()
     rows: dict[str, Row] = {}
 
