@@ -9,6 +9,7 @@ import { GroundPicture, LayerPicture, drawCells, penOf } from "./cells.js";
 import { goalMark, startMark } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
+import { drawRound } from "./rounds.js";
 import { drawShape } from "./shape.js";
 import { View } from "./view.js";
 import { Trail, drawWay } from "./ways.js";
@@ -43,8 +44,10 @@ export class MapView {
     /** @type {Moment} */
     this.moment = { robot: null, bodies: null, kinds: [], radii: [], trail: null };
     this.robotRadius = 0;
-    /** The robot's footprint, its poses and the headings of the ends; null: the planner plans cells. @type {import("./shape.js").Shape | null} */
+    /** The robot's footprint, its poses and the headings of the ends; null: a disc, and a planner on cells. @type {import("./shape.js").Shape | null} */
     this.shape = null;
+    /** A round of planning with adaptive dimensionality; null: none is shown. @type {import("./rounds.js").Round | null} */
+    this.round = null;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
     /** What is shown in place of a single robot: a fleet or a swarm. @type {import("./fleet.js").Actors | null} */
@@ -185,7 +188,7 @@ export class MapView {
     pen.setTransform(this._ratio, 0, 0, this._ratio, 0, 0);
     if (trail) this._trail.draw(pen, view, trail, on);
     if (this.actors) this.actors.draw(pen, view);
-    else drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
+    else drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null, this.shape?.around);
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
     if (this.onFrame) this.onFrame(performance.now() - began);
@@ -215,6 +218,7 @@ export class MapView {
       this.actors.base(pen, view);
       return;
     }
+    if (this.round) drawRound(pen, view, this.round, this.dark);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
     if (this.shape) drawShape(pen, view, this.shape, this.dark);
