@@ -112,7 +112,7 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _traffic(scenario: Scenario) -> Traffic:
-    scene = api.among(scenario.scene, None)
+    scene = api.among(scenario.scene, None, poses=scenario.planner in registry.pose_names())
     space = CellIndex(scene.grid)
     world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     return open_traffic(scene, world, scenario.seed)

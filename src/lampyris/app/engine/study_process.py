@@ -58,7 +58,10 @@ def study_data(scenario: Scenario, request: Mapping[str, Any]) -> tuple[dict[str
     place = {"rows": ["."], "name": (scene.grid.name or "map")[:64]}
     ends = {
         what: list(cell) if pose is None or not poses else {"pose": list(pose)}
-        for what, cell, pose in (("start", scene.start, scene.start_pose), ("goal", scene.goal, scene.goal_pose))
+        for what, cell, pose in (
+            ("start", scene.start, scene.start_pose),
+            ("goal", scene.goal, scene.goal_pose),
+        )
     }
     maps: list[dict[str, Any]] = [{**place, "queries": [ends]}]
     if many > 1:

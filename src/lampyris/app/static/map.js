@@ -218,7 +218,7 @@ export class MapView {
       this.actors.base(pen, view);
       return;
     }
-    if (this.round) drawRound(pen, view, this.round, this.dark);
+    if (this.round) drawRound(pen, view, ground, this.round, this.dark);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
     if (this.shape) drawShape(pen, view, this.shape, this.dark);

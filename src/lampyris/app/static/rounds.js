@@ -15,9 +15,13 @@ const [SPHERE, TUNNEL] = ["#117733", "#44aa99"];
 /** On light and on dark ground. */
 const PLANNED = ["#332288", "#b9a6ff"];
 
-/** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view @param {Round} round @param {boolean} dark */
-export function drawRound(pen, view, round, dark) {
+/** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view @param {{width: number, height: number}} ground @param {Round} round @param {boolean} dark */
+export function drawRound(pen, view, ground, round, dark) {
   const planned = round.planned_cells.flat();
+  pen.save();
+  pen.beginPath();
+  pen.rect(view.x, view.y, ground.width * view.scale, ground.height * view.scale);
+  pen.clip();
   pen.lineCap = pen.lineJoin = "round";
   if (planned.length) {
     pen.globalAlpha = 0.3;
@@ -48,6 +52,7 @@ export function drawRound(pen, view, round, dark) {
     drawLine(pen, view, cells.flat(), 0, cells.length - 1);
     pen.setLineDash([]);
   }
+  pen.restore();
 }
 
 /** What a round did, in words. @param {Round} round @param {number} k @param {number} of */
@@ -82,7 +87,8 @@ export function mount(page, element) {
   page.on("plan", (plan) => {
     rounds = plan?.rounds ?? [];
     root.hidden = !rounds.length;
-    which.max = which.value = String(Math.max(rounds.length, 1));
+    which.max = String(Math.max(rounds.length, 1));
+    which.value = which.max;
     which.disabled = rounds.length < 2;
     show();
   });
