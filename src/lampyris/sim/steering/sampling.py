@@ -24,6 +24,9 @@ _SPARE = 128
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
+_UP = np.array((1.0, -1.0))
+"""From y down to y up."""
+
 _STILL = 0.01
 """Share of the top speed below which a command is to stand."""
 
@@ -75,7 +78,9 @@ class SimulatedMotions:
         start = np.array((view.pose.x, view.pose.y, c, s, along, across))
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
         message, res = view.message, shape.grid.resolution
+        ox, oy = (message.xy * (res, -res)).T.copy()
         motion = np.zeros_like(message.xy) if view.velocity is None else view.velocity
+        ou, ow = (motion * _UP).T.copy()
         height, width = view.walls.clear.shape
         bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
         arrays: list[Any] = list(self.arrays.values())
@@ -85,7 +90,7 @@ class SimulatedMotions:
             robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
-            message.xy[:, 0] * res, -message.xy[:, 1] * res, motion[:, 0].copy(), -motion[:, 1],
+            ox, oy, ou, ow,
             message.radius + view.noise, one.obstacle_weight, one.collision_cost, *arrays,
         )  # fmt: skip
         return self.arrays["cost"]
