@@ -84,7 +84,7 @@ def _base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
 
 @kernel(
     out=("offer", "known", "best", "before", "curves", "count", "segments", "goal", "lengths", "kinds"),
-    of="offer", each=1_200_000,
+    of="offer", each=60_000,
 )  # fmt: skip
 def shortcut(
     wall, clear, px, py, cover, whole, numbers, nodes, along,

@@ -29,7 +29,7 @@ def _is_goal(goals, state):
     return goals[u64(left)] == state
 
 
-@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=100)
+@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     inside, member, group_first, most, order, goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,

@@ -59,7 +59,7 @@ def _pop(keys, states, n):
     states[u64(i)] = state
 
 
-@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=100)
+@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,

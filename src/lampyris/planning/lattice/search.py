@@ -13,8 +13,8 @@ from lampyris.kernels.lattice import search as kernel
 from lampyris.planning.lattice.map import LatticeMap
 
 _ROOM = 1 << 16
-FEW = 300
-"""Expansions after which a search goes on in compiled form, if it began in the plain one: 20 to 100 ms."""
+FEW = 2000
+"""Expansions after which a search goes on in compiled form, if it began in the plain one: 60 to 300 ms."""
 
 
 @dataclass(frozen=True, slots=True)
