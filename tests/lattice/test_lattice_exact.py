@@ -40,6 +40,20 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
+@pytest.mark.parametrize("planner", ["lattice", "pad"])
+def test_a_search_that_goes_on_in_compiled_form_finds_the_same(
+    planner: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stops after a few expansions and goes on where it was."""
+    made = []
+    for few in (3, 10**9):
+        monkeypatch.setattr("lampyris.planning.lattice.search.FEW", few)
+        scene = scene_of(3, "ackermann", next(iter(FOOTPRINTS.values())))
+        made.append(lampyris.plan(scene, planner, weight=1.2))
+    assert made[0].expansions == made[1].expansions > 3
+    assert made[0] == made[1]
+
+
 @pytest.mark.commit(2)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
