@@ -235,6 +235,7 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
         samples, drawn = _sampled(path, scene, smooth, request.spacing), loading.wall()
         entries, refused = _entries(names, request, path, samples, scene, obstacle_states, tracks)
     else:
+        assert isinstance(path, Plan)
         step = api.node_spacing(scene, request.spacing)
         samples, seen = pose_route(poses, scene, request.base.law, step)
         drawn = loading.wall()
