@@ -280,7 +280,7 @@ def speed_profile(
             )
         if obstacle_states is not None:  # kept clear of the circle around the robot, wherever it looks
             obstacle_states = replace(obstacle_states, radius=obstacle_states.radius + scene.robot.radius)
-        path, scene = pose_route(poses, scene, law, _spacing(scene, spacing))
+        path, scene = pose_route(poses, scene, law, node_spacing(scene, spacing))
         smooth, spacing = "none", None
     along = path if isinstance(path, SampledPath) else _path(path)
     if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
@@ -309,7 +309,7 @@ def _smoothed(
     if not is_word(drawing, tuple(SMOOTHING)):
         raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(SMOOTHING))
     of_kind("scene", scene, Scene)
-    step = _spacing(scene, spacing)
+    step = node_spacing(scene, spacing)
     points = polyline_of(_path(path)) if isinstance(path, Plan | Path) else _points(path)
     few_nodes(points, scene, spacing)
     wanted = wanted_of(path, scene.grid.resolution) if isinstance(path, Plan) else None
@@ -383,7 +383,7 @@ def _judge(
         referee.demand(found)
 
 
-def _spacing(scene: Scene, spacing: float | None) -> float:
+def node_spacing(scene: Scene, spacing: float | None) -> float:
     """Metres between two nodes, as asked for or by default."""
     resolution = scene.grid.resolution
     step = SAMPLE_SPACING * resolution if spacing is None else spacing
@@ -413,7 +413,7 @@ def few_nodes(points: Points, scene: Scene, spacing: float | None) -> None:
     SettingError : ``SPACING``.
     LimitError : ``NODES``.
     """
-    step = _spacing(scene, spacing) / scene.grid.resolution
+    step = node_spacing(scene, spacing) / scene.grid.resolution
     xy = np.asarray(points, dtype=np.float64)
     if xy.ndim == 2 and xy.shape[1:] == (2,) and np.isfinite(xy).all():
         d = xy[1:] - xy[:-1]

@@ -249,3 +249,29 @@ def test_obstacles_that_are_polygons_have_an_outline_and_turn() -> None:
     times, yaws = zip(*polygon["turns"], strict=True)
     assert list(times) == sorted(times)
     assert set(yaws) == {-1.5708}, "it goes down the map"
+
+
+def test_obstacles_that_are_polygons_stand_to_scale_before_anything_has_moved() -> None:
+    """In plans and in simulations in ticks: outline in cells, and the heading with which they begin."""
+    track = {"kind": "recorded", "track": [[20, y] for y in range(2, 12)], "rectangle": [0.5, 0.25]}
+    walker = {"kind": "random-walk", "count": 1, "rectangle": [0.5, 0.25]}
+    outline = [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5]]
+    scenario = car(obstacles=[track, walker])
+    on_cells = {**scenario, "planner": "astar", "drive": None, "robot": {"rectangle": [0.5, 0.25]}}
+    for bodies in (
+        only(ask("plan", scenario), "Z")["obstacle_specs"],
+        only(ask("simulate", {key: v for key, v in on_cells.items() if v is not None}), "H")[
+            "obstacle_specs"
+        ],
+    ):
+        assert [one["outline"] for one in bodies] == [outline, outline]
+        assert sorted(one["yaw"] for one in bodies) == [-1.5708, 0.0]
+
+
+def test_a_plan_of_pad_has_the_cells_of_its_rounds() -> None:
+    plan = only(ask("plan", car(planner="pad")), "Z")
+    assert plan["rounds"]
+    for one in plan["rounds"]:
+        assert (one["planned_m"] is None) == (not one["planned_cells"])
+        assert (one["tracked_m"] is None) == (not one["tracked_cells"])
+    assert plan["rounds"][0]["planned_cells"]

@@ -183,3 +183,23 @@ def test_a_study_ends_when_nobody_waits_for_it(tmp_path: Path) -> None:
         assert json.loads(process.stdout.readline())["state"] == "running"
         process.stdin.close()
         assert process.wait(timeout=120) == 0
+
+
+@pytest.mark.parametrize("planner", ["astar", "lattice"])
+def test_a_study_has_the_robots_footprint(planner: str) -> None:
+    """Planners of poses drive in continuous time, between poses."""
+    car = {"footprint": [[0.4, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.4, -0.15]], "turn_radius": 1.0}
+    poses = {"start": {"cell": [0, 9], "yaw": 0.0}, "goal": [7, 0]} if planner == "lattice" else {}
+    box = {"kind": "random-walk", "count": 2, "rectangle": [0.8, 0.4]}
+    study, notes = study_of_question(
+        asked({"robot": car, "obstacles": [box], **poses}, planners=[planner], queries=2)
+    )
+    assert notes == []
+    assert study.robot["footprint"] == tuple(map(tuple, car["footprint"]))  # type: ignore[arg-type]
+    assert study.traffic_cases[0].footprint == ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
+    if planner == "astar":
+        assert (study.kind, study.worlds[0].start_pose) == ("simulate", None)
+    else:
+        assert study.kind == "drive"
+        assert study.worlds[0].start_pose == (0.5, 0.5, 0.0)
+        assert None not in (study.worlds[1].start_pose, study.worlds[1].goal_pose)

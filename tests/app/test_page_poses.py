@@ -197,3 +197,49 @@ def test_cells_are_driven_in_continuous_time_if_that_is_chosen(page: Any, addres
     page.get_by_role("button", name="Play", exact=True).click()
     until(page, lambda: "/" in page.locator(".tl-where").inner_text())
     assert " s" not in page.locator(".tl-where").inner_text()
+
+
+@pytest.mark.nightly
+def test_rounds_of_pad_are_shown_one_by_one(page: Any, address: str) -> None:
+    """Spheres, tunnel and paths of a round, which is chosen by a slider; another planner has none."""
+    opened(
+        page,
+        address,
+        planner={"name": "pad", "settings": {"weight": 1.05}},
+        obstacles=[],
+        robot={"rectangle": [0.9, 0.5], "drive": "ackermann", "turn_radius": 0.75},
+    )
+    rounds = page.get_by_label("Rounds of pad")
+    until(page, rounds.is_visible)
+    still = picture(page)
+    rounds.check()
+    until(page, lambda: changed(still, picture(page)) > 0.005)
+    assert "Round " in page.locator("#layers").inner_text()
+    assert "No path costs less than" in page.locator("#layers").inner_text()
+    rounds.uncheck()
+    until(page, lambda: changed(still, picture(page)) < 0.001)
+    choose(page, "lattice")
+    until(page, lambda: not rounds.is_visible())
+
+
+@pytest.mark.nightly
+def test_a_footprint_is_to_scale_before_and_in_a_simulation_in_ticks(page: Any, address: str) -> None:
+    """A planner on cells: the robot at both ends of its path, and in the direction of its steps."""
+    box = {"rectangle": [0.9, 0.5]}
+    page.goto("about:blank")
+    page.goto(link(address, planner={"name": "astar", "settings": {}}, obstacles=[], robot=box))
+    page.get_by_role("tab", name="Planner").click()
+    until(page, lambda: "Gap" in page.locator("#status").inner_text())
+    wide = picture(page)
+    page.get_by_label("shape", exact=True).select_option("disc")
+    until(page, lambda: in_address(page)["robot"] == {})
+    until(page, lambda: changed(wide, picture(page)) > 0.001)
+    page.keyboard.press("Control+z")
+    until(page, lambda: in_address(page)["robot"] == box)
+    page.get_by_role("button", name="Play", exact=True).click()
+    until(page, lambda: page.get_by_role("button", name="Play again").is_visible())
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("Home")
+    begun = picture(page)
+    page.keyboard.press("PageUp")
+    assert changed(begun, picture(page)) > 0.001

@@ -40,6 +40,22 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
+@pytest.mark.parametrize("planner", ["lattice", "pad"])
+def test_a_search_that_goes_on_in_compiled_form_finds_the_same(
+    planner: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stops after a few expansions and goes on where it was."""
+    robot = Robot(footprint=FOOTPRINTS["car"], drive="ackermann", turn_radius=2.0)
+    grid = Grid(np.zeros((14, 20), dtype=bool))
+    scene = Scene(grid, start_pose=(3.5, 5.5, 0.0), goal_pose=(16.5, 9.5, math.pi), robot=robot)
+    made = []
+    for few in (3, 10**9):
+        monkeypatch.setattr("lampyris.planning.lattice.search.FEW", few)
+        made.append(lampyris.plan(scene, planner, weight=1.2))
+    assert made[0].expansions == made[1].expansions > 3
+    assert made[0] == made[1]
+
+
 @pytest.mark.commit(2)
 @sized("maps", 6, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)

@@ -73,7 +73,7 @@ def demand_cells(planner: Planner, doing: str) -> None:
             "PLANNER",
             f"{planner.name} plans poses; {doing} needs a path of cells",
             allowed="a planner on cells, such as astar",
-            todo="`lampyris plan` and `lampyris drive` take planners of poses, and so do their functions in Python",
+            todo="`lampyris plan`, `drive`, `speed` and `compare` take planners of poses",
             setting="planner",
         )
 

@@ -17,6 +17,7 @@ from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, seen_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
+from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
@@ -28,6 +29,7 @@ from lampyris.report.style import CAUSES
 from lampyris.scenarios import sensor_of, speed_law
 from lampyris.sim.grid.loop import Simulation
 from lampyris.sim.grid.steps_since import events_since, since
+from lampyris.sim.traffic.headings import first_headings
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
 from lampyris.sim.world.endings import why
@@ -91,10 +93,10 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
     LampyrisError : as :func:`begin`, for obstacles that have no place.
     """
     traffic = _traffic(scenario)
-    cell = traffic.world.space.cell
+    cell, grid = traffic.world.space.cell, scenario.scene.grid
     records = [
-        {**obstacle_record(obstacle), "at": list(cell(number))}
-        for obstacle, number in zip(traffic.obstacles, traffic.world.where, strict=True)
+        {**record, "at": list(cell(number))}
+        for record, number in zip(_records(traffic, grid), traffic.world.where, strict=True)
     ]
     patrols = iter([one for one in scenario.scene.traffic if isinstance(one, Patrol)])
     left = MOST_PATH
@@ -110,7 +112,7 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _traffic(scenario: Scenario) -> Traffic:
-    scene = api.among(scenario.scene, None)
+    scene = api.among(scenario.scene, None, poses=scenario.planner in registry.pose_names())
     space = CellIndex(scene.grid)
     world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     return open_traffic(scene, world, scenario.seed)
@@ -125,7 +127,7 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
         if over or perf_counter() - last > CHUNK_S or run.now - ticks >= MOST_TICKS:
             news = events_since(run, events)
             if news:
-                yield _events(news, run.traffic.obstacles[obstacles:])
+                yield _events(news, run.traffic.obstacles[obstacles:], run.scene.grid)
             part = since(run, ticks)
             if (
                 run.walls.seen is not None
@@ -149,7 +151,7 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
         caps.append(() if run.outcome is Outcome.ARRIVED else run.tick_speed.caps())
 
 
-def _events(news: list[Event], obstacles: Sequence[Obstacle]) -> bytes:
+def _events(news: list[Event], obstacles: Sequence[Obstacle], grid: Grid) -> bytes:
     """Events; those of obstacles that appeared say what these are."""
     rows, came = [], iter(obstacles)
     for event in news:
@@ -157,7 +159,8 @@ def _events(news: list[Event], obstacles: Sequence[Obstacle]) -> bytes:
             "tick": event.tick, "word": event.word, "cell": list(event.cell), "sentence": event.sentence
         }  # fmt: skip
         if event.word == "appear":
-            one["obstacle"] = obstacle_record(next(came))
+            there = next(came)
+            one["obstacle"] = {**obstacle_record(there), **_shape(there, grid, 0.0)}
         rows.append(one)
     return json_frame("E", rows)
 
@@ -190,6 +193,22 @@ def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
     return {"kind": obstacle.kind, "radius": obstacle.radius, "yields": obstacle.yields}
 
 
+def _records(traffic: Traffic, grid: Grid) -> list[dict[str, Any]]:
+    """What the obstacles are; of polygons also ``outline`` (cells) and ``yaw``, the heading with which they begin."""
+    polygons = any(one.outline is not None for one in traffic.obstacles)
+    yaws = first_headings(traffic, grid) if polygons else {}
+    return [
+        {**obstacle_record(one), **_shape(one, grid, yaws.get(k, 0.0))}
+        for k, one in enumerate(traffic.obstacles)
+    ]
+
+
+def _shape(obstacle: Obstacle, grid: Grid, yaw: float) -> dict[str, Any]:
+    if obstacle.outline is None:
+        return {}
+    return {"outline": outline_record(obstacle.outline, grid.resolution), "yaw": round(yaw, 4)}
+
+
 def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
     """Vertices of an obstacle in cells, x ahead and y to the left of its centre."""
     return [[round(x / resolution, 4), round(y / resolution, 4)] for x, y in outline]
@@ -210,7 +229,7 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "start": list(scenario.scene.start),
         "goal": list(scenario.scene.goal),
         "causes": list(WORDS),
-        "obstacle_specs": [obstacle_record(obstacle) for obstacle in run.traffic.obstacles],
+        "obstacle_specs": _records(run.traffic, scenario.scene.grid),
         "last_tick": run.state.last_tick,
         "sensor": None if run.sensor is None else run.sensor.range_m / scenario.scene.grid.resolution,
         "goal_track": None if run.pursuit is None else [list(cell) for cell in run.pursuit.cells],

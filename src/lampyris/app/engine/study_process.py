@@ -22,6 +22,7 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk
+from lampyris.planning import registry
 from lampyris.report.data.serialize import robot_record
 from lampyris.study.design.study import Study
 
@@ -39,7 +40,7 @@ def study_data(scenario: Scenario, request: Mapping[str, Any]) -> tuple[dict[str
     Parameters
     ----------
     request : ``planners`` and ``laws`` as for a comparison, ``seeds`` of each query and ``queries``, the
-        scenario's own among them.
+        scenario's own among them. With a planner of poses the study is one of drives in continuous time.
 
     Raises
     ------
@@ -51,29 +52,47 @@ def study_data(scenario: Scenario, request: Mapping[str, Any]) -> tuple[dict[str
     own_law = {"name": scenario.law, "settings": dict(scenario.law_settings)}
     seeds = _whole(request, "seeds", MOST_SEEDS)
     many = _whole(request, "queries", MOST_QUERIES)
+    planners = request.get("planners") or [own_planner]
+    names = {one if isinstance(one, str) else one.get("name") for one in planners}
+    poses = bool(names & set(registry.pose_names()))
     place = {"rows": ["."], "name": (scene.grid.name or "map")[:64]}
-    maps: list[dict[str, Any]] = [
-        {**place, "queries": [{"start": list(scene.start), "goal": list(scene.goal)}]},
-    ]
+    ends = {
+        what: list(cell) if pose is None or not poses else {"pose": list(pose)}
+        for what, cell, pose in (
+            ("start", scene.start, scene.start_pose),
+            ("goal", scene.goal, scene.goal_pose),
+        )
+    }
+    maps: list[dict[str, Any]] = [{**place, "queries": [ends]}]
     if many > 1:
         least = max(scene.grid.width, scene.grid.height) / 4
-        maps.append({**place, "queries": {"random": many - 1, "least": least}})
+        headings = {"headings": True} if poses else {}
+        maps.append({**place, "queries": {"random": many - 1, "least": least, **headings}})
+    in_ticks = {"ticks": scenario.ticks, "patience": scenario.patience}
     return {
         "version": 1,
         "name": scenario.name or f"{place['name']} compared"[:64],
         "about": "Sent from the app.",
-        "kind": "simulate",
+        "kind": "drive" if poses else "simulate",
         "moves": scene.moves.name,
-        "robot": robot_record(scene),
+        "robot": _robot(scene),
         "maps": maps,
-        "planners": request.get("planners") or [own_planner],
+        "planners": planners,
         "laws": request.get("laws") or [own_law],
         "traffic": [traffic],
         "seeds": seeds,
         "seed": scenario.seed,
-        "ticks": scenario.ticks,
-        "patience": scenario.patience,
+        **({"drive": dict(scenario.drive or {})} if poses else in_ticks),
     }, notes
+
+
+def _robot(scene: Scene) -> dict[str, Any]:
+    """The robot as a study file has it: with a footprint or a radius."""
+    record: dict[str, Any] = {key: value for key, value in robot_record(scene).items() if value is not None}
+    if scene.robot.footprint is not None:
+        record["footprint"] = [list(vertex) for vertex in scene.robot.footprint]
+        del record["radius"]
+    return record
 
 
 def _whole(request: Mapping[str, Any], key: str, most: int) -> int:
@@ -106,6 +125,10 @@ def _traffic(scene: Scene) -> tuple[Any, list[str]]:
         "count": sum(getattr(one, "count", 1) for one in some),
         "radius": radii[-1],
     }
+    outlines = {getattr(one, "footprint", None) for one in some}
+    if len(outlines) == 1 and None not in outlines:
+        traffic["footprint"] = [list(vertex) for vertex in next(iter(outlines)) or ()]
+        del traffic["radius"]
     if len(rates) == 1 and kinds[0] != "patrol" and traffic["kind"] in ("random-walk", "mixed"):
         traffic["rate"] = next(iter(rates))
     notes = []
@@ -113,6 +136,8 @@ def _traffic(scene: Scene) -> tuple[Any, list[str]]:
         notes.append("The study has as many obstacles, a third of each kind.")
     if len(radii) > 1:
         notes.append(f"All obstacles of the study have the largest radius, {radii[-1]:g} m.")
+    if len(outlines) > 1:
+        notes.append("The study has discs in place of the obstacles' different outlines.")
     if any(isinstance(one, RandomWalk) and one.starts for one in some):
         notes.append("The study draws where its walkers begin, also those that the map has drawn.")
     if "patrol" in kinds:

@@ -68,6 +68,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         record["speed"] = profile_record(profile, caps=True)
     if found.pose_path is not None:
         record["pose_cells"] = _pose_cells(found.pose_path, scenario.scene.grid)
+    for one, row in zip(found.rounds, record.get("rounds", ()), strict=True):
+        row["planned_cells"], row["tracked_cells"] = (
+            [list(c) for c in one.planned],
+            [list(c) for c in one.tracked],
+        )
     if scenario.scene.traffic:
         with suppress(LampyrisError):  # the run says why
             record["obstacle_specs"] = standing_records(scenario)

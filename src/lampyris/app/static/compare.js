@@ -6,6 +6,7 @@ import { block, button, el, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
+import { robotHeading } from "./headings.js";
 import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, seenAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
@@ -267,7 +268,9 @@ class Comparison {
     moment.robot = moment.seen = null;
     moment.trail = null;
     moment.goal = found.runs.length ? goalAt(found.runs[0], t) : null;
-    moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k, there: run.ticks > 0 })).filter(({ there }) => there);
+    const outline = page.map.shape?.outline;
+    moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k, there: run.ticks > 0, heading: outline ? robotHeading(run, t) : undefined }))
+      .filter(({ there }) => there);
     page.map.draw();
     if (this.beside) this.mosaic.move(t);
   }
@@ -343,12 +346,14 @@ class Mosaic {
   /** @param {number} t */
   move(t) {
     const cell = this.page.ground?.resolution || 1;
+    const outline = this.page.map.shape?.outline;
     for (const [k, tile] of this.tiles.entries()) {
       const { view, run } = tile;
       this._walls(tile, t);
+      view.shape = outline ? { outline, poses: [], ends: [] } : null;
       view.moment = {
         robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
-        radii: run.bodies.map((body) => body.radius / cell), outlines: outlinesOf(run), headings: headingsAt(run, t), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
+        radii: run.bodies.map((body) => body.radius / cell), outlines: outlinesOf(run), headings: headingsAt(run, t), others: run.ticks ? [{ robot: placeAt(run, t), line: k, heading: outline ? robotHeading(run, t) : undefined }] : [],
         seen: seenAt(run, t), goal: goalAt(run, t),
       };
       view.draw();

@@ -214,7 +214,7 @@ export class Editor {
     if (!page.ground) return "";
     if (page.fleet) return page.fleet.tip();
     if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
-    if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
+    if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
     return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";
   }
 }

@@ -6,7 +6,7 @@ import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
 import { Runs } from "./running.js";
-import { outlineOf, plansPoses, plansTimes } from "./shape.js";
+import { outlineOf, plansPoses, plansTimes, radiusOf } from "./shape.js";
 import { first, blank } from "./state.js";
 
 /** Keys that decide a run. */
@@ -256,17 +256,28 @@ function settled(scenario, ground) {
   return made;
 }
 
-/** Footprint, poses and headings on the map; null: the planner plans cells. @param {Page} page @param {number[][]} [path] what a drive follows, if one is shown @returns {import("./shape.js").Shape | null} */
+/** Footprint, poses and headings on the map; of a planner on cells the footprint at both ends of the path. Null: a disc on cells. @param {Page} page @param {number[][]} [path] what a drive follows, if one is shown @returns {import("./shape.js").Shape | null} */
 function shapeOf(page, path) {
   const { ground, plan, store } = page;
-  if (!ground || !plansPoses(page)) return null;
+  if (!ground) return null;
   const { scenario } = store;
+  const outline = outlineOf(scenario.robot, ground.resolution);
+  if (!plansPoses(page)) return outline && { outline, poses: page.run ? [] : endsOf(plan), ends: [], around: radiusOf(outline) };
   const ends = /** @type {Array<"start" | "goal">} */ (["start", "goal"]).flatMap((end) => {
     const at = scenario[end];
     const yaw = scenario[`${end}_yaw`];
     return at ? [{ end, at, heading: yaw === null ? null : yaw - ground.origin[2] }] : [];
   });
-  return { outline: outlineOf(scenario.robot, ground.resolution), poses: path ?? plan?.pose_cells ?? [], ends, faint: path !== undefined };
+  return { outline, poses: path ?? plan?.pose_cells ?? [], ends, faint: path !== undefined };
+}
+
+/** Poses at both ends of a path of cells, in the direction of its first and last step. @param {Plan | null} plan @returns {number[][]} */
+function endsOf(plan) {
+  const cells = plan?.cells ?? [];
+  const n = cells.length / 2;
+  if (n < 2) return [];
+  return [[0, 1, 0], [n - 2, n - 1, n - 1]].map(([a, b, at]) => [cells[2 * at], cells[2 * at + 1],
+    Math.atan2(cells[2 * a + 1] - cells[2 * b + 1], cells[2 * b] - cells[2 * a]), 1]);
 }
 
 /** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */

@@ -7,7 +7,7 @@ import { fragment } from "./link.js";
 /** Modules and the element each is mounted on, in order: what comes later may use what came before. */
 const PARTS = [
   ["tabs", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
-  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["legend", "legend"],
+  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["rounds", "layers"], ["legend", "legend"],
   ["hover", "hover"], ["compiling", "stage"], ["timeline", "timeline"], ["charts", "charts"], ["example", "learn"], ["keys", "help"],
   ["later", "left"],
 ];

@@ -9,6 +9,7 @@ import { GroundPicture, LayerPicture, UnseenPicture, drawCells, penOf } from "./
 import { goalMark, startMark } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
+import { drawRound } from "./rounds.js";
 import { drawShape } from "./shape.js";
 import { View } from "./view.js";
 import { Trail, drawWay } from "./ways.js";
@@ -43,8 +44,10 @@ export class MapView {
     /** @type {Moment} */
     this.moment = { robot: null, bodies: null, kinds: [], radii: [], trail: null };
     this.robotRadius = 0;
-    /** The robot's footprint, its poses and the headings of the ends; null: the planner plans cells. @type {import("./shape.js").Shape | null} */
+    /** The robot's footprint, its poses and the headings of the ends; null: a disc, and a planner on cells. @type {import("./shape.js").Shape | null} */
     this.shape = null;
+    /** A round of planning with adaptive dimensionality; null: none is shown. @type {import("./rounds.js").Round | null} */
+    this.round = null;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
     /** What is shown in place of a single robot: a fleet or a swarm. @type {import("./fleet.js").Actors | null} */
@@ -195,7 +198,7 @@ export class MapView {
     if (this.actors) this.actors.draw(pen, view);
     else {
       if (this.moment.goal) this._drawGoal(pen, this.moment.goal);
-      drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null);
+      drawMoment(pen, view, this.moment, this.robotRadius, this._sprites, this.shape?.outline ?? null, this.shape?.around);
     }
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
@@ -249,6 +252,7 @@ export class MapView {
       this.actors.base(pen, view);
       return;
     }
+    if (this.round) drawRound(pen, view, ground, this.round, this.dark);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
     if (this.shape) drawShape(pen, view, this.shape, this.dark);

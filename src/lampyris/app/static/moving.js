@@ -22,8 +22,8 @@ const FAINT = 0.45;
  * }} Moment
  */
 
-/** @param {Pen} pen @param {View} view @param {Moment} moment @param {number} robotRadius cells @param {Sprites} sprites @param {import("./shape.js").Outline | null} outline the robot's footprint; null: a disc */
-export function drawMoment(pen, view, moment, robotRadius, sprites, outline) {
+/** @param {Pen} pen @param {View} view @param {Moment} moment @param {number} robotRadius cells @param {Sprites} sprites @param {import("./shape.js").Outline | null} outline the robot's footprint; null: a disc @param {number} [around] radius of the disc around it that its planner plans for, cells */
+export function drawMoment(pen, view, moment, robotRadius, sprites, outline, around = 0) {
   if (moment.bodies) {
     pen.globalAlpha = moment.bodies === moment.still ? FAINT : 1;
     drawBodies(pen, view, moment, moment.bodies, sprites);
@@ -37,6 +37,7 @@ export function drawMoment(pen, view, moment, robotRadius, sprites, outline) {
   }
   if (!moment.robot) return;
   if (moment.heading !== undefined) {
+    if (around) disc(pen, ...view.pixel(moment.robot[0], moment.robot[1]), around * view.scale, ROBOT);
     drawRobot(pen, view, moment.robot, moment.heading, robotRadius, outline, ROBOT);
     return;
   }

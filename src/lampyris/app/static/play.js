@@ -3,6 +3,7 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
+import { robotHeading } from "./headings.js";
 import { goalAt, headingsAt, outlinesOf, seenAt } from "./runs.js";
 
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
@@ -244,7 +245,8 @@ export class Player {
     const { map, plan, ground } = this.page;
     const bodies = plan?.obstacle_specs ?? [];
     this._known = 0;
-    map.moment.outlines = undefined;
+    map.moment.outlines = bodies.map(({ outline }) => outline ?? null);
+    map.moment.headings = bodies.map(({ yaw }) => yaw ?? 0);
     map.moment.kinds = bodies.map(({ kind }) => kind);
     map.moment.radii = bodies.map(({ radius }) => radius / (ground?.resolution || 1));
     map.moment.bodies = map.moment.still = bodies.length ? Float32Array.from(bodies.flatMap(({ at }) => at)) : null;
@@ -274,7 +276,8 @@ export class Player {
   /** Headings of a drive, and where those of other controllers are. @param {Run} run @param {number} k @param {number} f */
   _turn(run, k, f) {
     const { moment } = this.page.map;
-    moment.heading = undefined;
+    const { shape } = this.page.map;
+    moment.heading = shape?.outline && !run.step ? robotHeading(run, k + f) : undefined;
     if (!run.step) return;
     moment.heading = this.page.driver?.headingAt(run, k + f);
     moment.others = this.page.driver?.othersAt(run, k + f);

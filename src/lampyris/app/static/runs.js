@@ -4,6 +4,7 @@
 import { ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
 import { addEvents, addSeen, addTicks, json, newRun } from "./frames.js";
+import { bodyHeading } from "./headings.js";
 
 /**
  * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
@@ -107,8 +108,8 @@ export function outlinesOf(run) {
 /** Headings of a run's obstacles at a moment, radians counterclockwise on the screen; 0 of discs. @param {Run} run @param {number} t @returns {number[]} */
 export function headingsAt(run, t) {
   const seconds = t * (run.step ?? 1);
-  return run.bodies.map(({ turns }) => {
-    if (!turns?.length) return 0;
+  return run.bodies.map(({ outline, turns }, b) => {
+    if (!turns?.length) return outline ? bodyHeading(run, b, t) : 0;
     let [low, high] = [0, turns.length - 1];
     while (low < high) {
       const middle = (low + high) >> 1;

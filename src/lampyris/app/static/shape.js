@@ -6,7 +6,7 @@ import { GOAL, ROBOT, START, THEMES } from "./colours.js";
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** Vertices in cells, x ahead and y to the left of the base. @typedef {Array<[number, number]>} Outline */
 /** Start or goal with its heading, radians counterclockwise on the screen; null: any. @typedef {{end: "start" | "goal", at: Cell, heading: number | null}} End */
-/** `poses`: x, y in cells, y down, the heading, and how the step to the next is driven: 1 ahead, -1 in reverse, 0 in place. @typedef {{outline: Outline | null, poses: number[][], ends: End[], faint?: boolean}} Shape */
+/** `poses`: x, y in cells, y down, the heading, and how the step to the next is driven: 1 ahead, -1 in reverse, 0 in place. `around`: radius of the disc around the robot that its planner plans for, cells. @typedef {{outline: Outline | null, poses: number[][], ends: End[], faint?: boolean, around?: number}} Shape */
 
 /** Pixels from an end to its handle, at least; a handle keeps clear of the footprint. */
 const ARM = 30;
@@ -32,6 +32,11 @@ export function outlineOf(robot, resolution) {
   const { rectangle, footprint } = robot;
   if (Array.isArray(rectangle) && rectangle.length === 2) return scaled(rectangleOf(rectangle[0], rectangle[1], rectangle[0] / 2), resolution);
   return Array.isArray(footprint) && footprint.length > 2 ? scaled(footprint, resolution) : null;
+}
+
+/** Distance from the base of an outline to its farthest vertex. @param {Outline} outline */
+export function radiusOf(outline) {
+  return Math.max(...outline.map(([x, y]) => Math.hypot(x, y)));
 }
 
 /** Vertices of a rectangle whose base is `rear` before its back edge. @param {number} length @param {number} width @param {number} rear @returns {Outline} */
@@ -74,7 +79,7 @@ export function drawShape(pen, view, shape, dark) {
     }
     pen.globalAlpha = 1;
   }
-  drawReversals(pen, view, poses);
+  if (!shape.around) drawReversals(pen, view, poses);
   for (const end of ends) {
     const colour = end.end === "start" ? START : GOAL;
     pen.strokeStyle = pen.fillStyle = colour;

@@ -1,7 +1,8 @@
 // Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
 
 import { block, button, el, sentence, tell } from "./make.js";
-import { meeting } from "./meeting.js";
+import { labelOf, meeting } from "./meeting.js";
+import { plansPoses } from "./shape.js";
 
 const POLL = 700;
 /** Where the job of this browser's last study is kept, so that a reload finds it. */
@@ -32,7 +33,7 @@ class Study {
       el("div", { class: "row" }, button("To Compare", () => document.querySelector("#compare .meeting .btn.primary")?.scrollIntoView({ block: "center" })),
         button("Walls from the start", () => this._early())));
     into.append(
-      el("p", { class: "hint" }, "The planners and laws chosen above, from this start to this goal and between others of the map, with statistics and a report."),
+      el("p", { class: "hint" }, "The planners and laws chosen above, from this start to this goal and between others of the map, with statistics and a report. A planner of poses that is chosen in the panel Planner is added: all then drive in continuous time."),
       el("div", { class: "field" }, el("label", { for: "study-queries" }, "starts and goals"), this.queries),
       el("div", { class: "field" }, el("label", { for: "study-seeds" }, "seeds of each"), this.seeds),
       el("div", { class: "row" }, this.send, this.stop, this.open), this.cannot, this.bar, this.words,
@@ -66,6 +67,8 @@ class Study {
   async _send() {
     const { page } = this;
     const who = meeting(page);
+    const own = plansPoses(page) && page.store.scenario.planner;
+    if (own && !who.planners.some(({ name }) => name === own.name)) who.planners = [{ ...own, label: labelOf(own) }, ...who.planners];
     if (!who.planners.length) {
       page.say("Choose somebody to compare first.");
       return;
@@ -74,7 +77,7 @@ class Study {
     tell(this.words, "Sending.");
     try {
       const { job } = await page.api.json("/api/study", {
-        scenario: page.asked(true), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
+        scenario: page.asked(!own), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
       });
       this._watch(String(job));
     } catch (error) {

@@ -47,7 +47,7 @@
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array | Float32Array, speed: Float32Array, cause: Uint8Array, causes: string[],
- *   bodies: Array<{kind: string, radius: number, yields: boolean, outline?: Array<[number, number]>, turns?: Array<[number, number]>}>, places: Array<Int16Array | Float32Array>,
+ *   bodies: Array<{kind: string, radius: number, yields: boolean, outline?: Array<[number, number]>, yaw?: number, turns?: Array<[number, number]>}>, places: Array<Int16Array | Float32Array>,
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
  *   end: Record<string, any> | null, cut?: boolean, step?: number, yaw: Float32Array, rivals: Run[], paths: Array<{t: number, poses: number[][]}>,
  *   seen: Int32Array | null, reach: number, goals: Cell[] | null,
@@ -62,8 +62,8 @@
  *   expansions: number, gates: {count: number, on_path: any[], in_map: any[]}, jumps: any[],
  *   speed: {xy?: number[][], v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
  *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
- *   seconds: number, weakened?: string[], pose_cells?: number[][], length_m?: number, bound?: number | null, reversals?: number,
- *   obstacle_specs?: Array<{kind: string, radius: number, yields: boolean, at: Cell, waypoints?: Cell[], path?: Cell[]}>,
+ *   seconds: number, weakened?: string[], pose_cells?: number[][], rounds?: import("./rounds.js").Round[], length_m?: number, bound?: number | null, reversals?: number,
+ *   obstacle_specs?: Array<{kind: string, radius: number, yields: boolean, at: Cell, outline?: Array<[number, number]>, yaw?: number, waypoints?: Cell[], path?: Cell[]}>,
  * }} Plan
  */
 

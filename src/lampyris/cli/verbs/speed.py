@@ -26,7 +26,7 @@ from lampyris.cli.option_groups import (
 from lampyris.cli.options import Force, Json, NoTiming, ObstacleRadius, Picture, SetLaw, Track, Zones
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import working
-from lampyris.cli.text import print_json
+from lampyris.cli.text import plural, print_json
 
 if TYPE_CHECKING:
     from lampyris.cli.verbs.speed_laws import SpeedComparison, SpeedRequest
@@ -187,6 +187,7 @@ def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
     from lampyris.cli.verbs.speed_laws import samples_at
 
     profile, grid = comparison.entry.profile, comparison.scene.grid
+    poses, robot = comparison.poses, comparison.scene.robot
     if out.csv is not None:
         from lampyris.report.data.csv import write_profile_csv
 
@@ -198,7 +199,9 @@ def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
 
             draw_sampled_path(
                 grid, profile, out.picture, by=out.colour_by, obstacle_states=comparison.obstacle_states,
-                given=comparison.given, radius=comparison.scene.robot.radius,
+                given=None if poses is not None else comparison.given,
+                radius=0.0 if poses is not None else robot.radius,
+                poses=None if poses is None else poses.poses, robot=robot,
             )  # fmt: skip
         if out.chart is not None:
             from lampyris.report.charts.speed_compare import draw_comparison
@@ -225,15 +228,18 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
         f"{comparison.given_m:.6g} m given; driven {length:.6g} m ({comparison.smooth}), "
         f"at most {comparison.deviation_m:.3g} m from it"
     )
-    text.facts(
-        "",
-        [
-            ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-            ("path", f"from {comparison.source}: {shape}; {len(samples)} nodes"),
-            ("length", lengths),
-            *corners,
-        ],
-    )
+    rows = [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("path", f"from {comparison.source}: {shape}; {len(samples)} nodes"),
+        ("length", lengths),
+        *corners,
+    ]
+    if (poses := comparison.poses) is not None:
+        counts = f"{plural(poses.reversals, 'reversal')}, {plural(comparison.arcs, 'arc')}"
+        words = f"from {comparison.source}: {counts}; {len(poses.poses)} poses, {len(samples)} nodes"
+        bound = f"{poses.cost_m:.6g} m; at most {poses.bound:.4g} times the lower bound"
+        rows[1:] = [("path", words), ("cost", bound)]
+    text.facts("", rows)
     _print_laws(comparison)
     for law, why in comparison.refused.items():
         text.line(f"{law} does not let the robot drive: {why}", style="red")

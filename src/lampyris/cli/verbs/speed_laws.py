@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lampyris import api, referee
+from lampyris._core import elementary
 from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH, SMOOTHING
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.request import Request
@@ -18,8 +20,10 @@ from lampyris.io.paths import UNITS, read_path_points
 from lampyris.io.tracks.obstacle_states import read_obstacle_states
 from lampyris.io.tracks.timed_tracks import read_any_track
 from lampyris.kernels import loading
+from lampyris.model.curve import PoseCurve
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates, Track
+from lampyris.model.path import PosePath
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
@@ -29,13 +33,13 @@ from lampyris.motion.geometry.deviation import deviation, length_of
 from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, sample_with_corners
 from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.motion.laws import registry as laws
-from lampyris.motion.laws.compare import LawResult, compare
+from lampyris.motion.laws.compare import LawResult, Make, compare
 from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.pose_route import pose_route
 from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.planning import registry
-from lampyris.planning.selection import demand_cells
 from lampyris.report.data.metrics import cause_shares
 from lampyris.report.data.serialize import grid_record, profile_record, robot_record, shares_record
 from lampyris.typing import Points
@@ -94,9 +98,12 @@ class SpeedRequest:
     def check(self) -> tuple[str, ...]:
         """Reject options that contradict each other; return the laws to compare, the examined one among them."""
         law = self.base.law
+        if self.path is None and self.base.planner in registry.pose_names():
+            self._check_of_poses()
         if self.smooth is not None:
             check_choice("SMOOTH", "--smooth", self.smooth, tuple(SMOOTHING))
-        if self.path is None and self.drawing == "none" and self.spacing is not None:
+        cells = self.path is None and self.base.planner not in registry.pose_names()
+        if cells and self.drawing == "none" and self.spacing is not None:
             raise UsageError(
                 "OPTIONS",
                 "the nodes are the planned cells",
@@ -121,6 +128,13 @@ class SpeedRequest:
             raise UsageError("OPTIONS", f"--track with the law {law}", allowed=ours)
         return tuple(dict.fromkeys((*names, law)))
 
+    def _check_of_poses(self) -> None:
+        """Reject what a path of poses does not have: it is driven as it is, without waits for recorded obstacles."""
+        of_cells = {"--smooth": self.smooth is not None, "--track": bool(self.tracks.files)}
+        for option in (option for option, given in of_cells.items() if given):
+            what = f"{option} with {self.base.planner}, which plans poses"
+            raise UsageError("OPTIONS", what, allowed="a planner on cells, such as astar")
+
 
 @dataclass(frozen=True, eq=False)
 class SpeedComparison:
@@ -139,6 +153,7 @@ class SpeedComparison:
     obstacle_states : moving obstacles.
     timing : seconds.
     notes : of the plan that the path is from: which settings it weakened.
+    poses : the path of poses; None: a path of cells or points.
     """
 
     scene: Scene
@@ -152,6 +167,7 @@ class SpeedComparison:
     obstacle_states: ObstacleStates | None
     timing: dict[str, float]
     notes: tuple[str, ...] = ()
+    poses: PosePath | None = None
 
     @property
     def entry(self) -> LawResult:
@@ -161,6 +177,8 @@ class SpeedComparison:
     @property
     def given_m(self) -> float:
         """Length of the path as it was given, metres."""
+        if self.poses is not None:
+            return self.poses.length_m
         return length_of(self.given) * self.scene.grid.resolution
 
     @property
@@ -174,6 +192,8 @@ class SpeedComparison:
     @property
     def deviation_m(self) -> float:
         """How far the path that is driven is from the one given at most, metres."""
+        if self.poses is not None:
+            return 0.0
         if isinstance(self.samples, SampledCellPath):
             return self.samples.corners.deviation
         return deviation(self.given, self.samples.xy, 0.25) * self.scene.grid.resolution
@@ -209,9 +229,17 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     if path is None:
         return NoPath(scene.grid, source)
     print_notes(_off_the_map(obstacle_states, scene.grid))
-    samples = _sampled(path, scene, smooth, request.spacing)
-    drawn = loading.wall()
-    entries, refused = _entries(names, request, path, samples, scene, obstacle_states, tracks)
+    poses = path.pose_path if isinstance(path, Plan) else None
+    if poses is None:
+        samples, drawn = _sampled(path, scene, smooth, request.spacing), loading.wall()
+        entries, refused = _entries(names, request, path, samples, scene, obstacle_states, tracks)
+    else:
+        assert isinstance(path, Plan)
+        step = api.node_spacing(scene, request.spacing)
+        samples, seen = pose_route(poses, scene, request.base.law, step)
+        drawn = loading.wall()
+        make = partial(_pose_profile, path, scene, request, obstacle_states)
+        entries, refused = _laws_on(names, request, samples, seen, make)
     chosen = next(k for k, e in enumerate(entries) if e.law == request.base.law)
     timing = {"path_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
@@ -219,7 +247,7 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     print_notes(unchanged)
     return SpeedComparison(
         scene, source, _points(path), smooth, samples, entries, refused, chosen, obstacle_states, timing,
-        (*(path.notes if isinstance(path, Plan) else ()), *unchanged),
+        (*(path.notes if isinstance(path, Plan) else ()), *unchanged), poses,
     )  # fmt: skip
 
 
@@ -281,9 +309,7 @@ def _off_the_map(obstacle_states: ObstacleStates | None, grid: Grid) -> tuple[st
 
 
 def _planner(request: Request) -> Any:
-    planner = registry.make(request.planner, request.planner_settings())
-    demand_cells(planner, "`lampyris speed`")
-    return planner
+    return registry.make(request.planner, request.planner_settings())
 
 
 def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
@@ -316,14 +342,35 @@ def _entries(
     SettingError : PROFILE_BLOCKED: the law that is looked at does not.
     """
     looked_at = request.base.law
-    settings = laws.with_settings(looked_at, request.base.law_settings())
-    refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:
         made = _profile(route, samples, scene, law, request.v0, obstacle_states)
-        mine = tracks and law is settings
+        mine = tracks and laws.name_of(law) == looked_at
         return _through(made, samples, scene, law, tracks, request.v0) if mine else made
 
+    return _laws_on(names, request, samples, scene, make)
+
+
+def _pose_profile(
+    plan: Plan,
+    scene: Scene,
+    request: SpeedRequest,
+    obstacle_states: ObstacleStates | None,
+    law: laws.SpeedLaw,
+) -> Profile:
+    """A law's profile on a path of poses, with the places of its nodes; past the referee."""
+    return api.speed_profile(
+        scene, plan, law, v0=request.v0, spacing=request.spacing, obstacle_states=obstacle_states
+    )
+
+
+def _laws_on(
+    names: tuple[str, ...], request: SpeedRequest, samples: SampledPath, scene: Scene, make: Make
+) -> tuple[tuple[LawResult, ...], dict[str, str]]:
+    """See :func:`_entries`; ``make``: what makes the profile of a law."""
+    looked_at = request.base.law
+    settings = laws.with_settings(looked_at, request.base.law_settings())
+    refused: dict[str, str] = {}
     chosen = [settings if name == looked_at else name for name in names]
     entries = compare(samples, scene, chosen, v0=request.v0, make=make, refused=refused)
     if looked_at in refused:
@@ -390,6 +437,9 @@ def samples_at(profile: Profile, samples: SampledPath) -> SampledPath:
         xy, heading = profile.xy, samples.heading[edge]
     else:
         xy, heading = samples.curve.at(profile.s)
+        if isinstance(samples.curve, PoseCurve):
+            yaw = samples.curve.yaw_at(profile.s)
+            heading = np.column_stack((elementary.cos(yaw), -elementary.sin(yaw)))
     none = np.zeros(n, dtype=np.bool_)
     return SampledPath(profile.s, xy, heading, np.zeros(n), none, samples.resolution, samples.curve)
 
@@ -422,6 +472,9 @@ def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
             "deviation_m": comparison.deviation_m,
             "arcs": comparison.arcs,
             "stops": int(np.count_nonzero(samples.stop)),
+            "reversals": None if comparison.poses is None else comparison.poses.reversals,
+            "bound": None if comparison.poses is None else comparison.poses.bound,
+            "poses": None if comparison.poses is None else comparison.poses.poses.tolist(),
             "notes": list(comparison.notes),
         },
         "law": comparison.entry.law,

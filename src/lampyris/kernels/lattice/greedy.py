@@ -67,7 +67,7 @@ def _entry(heuristic, start, stride, headings, look, sector, table, half, goal_y
     return 0
 
 
-@kernel(out=("mark", "parent", "closed", "keys", "states", "toward", "count", "best"), of="closed", each=1)
+@kernel(out=("mark", "parent", "closed", "keys", "states", "toward", "count", "best"), of="closed", each=1000)
 def greedy(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     goals, weight, most, limit, run, mark, parent, closed, keys, states, count, best,

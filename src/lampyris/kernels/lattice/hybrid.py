@@ -16,7 +16,7 @@ LOW = 5
 """Entry of ``count``: cells expanded, a part of all expansions."""
 
 
-@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=1)
+@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     inside, member, group_first, most, order, goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,

@@ -32,8 +32,8 @@ def is_free(wall, clear, reach, sweep_first, sweep, cell, primitive):
 
 @kernel(
     out=("costs", "by", "heads", "entry_cell", "entry_member", "entry_next", "fresh", "count"),
-    of="entry_cell",
-    each=3000,
+    of="costs",
+    each=50_000,
 )
 def settle(
     wall, clear, inner, offset, price, reach, sweep_first, sweep, member, member_group, group_first, starts,

@@ -73,7 +73,7 @@ def is_goal(goals, state):
     return goals[u64(left)] == state
 
 
-@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=1)
+@kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,

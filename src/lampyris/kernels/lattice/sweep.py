@@ -36,7 +36,7 @@ def _edge(touched, width, height, ax, ay, bx, by, margin):
         x += 1
 
 
-@kernel(out=("touched",), each=200)
+@kernel(out=("touched",), each=1000)
 def sweep(px, py, pose_x, pose_y, pose_cos, pose_sin, margin, touched, width, height):
     """Mark the cells that the edges of a polygon touch at any of its poses, and those inside it at the first.
 

@@ -8,10 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels._jit import compiled_only
 from lampyris.kernels.lattice import search as kernel
 from lampyris.planning.lattice.map import LatticeMap
 
 _ROOM = 1 << 16
+FEW = 2000
+"""Expansions after which a search goes on in compiled form, if it began in the plain one: 60 to 300 ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +107,15 @@ class LatticeSearch:
         self._weight, self._complete = weight, False
         self._rekey(weight)
         while True:
-            outcome = self._run_kernel(weight, -1 if limit is None else limit)
+            # How much there is to expand is not known beforehand: the plain form begins, if it may, and does not go on for long.
+            few = self.expansions + FEW
+            if limit is not None and limit <= few:
+                outcome = self._run_kernel(weight, limit)
+            else:
+                outcome = self._run_kernel(weight, few)
+                if outcome == kernel.LIMIT:
+                    with compiled_only():
+                        outcome = self._run_kernel(weight, -1 if limit is None else limit)
             if outcome != kernel.FULL:
                 self._complete = outcome == kernel.FOUND
                 return outcome

@@ -21,6 +21,8 @@ from lampyris.typing import Cell
 
 M = TypeVar("M")
 """The memory of searches on one map."""
+NEAR = 1e-3
+"""Cells, and radians, by which an end may miss the pose that was asked for without a note."""
 
 
 class PoseSession(SessionBase, Generic[M]):
@@ -107,6 +109,6 @@ class PoseSession(SessionBase, Generic[M]):
             return ""
         away = distance((float(pose[0]), float(pose[1])), asked[:2])
         turned = abs(difference(float(pose[2]), asked[2]))
-        if away < 1e-9 and turned < 1e-9:
+        if away < NEAR * self._scene.grid.resolution and turned < NEAR:
             return ""
-        return f"the {what} of the path is {which}, {away:.3g} m and {math.degrees(turned):.3g} degrees away"
+        return f"the {what} of the path is {which}, {round(away, 6):.3g} m and {math.degrees(turned):.3g} degrees away"

@@ -36,6 +36,8 @@ OBSTACLE = "obstacle, from where it began"
 
 _CHART = 2.1
 """Height of the chart of speeds, inches."""
+_OUTLINED = 4
+"""Paths along which the robot is drawn; of more, at their ends alone."""
 _BESIDE = 2.3
 """Points from one path to the next where they run together."""
 
@@ -49,11 +51,13 @@ class DrawnPath:
     name : who found it.
     subtitle : its text in the legend, in a few words.
     xy : float64 (n, 2), cells; empty: no path was found.
+    outlines : the robot at places along the path, each float64 (k, 2), cells; none: a robot without a heading.
     """
 
     name: str
     subtitle: str
     xy: Points
+    outlines: tuple[Points, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,6 +144,7 @@ def _ground_labels(grid: Grid) -> list[str]:
 
 def _draw_all(axes: Axes, paths: Sequence[DrawnPath], frame: FigureLayout) -> list[Any]:
     """All paths, each beside the others; their legend entries."""
+    from matplotlib.collections import PolyCollection
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import Normal, Stroke
 
@@ -155,11 +160,19 @@ def _draw_all(axes: Axes, paths: Sequence[DrawnPath], frame: FigureLayout) -> li
             items.append(Line2D([], [], marker="x", linestyle="", color=colour, label=_label(path)))
             continue
         aside = (found.index(k) - (len(found) - 1) / 2) * step
-        xy = beside(path.xy, aside / frame.cell)
+        # A robot drawn to scale is where its path is.
+        xy = path.xy if path.outlines else beside(path.xy, aside / frame.cell)
         line = axes.plot(
             xy[:, 0], xy[:, 1], linewidth=width, zorder=4 + 0.01 * k, dash_capstyle="butt",
             solid_joinstyle="round", dash_joinstyle="round", **look,
         )[0]  # fmt: skip
+        if path.outlines:
+            shown = path.outlines if len(found) <= _OUTLINED else path.outlines[-1:]
+            fill = style.with_alpha(colour, 0.06)
+            axes.add_collection(
+                PolyCollection(list(shown), facecolor=fill, edgecolor=colour, linewidths=0.6, zorder=3),
+                autolim=False,
+            )
         line.set_path_effects([Stroke(linewidth=width + 0.9, foreground="white", alpha=0.9), Normal()])
         items.append(Line2D([], [], linewidth=2.2, label=_label(path), **look))
     return items

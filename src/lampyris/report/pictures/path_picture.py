@@ -10,12 +10,14 @@ from lampyris.errors import UsageError
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import runs_of
 from lampyris.report.data.metrics import cause_shares, worth_telling
 from lampyris.report.pictures import canvas
 from lampyris.report.pictures.canvas import FigureLayout
-from lampyris.typing import Points
+from lampyris.report.pictures.footprints import outlines_along
+from lampyris.typing import Floats, Points
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +34,8 @@ def draw_sampled_path(
     obstacle_states: ObstacleStates | None = None,
     given: Points | None = None,
     radius: float = 0.0,
+    poses: Floats | None = None,
+    robot: Robot | None = None,
 ) -> None:
     """Draw a profile's curve on its map, as PNG or SVG by the file's suffix.
 
@@ -44,6 +48,7 @@ def draw_sampled_path(
     obstacle_states : moving obstacles; drawn with their sizes and, if it is known, where they go within a second.
     given : the path as it was given, cells (n, 2); drawn as a thin line.
     radius : of the robot, metres; what it sweeps is drawn pale.
+    poses, robot : poses of the map frame, (n, 3), and the robot that is drawn at them to scale; None: none is drawn.
 
     Raises
     ------
@@ -58,12 +63,13 @@ def draw_sampled_path(
     top = float(profile.v.max()) or 1.0
     bars = [(style.speed_map(), top, f"speed ({profile.units})")] if by == "speed" else []
     labels = _cause_labels(profile) if by == "cause" else {}
-    others = ["start", "goal", "wall", "moving obstacle", "path given"] if labels else []
+    others = ["start", "goal", "wall", "moving obstacle", "path given", "robot to scale"] if labels else []
     words = [*labels.values(), *others]
     figure, axes, frame = canvas.blank(grid, bars, labels=words)
     items = _draw_given(axes, given)
     items = _draw_line(axes, profile, labels, frame, radius / grid.resolution) + items
     items += _draw_obstacles(axes, obstacle_states, grid)
+    items += _draw_robot(axes, poses, robot, grid)
     items = canvas.draw_ends(axes, profile.xy[0].tolist(), profile.xy[-1].tolist(), frame) + items
     items += canvas.patches(grid, None)
     title = f"{profile.law} law on {grid.name or 'a map'}"
@@ -125,6 +131,19 @@ def _draw_given(axes: Axes, given: Points | None) -> list[Any]:
     look: dict[str, Any] = {"color": style.FAINT, "linewidth": 1.0, "linestyle": (0, (4, 2))}
     axes.plot(given[:, 0], given[:, 1], zorder=2.8, **look)
     return [Line2D([], [], label="path given", **look)]
+
+
+def _draw_robot(axes: Axes, poses: Floats | None, robot: Robot | None, grid: Grid) -> list[Any]:
+    """The robot to scale at places along a path of poses."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Patch
+
+    if poses is None or robot is None:
+        return []
+    polygons = [grid.frame.to_points(one[:, 0], one[:, 1]) for one in outlines_along(poses, robot)]
+    look: dict[str, Any] = {"facecolor": style.with_alpha(style.INK, 0.06), "edgecolor": style.INK}
+    axes.add_collection(PolyCollection(polygons, linewidths=0.7, zorder=2.7, **look), autolim=False)
+    return [Patch(label="robot to scale", linewidth=0.7, **look)]
 
 
 def _draw_obstacles(axes: Axes, obstacle_states: ObstacleStates | None, grid: Grid) -> list[Any]:

@@ -24,6 +24,9 @@ _SPARE = 128
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
+_UP = np.array((1.0, -1.0))
+"""From y down to y up."""
+
 _STILL = 0.01
 """Share of the top speed below which a command is to stand."""
 
@@ -44,7 +47,7 @@ class SimulatedMotions:
     steps: int
     step: float
     arrays: dict[str, Floats] = field(init=False)
-    _section: tuple[Section, Floats, Floats] | None = field(default=None, init=False)
+    _section: tuple[Section, Any, int] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         whole = self.count * self.steps
@@ -75,7 +78,9 @@ class SimulatedMotions:
         start = np.array((view.pose.x, view.pose.y, c, s, along, across))
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
         message, res = view.message, shape.grid.resolution
+        ox, oy = (message.xy * (res, -res)).T.copy()
         motion = np.zeros_like(message.xy) if view.velocity is None else view.velocity
+        ou, ow = (motion * _UP).T.copy()
         height, width = view.walls.clear.shape
         bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
         arrays: list[Any] = list(self.arrays.values())
@@ -85,7 +90,7 @@ class SimulatedMotions:
             robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
-            message.xy[:, 0] * res, -message.xy[:, 1] * res, motion[:, 0].copy(), -motion[:, 1],
+            ox, oy, ou, ow,
             message.radius + view.noise, one.obstacle_weight, one.collision_cost, *arrays,
         )  # fmt: skip
         return self.arrays["cost"]
@@ -103,19 +108,20 @@ class SimulatedMotions:
         """The rest of the section within reach of the motions: points, direction of the yaw, metres left."""
         progress, one = view.progress, view.progress.section
         far = self.shape.robot.v_max * self.steps * self.step + 2.0
-        k = max(progress.at, 0)
-        end = int(np.searchsorted(one.s, progress.s + far, side="right")) + 1
-        # No closer than a motion drives between two looks: all of them walk along these points.
-        apart = self.shape.robot.v_max * self.step
-        stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
-        last = min(end, len(one.s)) - 1
-        chosen = np.arange(k, last + 1, stride)
-        if not len(chosen) or chosen[-1] != last:
-            chosen = np.append(chosen, last)
         if self._section is None or self._section[0] is not one:
-            self._section = (one, elementary.cos(one.yaw), elementary.sin(one.yaw))
-        _, cosine, sine = self._section
-        return one.x[chosen], one.y[chosen], cosine[chosen], sine[chosen], float(one.s[-1]) - one.s[chosen]
+            # No closer than a motion drives between two looks: all of them walk along these points.
+            apart = self.shape.robot.v_max * self.step
+            stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
+            left = float(one.s[-1]) - one.s
+            table = np.stack((one.x, one.y, elementary.cos(one.yaw), elementary.sin(one.yaw), left))
+            self._section = (one, table, stride)
+        _, table, stride = self._section
+        k = max(progress.at, 0)
+        last = min(int(one.s.searchsorted(progress.s + far, side="right")), len(one.s) - 1)
+        chosen = np.arange(k, max(k + 1, last + stride), stride)
+        chosen[-1] = last
+        x, y, cosine, sine, left = table[:, chosen]
+        return x, y, cosine, sine, left
 
 
 def close(view: View) -> Steer:
@@ -156,6 +162,24 @@ def _sideways(view: View, v: float, w: float, u: float) -> Steer:
     return arriving(view, Steer(held(view, Arc(direction, off / far, w / mean)), size, "limit"))
 
 
+class _Window:
+    """What of the grid of commands is the same in every period, and room for the rest."""
+
+    def __init__(self, one: Dwa, shape: RobotShape) -> None:
+        self.rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
+        speed = np.arange(one.speeds)
+        if shape.sideways:
+            self.speed, n = speed, one.speeds * one.directions * one.yaw_rates
+            self.spin = np.zeros(2 * n)
+        else:
+            # Every speed with every yaw rate, twice: until the speed is reached, and after.
+            self.speed, n = np.repeat(speed, one.yaw_rates), one.speeds * one.yaw_rates
+            self.spin = np.concatenate([self.rates] * (2 * one.speeds))
+        self.push = np.zeros(2 * n)
+        self.side = np.zeros(2 * n if shape.sideways else 1)
+        self.none = np.zeros(one.steps)
+
+
 @dataclass
 class DynamicWindow:
     """The dynamic window approach (Fox, Burgard, Thrun 1997): the best constant command of a grid.
@@ -167,6 +191,7 @@ class DynamicWindow:
 
     settings: Dwa
     _motions: SimulatedMotions | None = None
+    _window: _Window | None = None
 
     def begin(self, view: View) -> None:
         """Nothing is remembered but room."""
@@ -176,36 +201,38 @@ class DynamicWindow:
         one, shape = self.settings, view.shape
         if view.progress.left < _CLOSE:
             return close(view)
-        v, w, u = self._grid(view)
+        if self._window is None:
+            self._window = _Window(one, shape)
+        window = self._window
+        v, w, u = self._grid(view, window)
         if self._motions is None or self._motions.count != len(v):
             self._motions = SimulatedMotions(shape, len(v), one.steps, one.step)
         # The speed changes evenly to what is asked for; from then on it stays.
         hold = max(round(one.window / one.step), 1)
         along, across = self._motions.velocity(view)
-        seconds, later = hold * one.step, np.zeros(len(v))
-        push = np.concatenate(((v - along) / seconds, later))
-        side = np.concatenate(((u - across) / seconds, later)) if shape.sideways else np.zeros(1)
-        none = np.zeros(one.steps)
-        cost = self._motions.simulate(
-            view, one, (push, np.concatenate((w, w)), side), hold, 0, (none, none, none), (1.0, 1.0), 0.0
-        )
+        seconds, n = hold * one.step, len(v)
+        np.divide(v - along, seconds, out=window.push[:n])
+        if shape.sideways:
+            np.divide(u - across, seconds, out=window.side[:n])
+            window.spin[:n] = window.spin[n:] = w
+        noise, none = (window.push, window.spin, window.side), window.none
+        cost = self._motions.simulate(view, one, noise, hold, 0, (none, none, none), (1.0, 1.0), 0.0)
         k = int(cost.argmin())
         share = view.period / max(seconds, view.period)
         ahead = along + share * (float(v[k]) - along)
         aside = across + share * (float(u[k]) - across) if shape.sideways else 0.0
         return command(view, ahead, float(w[k]), aside)
 
-    def _grid(self, view: View) -> tuple[Floats, Floats, Floats]:
+    def _grid(self, view: View, all_: _Window) -> tuple[Floats, Floats, Floats]:
         """Speeds that can be reached within the window, with all yaw rates; of an omnidirectional robot, directions."""
         one, robot, shape = self.settings, view.shape.robot, view.shape
         now = 0.0 if view.arc is not None and view.arc.in_place else view.v
         window = max(one.window, view.period)
         low = max(now - robot.d_max * window, 0.0)
         high = min(now + robot.a_max * window, robot.v_max)
-        speeds = low + (high - low) * np.arange(one.speeds) / (one.speeds - 1)
-        rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
+        speeds = low + (high - low) * all_.speed / (one.speeds - 1)
         if not shape.sideways:
-            return np.repeat(speeds, len(rates)), np.concatenate([rates] * len(speeds)), np.zeros(1)
+            return speeds, all_.spin[: len(speeds)], all_.side
         # Around where it drives as far as the direction can turn, or all around if it stands.
         spread = math.pi if now == 0.0 else min(robot.a_lat_max * window / now, math.pi)
         travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw
@@ -213,7 +240,7 @@ class DynamicWindow:
         angles = travel + spread * (2.0 * part - 1.0)
         if one.directions == 1:
             angles = np.array([travel])
-        v, a, w = (x.ravel() for x in np.meshgrid(speeds, angles, rates, indexing="ij"))
+        v, a, w = (x.ravel() for x in np.meshgrid(speeds, angles, all_.rates, indexing="ij"))
         return v * elementary.cos(a), w.copy(), v * elementary.sin(a)
 
 

@@ -26,7 +26,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +36,7 @@ from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
+from lampyris.sim.traffic.headings import first_headings, in_cells
 from lampyris.sim.traffic.motion_sources import NO_LEGS, ROUNDING, SPIN, YAW, Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
@@ -256,7 +256,7 @@ class RunningTraffic:
             return
         self._nearest = -math.inf
         headed = known == 0 and any(one.outline is not None for one in self.traffic.obstacles)
-        yaws = self._first_yaws() if headed else {}  # only walkers appear later
+        yaws = first_headings(self.traffic, self.scene.grid) if headed else {}  # only walkers appear later
         for one, number in zip(self.traffic.obstacles[known:], self.world.where[known:], strict=True):
             radius = max(one.radius, 0.5 * self.resolution)
             x, y = self.world.space.cell(number)
@@ -276,25 +276,6 @@ class RunningTraffic:
             if one.kind == "recorded":
                 self.world.motions.fixed.add(len(self._came) - 1)
 
-    def _first_yaws(self) -> dict[int, float]:
-        """The headings with which polygons begin that do not begin along the rows."""
-        cell, found = self.world.space.cell, {}
-        for driver in self.traffic.drivers:
-            if isinstance(driver, Shuttle) and len(driver.route) > 1:
-                (ax, ay), (bx, by) = cell(driver.route[0]), cell(driver.route[1])
-                found[driver.obstacle] = _direction(bx - ax, by - ay)
-        for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
-            moves = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(spec.track) if a != b]
-            if spec.yaw:
-                found[obstacle] = self._in_cells(spec.yaw[0])
-            elif moves:
-                found[obstacle] = _direction(*moves[0])
-        return found
-
-    def _in_cells(self, yaw: float) -> float:
-        """A yaw of the map frame in the frame of the cells."""
-        return math.remainder(yaw - self.scene.grid.origin[2], 2.0 * math.pi)
-
     def _turn(self) -> None:
         """A tick begins: where polygons turn to, the shorter way."""
         self._to_yaw = self._yaw.copy()
@@ -304,7 +285,9 @@ class RunningTraffic:
             self._turn_to(obstacle, yaw)
         for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
             if spec.yaw:
-                self._turn_to(obstacle, self._in_cells(spec.yaw[min(self._now, len(spec.yaw) - 1)]))
+                self._turn_to(
+                    obstacle, in_cells(spec.yaw[min(self._now, len(spec.yaw) - 1)], self.scene.grid)
+                )
         self._spin = (self._to_yaw - self._yaw) / self.tick
 
     def _turn_to(self, obstacle: int, yaw: float) -> None:
@@ -531,11 +514,6 @@ def comes_nearer(route: PoseLookup, s: float, at: Points, to: Points) -> NDArray
     for share in (0.25, 0.5, 0.75, 1.0):
         nearer |= route.gaps(s, at + share * (to - at)) < before
     return nearer
-
-
-def _direction(dx: float, dy: float) -> float:
-    """Yaw of a step in columns and rows, radians counterclockwise."""
-    return float(elementary.atan2(0.0 - dy, dx))
 
 
 def _pairs(places: Points) -> list[tuple[float, float]]:

@@ -25,7 +25,6 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.fleet import registry as fleet_planners
-from lampyris.planning.selection import demand_cells
 from lampyris.study.design import schema as form
 from lampyris.study.design.study import Config, StudyTraffic, canonical
 
@@ -119,7 +118,7 @@ def planners_of(given: Any, tried: Tried, *, fleets: bool = False) -> Made[Confi
             entries += [_Entry(key_path, name) for name in known.names() if name not in left_out]
         else:
             entries.append(_entry(one, key_path))
-    make = fleet_planner_config if fleets else partial(planner_config, poses=True)
+    make = fleet_planner_config if fleets else planner_config
     return _unfolded(entries, make, "planners", tried)
 
 
@@ -211,22 +210,16 @@ def _unfolded(
     return made
 
 
-def planner_config(name: str, settings: Mapping[str, Any], label: str, *, poses: bool = False) -> Config:
+def planner_config(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A planner with every setting that it has.
-
-    Parameters
-    ----------
-    poses : whether it may be a planner of poses.
 
     Raises
     ------
-    UsageError : ``PLANNER``: no such planner, or one of poses.
+    UsageError : ``PLANNER``: no such planner.
     SettingError : a setting that it does not have, or out of its range; ``SETTING``: the name of a file, whose content
         the key of a run would not say.
     """
     made = registry.make(name, settings)
-    if not poses:
-        demand_cells(made, "a comparison")
     for key in getattr(made, "files", ()):
         if getattr(made, key) is not None:
             raise SettingError(

@@ -59,7 +59,7 @@ def compare(
         typer.Option(
             "--planners",
             metavar="NAME,...",
-            help="The planners, with settings after colons: ad-gso,ad-gso:choice=exact "
+            help="The planners, with settings after colons: ad-gso,ad-gso:choice=exact; of poses too, such as lattice "
             "(default: ad-gso, astar, dstar-lite, theta-star, dstar-lpso; among obstacles sipp too).",
         ),
     ] = None,
@@ -188,6 +188,7 @@ class CompareRequest:
         """
         from lampyris.io.maps.map_hash import map_hash
         from lampyris.sim.grid.pursuit import checked_track
+        from lampyris.study.design.config import plans_poses
         from lampyris.study.design.study import Study, StudyMap, World
 
         scene, sensor = scenario.scene, self._sensor(scenario)
@@ -198,6 +199,7 @@ class CompareRequest:
         planners = _entries("--planners", names, _planner)
         if sensor is not None:
             planners = tuple(replace(p, sensor=one) for p in planners for one in (None, sensor))
+        drives = bool(traffic.count) and any(map(plans_poses, planners))
         by = _entries("--laws", self.laws or scenario.law, _law)
         most = MAX_RUNS // (len(planners) * len(by))
         if not 1 <= self.seeds <= most:
@@ -207,8 +209,10 @@ class CompareRequest:
         ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
         return Study(
             name="compare",
-            kind="simulate" if traffic.count or driven else "plan",
-            worlds=(World(ground, scene.start, scene.goal, goal_track=track),),
+            kind="drive" if drives else "simulate" if traffic.count or driven else "plan",
+            worlds=(
+                World(ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose, goal_track=track),
+            ),
             planners=planners,
             laws=by,
             traffic_cases=(traffic,),
@@ -216,6 +220,7 @@ class CompareRequest:
             moves=scene.moves.name,
             robot=asdict(scene.robot),
             ticks=self.traffic.ticks,
+            drive=self._drive(planners) if drives else {},
             root=self.base.seed,
         )
 
@@ -231,6 +236,30 @@ class CompareRequest:
 
         SimulationSettings(**self.sensor)
         return sensor_of(replace(scenario, **self.sensor))
+
+    def _drive(self, planners: tuple[Config, ...]) -> dict[str, Any]:
+        """Settings of the drives among obstacles that planners of poses are compared in.
+
+        Raises
+        ------
+        UsageError : an option of simulations in ticks; a planner that these drives do not follow.
+        """
+        from lampyris.model.settings.drive import DriveSettings
+        from lampyris.planning.registry import planner_class
+
+        if self.traffic.ticks is not None:
+            what = "--ticks with a planner of poses: it drives in continuous time"
+            raise UsageError("OPTIONS", what, allowed="planners on cells")
+        for planner in planners:
+            traits = planner_class(planner.name).traits
+            if traits.plans_headings and traits.sees_traffic:
+                raise UsageError(
+                    "PLANNER",
+                    f"{planner.name} plans poses with times; the drives of a comparison do not follow these",
+                    where="--planners",
+                    allowed="planners without times, such as lattice; without --obstacles any",
+                )
+        return asdict(DriveSettings())
 
 
 @dataclass(frozen=True)
@@ -295,6 +324,7 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
     from lampyris.cli.request import scene_notes
     from lampyris.cli.verbs.compare import tables
     from lampyris.model.traffic import RandomWalk
+    from lampyris.study.design.config import plans_poses
     from lampyris.study.execution import run as running
     from lampyris.study.execution.execution import Execution
 
@@ -303,7 +333,9 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
     study = request.study(scenario)
     drawn = sum(len(one.starts) for one in scenario.scene.traffic if isinstance(one, RandomWalk))
     left = (f"the {drawn} moving obstacles drawn in the map are left aside: a comparison draws its own",)
-    print_notes((*scenario.notes, *scene_notes(scenario.scene), *(left if drawn else ())))
+    on_cells = not all(map(plans_poses, study.planners))
+    moved = scene_notes(scenario.scene) if on_cells else ()
+    print_notes((*scenario.notes, *moved, *(left if drawn else ())))
     began = time.perf_counter()
     rows: dict[str, Row] = {}
 

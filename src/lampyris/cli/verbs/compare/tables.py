@@ -11,6 +11,7 @@ from lampyris.cli.tables import fits, print_tab
 from lampyris.report.data.serialize import grid_record
 from lampyris.report.html.table import Tab
 from lampyris.study.analysis.summary_tables import START, places_of
+from lampyris.study.design.config import plans_poses
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study
 from lampyris.study.design.traffic_labels import traffic_words
@@ -24,6 +25,10 @@ COLUMNS: tuple[Column, ...] = (
     ("gap", "gap (%)", 100.0, 2),
     ("length_any_angle", "any-angle length", 1.0, 2),
     ("cost_to_go", "cost-to-go", 1.0, 1),
+    ("length_m", "length (m)", 1.0, 2),
+    ("cost_m", "cost (m)", 1.0, 2),
+    ("bound", "bound", 1.0, 3),
+    ("reversals", "reversals", 1.0, None),
     ("turns", "turns", 1.0, None),
     ("ticks", "ticks", 1.0, None),
     ("time_s", "time (s)", 1.0, 1),
@@ -33,7 +38,9 @@ COLUMNS: tuple[Column, ...] = (
     ("cpu_s", "CPU (s)", 1.0, 3),
 )
 """Name of a metric, heading, factor and digits of each column behind the first ones."""
-LESSER = ("cpu_s", "cost_to_go", "speed_mean", "turns", "replans", "expansions")
+OF_POSES = ("length_m", "cost_m", "bound", "reversals")
+"""Columns of tables with a planner of poses; costs in cells and gaps are then left out."""
+LESSER = ("cpu_s", "cost_to_go", "speed_mean", "turns", "replans", "expansions", "cost_m")
 """Columns that are left out where the terminal is narrow, in this order."""
 
 
@@ -84,6 +91,13 @@ def _moving(study: Study) -> str:
     return label if label == "none" else traffic_words(label)
 
 
+def movement_words(study: Study) -> str:
+    """The moves of planners on cells; of those of poses, how the robot drives."""
+    if not any(map(plans_poses, study.planners)):
+        return f"{study.moves} moves"
+    return f"{study.robot['drive']} robot"
+
+
 def _values(line: CompareLine, columns: Sequence[Column]) -> list[float | None]:
     """A line's means as its columns show them."""
     means = [(line.mean(name), factor) for name, _, factor, _ in columns]
@@ -99,9 +113,15 @@ def _digits(lines: Sequence[CompareLine], column: Column, several: bool) -> int 
 
 def print_comparison(study: Study, lines: Sequence[CompareLine], metric: str) -> None:
     """Print the table, why runs have no result, and which runs departed from their settings."""
-    hidden = "ticks" if study.kind == "plan" else "time_s"
+    hidden = "time_s" if study.kind == "simulate" else "ticks"
     learns = study.senses or study.worlds[0].goal_track is not None
-    left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean", "" if learns else "replans")
+    poses = any(map(plans_poses, study.planners))
+    left_out = (
+        hidden,
+        "" if len(study.laws) > 1 else "speed_mean",
+        "" if learns else "replans",
+        *(("cost", "gap", "turns") if poses else OF_POSES),
+    )
     columns = [
         c for c in COLUMNS if c[0] not in left_out and any(line.mean(c[0]) is not None for line in lines)
     ]
@@ -151,12 +171,16 @@ def _tab(
     exact = dict.fromkeys(line.planner.called for line in lines if line.planner.starts_exact)
     if exact:
         notes.append(f"{', '.join(exact)}: the swarm starts {START}")
+    if any(name == "bound" for name, *_ in columns):
+        notes.append("bound: no path costs less than cost (m) / bound; of lattices, no path in the lattice")
+        if not all(map(plans_poses, study.planners)):
+            notes.append("planners on cells plan for the disc around the robot, without headings")
     if gone:
         notes.append(f"no room for {', '.join(gone)}: --json, or a wider terminal")
     return Tab(
         "compare",
         f"{grid.name or 'map'}, {world.query}, {grid.width} x {grid.height} cells of {grid.resolution:g} m, "
-        f"{study.moves} moves, obstacles: {_moving(study)}"
+        f"{movement_words(study)}, obstacles: {_moving(study)}"
         + ("" if by_law else f", {study.laws[0].called} law"),
         ("planner", *(["law"] if by_law else []), metric, *(c[1] for c in columns)),
         rows,
