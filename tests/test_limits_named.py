@@ -336,7 +336,7 @@ ASKED: dict[str, str] = {
     "io.fleet_scenario.schema.MAX_ROBOTS": "fleet/test_fleet_scenario.py",
     "io.fleet_scenario.scenario.MAX_ITERATIONS": "fleet/test_fleet_scenario.py",
     "io.fleet_scenario.scenario.MAX_TIME": "fleet/test_fleet_scenario.py",
-    "report.data.fleet_measures.MOST_IMPROVEMENTS": NOT_INPUT + "costs of a row",
+    "report.data.fleets.measures.MOST_IMPROVEMENTS": NOT_INPUT + "costs of a row",
     "study.page.fleet_figures.MAX_LINES": NOT_INPUT + "curves of a figure",
     "study.design.schema.MAX_ABOUT": HERE,
     "study.design.schema.MAX_ENTRIES": HERE,

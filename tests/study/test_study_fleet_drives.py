@@ -12,7 +12,7 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import LampyrisError
-from lampyris.report.data.fleet_drive_measures import FLEET_DRIVE_METRICS, LIFELONG_METRICS
+from lampyris.report.data.fleets.drive_measures import FLEET_DRIVE_METRICS, LIFELONG_METRICS
 from lampyris.study.analysis.fleet_tables import tables_of
 from lampyris.study.analysis.runs import runs_of
 from lampyris.study.analysis.summary import summarise

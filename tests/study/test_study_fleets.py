@@ -15,7 +15,7 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError
-from lampyris.report.data.fleet_measures import FLEET_METRICS, fleet_metrics, improvements_of
+from lampyris.report.data.fleets.measures import FLEET_METRICS, fleet_metrics, improvements_of
 from lampyris.study.analysis.fleet_tables import falls, tables_of
 from lampyris.study.analysis.runs import runs_of
 from lampyris.study.analysis.summary import summarise

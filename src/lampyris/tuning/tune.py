@@ -233,16 +233,7 @@ def _search(
 
 
 def _with(config: Config, settings: Mapping[str, Any]) -> Config:
-    poses = config.name in _poses()
-    return replace(
-        planner_config(config.name, {**config.settings, **settings}, "", poses=poses), label="tuned"
-    )
-
-
-def _poses() -> tuple[str, ...]:
-    from lampyris.planning import registry
-
-    return registry.pose_names()
+    return replace(planner_config(config.name, {**config.settings, **settings}, ""), label="tuned")
 
 
 def _planner(study: Study, called: str | None) -> Config:

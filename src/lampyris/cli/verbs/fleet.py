@@ -271,7 +271,7 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
     if out.export is not None:
         exported = fleets.export_fleet(made, fleet_, out.export)
     if out.json:
-        from lampyris.report.data.fleet_record import fleet_record
+        from lampyris.report.data.fleets.record import fleet_record
 
         record = fleet_record(made, fleet_)
         print_json({**record, "timing": {}} if out.no_timing else record)

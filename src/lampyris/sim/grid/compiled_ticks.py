@@ -95,7 +95,12 @@ class Running(Protocol):
 def supported(run: Running) -> bool:
     """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
     map, a goal that stands still, no via points."""
-    if run.sensor is not None or run.pursuit is not None or run.visits.via or not run.world.robot_shape.single:
+    if (
+        run.sensor is not None
+        or run.pursuit is not None
+        or run.visits.via
+        or not run.world.robot_shape.single
+    ):
         return False
     return all(shape.single for shape in (*run.world.shapes, *(w.shape for w in run.traffic.walkers)))
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lampyris.report.data.fleet_measures import improvements_of
+from lampyris.report.data.fleets.measures import improvements_of
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis.findings import Estimate, Summary
 from lampyris.study.analysis.measures import ALL

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lampyris.report.data.fleet_measures import FLEET_METRICS
+from lampyris.report.data.fleets.measures import FLEET_METRICS
 from lampyris.report.data.measures import METRICS
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import SENSOR_LABELS, Config, Study, canonical
@@ -33,7 +33,7 @@ class ResultTable:
     ``error``, empty where nothing went wrong; ``reproducible``, false where the study has a budget in
     seconds, so that the same run may end otherwise on another machine; the metrics in the order of
     :data:`lampyris.report.data.measures.METRICS` (of fleets
-    :data:`lampyris.report.data.fleet_measures.FLEET_METRICS`) and after them any others by name; the timing, likewise. Every
+    :data:`lampyris.report.data.fleets.measures.FLEET_METRICS`) and after them any others by name; the timing, likewise. Every
     study has all of them; a value that is not defined is None.
 
     Parameters

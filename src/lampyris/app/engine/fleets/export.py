@@ -22,7 +22,7 @@ from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.planning.base import Budget
 from lampyris.report.data.csv import write_fleet_csv
-from lampyris.report.data.fleet_record import fleet_record
+from lampyris.report.data.fleets.record import fleet_record
 from lampyris.report.data.swarm_record import swarm_record
 from lampyris.report.film.fleet_film import fleet_film
 from lampyris.report.film.swarm_film import swarm_film

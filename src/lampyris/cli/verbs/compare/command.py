@@ -211,7 +211,9 @@ class CompareRequest:
             name="compare",
             kind="drive" if drives else "simulate" if traffic.count or driven else "plan",
             worlds=(
-                World(ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose, goal_track=track),
+                World(
+                    ground, scene.start, scene.goal, None, scene.start_pose, scene.goal_pose, goal_track=track
+                ),
             ),
             planners=planners,
             laws=by,

@@ -40,7 +40,7 @@ def execute(
         with counting("filming", "frames", quiet=json) as frame:
             fleet_drive_film(trace, film, progress=frame)
     if json:
-        from lampyris.report.data.fleet_drive_record import fleet_drive_record
+        from lampyris.report.data.fleets.drive_record import fleet_drive_record
 
         record = fleet_drive_record(trace)
         print_json({**record, "timing": {}} if no_timing else record)
@@ -70,7 +70,7 @@ def lifelong(scenario: FleetScenario, film: Path | None, *, json: bool, no_timin
             lifelong_film(trace, film, progress=frame)
     print_notes(trace.notes)
     if json:
-        from lampyris.report.data.fleet_drive_record import lifelong_record
+        from lampyris.report.data.fleets.drive_record import lifelong_record
 
         record = lifelong_record(trace)
         print_json({**record, "timing": {}} if no_timing else record)

@@ -20,8 +20,8 @@ from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
 from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.planning.fleet import registry
-from lampyris.report.data.fleet_drive_measures import fleet_drive_metrics, lifelong_metrics
-from lampyris.report.data.fleet_measures import fleet_metrics
+from lampyris.report.data.fleets.drive_measures import fleet_drive_metrics, lifelong_metrics
+from lampyris.report.data.fleets.measures import fleet_metrics
 from lampyris.report.data.measures import Metrics
 from lampyris.sim.fleet.lifelong import WINDOWS
 from lampyris.study.design.study import FleetQuery, StudyMap

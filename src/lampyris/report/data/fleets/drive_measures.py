@@ -9,7 +9,7 @@ import numpy as np
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.fleet.fleet_trace import FleetTrace
 from lampyris.model.fleet.lifelong import LifelongTrace
-from lampyris.report.data.fleet_measures import fleet_metrics
+from lampyris.report.data.fleets.measures import fleet_metrics
 
 FLEET_DRIVE_METRICS = (
     "robots_arrived", "duration_s", "lateness_mean_s", "lateness_max_s", "wait_order_s", "wait_delay_s", "in_motion", "contacts",
