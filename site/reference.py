@@ -38,7 +38,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Errors": ("LampyrisError", "SettingError"),
 }  # fmt: skip
 """The public names by topic; :func:`write_python` refuses to leave one out."""
-MODULES = ("curves", "plot", "uncertainty", "testing")
+MODULES = ("curves", "plot", "notebook", "uncertainty", "testing")
 INTRODUCTIONS = {
     "python": "Every public name, with shapes, units and errors. How they work together: [Python](../docs/python.md).",
     "commands/index": "Exit codes: 0 done, 2 wrong arguments, 3 a bad file, 4 no path or not arrived, 5 limit, 6 internal fault, "
