@@ -6,7 +6,7 @@ import { blank } from "./state.js";
 const WIDTH = 240;
 const HEIGHT = 150;
 /** Seconds into the drive at which it is shown first: shortly before the robot brakes for somebody. */
-const AT = 4;
+const AT = 5;
 /** Radius of a person, metres. */
 const PERSON = 0.25;
 
@@ -34,7 +34,7 @@ function office() {
 }
 
 /** @returns {Scenario} */
-export function opening() {
+function opening() {
   return {
     ...blank(), name: "office", map: { rows: office(), name: "office", resolution: 0.05 }, start: [36, 40], goal: [216, 130],
     robot: { radius: 0.2, a_max: 0.8, d_max: 1.2 }, drive: { obstacle_speed: 0.9 },
