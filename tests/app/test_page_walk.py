@@ -67,7 +67,7 @@ def play_to_the_end(page: Any) -> None:
 
 
 def save(page: Any, what: str, into: Path) -> Path:
-    """Press one of the buttons under Keep, and keep what the browser saves."""
+    """Press one of the buttons of Export, and keep what the browser saves."""
     with page.expect_download() as coming:
         page.get_by_role("button", name=what, exact=True).click()
     file = into / coming.value.suggested_filename
@@ -165,7 +165,7 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> No
     assert moment(page) == shown, "the comparison gives back what was shown"
 
     # Film, link, scenario.
-    page.get_by_role("tab", name="Keep").click()
+    page.get_by_role("tab", name="Export").click()
     for what in films:
         with Image.open(save(page, what, tmp_path)) as film:
             assert (film.format, film.is_animated) == (what.upper(), True)

@@ -96,7 +96,7 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("9")
     page.keyboard.press("Tab")
-    page.get_by_role("radio", name="Reach").check()
+    page.get_by_role("radio", name="Reachable set").check()
     run_to_its_end(page)
     page.wait_for_selector(".ly-ends >> text=0 ticks, soon")
     assert fact(page, "Obstacles") == "9"
@@ -104,7 +104,7 @@ def test_layers_have_their_ends_told(page: Any) -> None:
 
 def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
     legend = page.locator("#layers .ly-legend")
-    page.get_by_label("Reach", exact=True).check()
+    page.get_by_label("Reachable set", exact=True).check()
     page.wait_for_selector("#layers >> text=Nothing moves.")
     assert legend.is_hidden()
     # Of another map's numbers there is nothing left while its own are on their way.

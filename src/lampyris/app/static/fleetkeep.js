@@ -48,7 +48,7 @@ export function keeping(fleet) {
     }
   };
   const buttons = KINDS.map(([what, ending, name, swarms]) => button(name, () => void keep(what, ending), { class: swarms ? "btn" : "btn fleet-own" }));
-  return el("div", { class: "stack" }, el("h2", null, "Keep"), el("div", { class: "row" }, ...buttons, stop), words,
+  return el("div", { class: "stack" }, el("h2", null, "Export"), el("div", { class: "row" }, ...buttons, stop), words,
     el("p", { class: "hint" }, "The address bar holds map, walls and all numbers of this panel: copy it to send this on."));
 }
 

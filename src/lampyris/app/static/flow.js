@@ -5,9 +5,10 @@ import { Gone, ServerError } from "./api.js";
 import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
+import { open } from "./opening.js";
 import { Runs } from "./running.js";
 import { outlineOf, plansPoses, plansTimes, radiusOf } from "./shape.js";
-import { first, blank } from "./state.js";
+import { first } from "./state.js";
 
 /** Keys that decide a run. */
 const DECIDE = ["map", "start", "goal", "start_yaw", "goal_yaw", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "drive", "controllers", "zones"];
@@ -18,6 +19,10 @@ const UNPLANNED = new Set(["simulate", "drive", "controllers"]);
  * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
  */
 const PATIENCE = 2500;
+/** What can be changed while a drive plays: it is made again, and plays from its start. */
+const FOLLOWED = new Set(["start", "goal", "edits"]);
+/** Milliseconds without a change, after which it is made again. */
+const SETTLED = 400;
 /** Milliseconds between two drawings of the way of a run that is still coming in. */
 const OFTEN = 250;
 
@@ -142,6 +147,18 @@ export function mount(page) {
     return true;
   };
 
+  /** When a drive that was interrupted by a change begins again; 0: none was. */
+  let anew = 0;
+  page.on("plan", function follow() {
+    if (!anew || page.run || runs.busy) return;
+    const left = anew - performance.now();
+    if (left > 0) setTimeout(follow, left + 1);
+    else {
+      anew = 0;
+      if (page.plan?.cost) void runs.begin({ tick: 0, play: true });
+    }
+  });
+
   store.listen((changed) => {
     const moved = changed.has("map") && store.scenario.map !== shown.map;
     if (moved) void load();
@@ -152,11 +169,16 @@ export function mount(page) {
     if (SHOWN.some((key) => changed.has(key))) ends();
     const decisive = DECIDE.filter((key) => changed.has(key));
     if (!decisive.length) return;
+    if (anew) anew = decisive.every((key) => FOLLOWED.has(key)) ? performance.now() + SETTLED : 0;
     if (page.run || runs.busy) {
       const tick = page.play.tick;
       if (page.run && decisive.length === 1 && decisive[0] === "edits" && !page.run.step && (tick > 0 || page.play.playing)) {
         void runs.begin({ tick, play: page.play.playing, cut: true });
-      } else runs.clear();
+      } else {
+        const again = page.run?.step !== undefined && page.play.playing && decisive.every((key) => FOLLOWED.has(key));
+        runs.clear();
+        if (again) anew = performance.now() + SETTLED;
+      }
     }
     if (decisive.some((key) => !UNPLANNED.has(key)) && !moved) plans.want();
   });
@@ -203,15 +225,13 @@ export function mount(page) {
 
 /** The scenario of the link, the draft, or a first one. @param {Page} page */
 export async function begin(page) {
-  page.store.replace((await first(page)) ?? { ...blank(), obstacles: [WELCOME] }, false);
+  const found = await first(page);
+  if (found) page.store.replace(found, false);
+  else open(page);
 }
-
-/** Who walks about on the first map, so that there is something to see; nobody asked for them on another. */
-const WELCOME = { kind: "random-walk", count: 30, rate: null };
 
 /** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
 function placeless(obstacles) {
-  if (JSON.stringify(obstacles) === JSON.stringify([WELCOME])) return [];
   return obstacles.filter((one) => one.kind === "crossing" || (one.kind === "random-walk" && !one.starts?.length));
 }
 

@@ -20,14 +20,14 @@ function facts(page, cell, reach = 0) {
   /** @type {Array<[string, string]>} */
   const rows = [];
   const dear = ground.terrain?.[at] ? `, terrain ${brief((63 + ground.terrain[at]) / 63)}\u00d7` : "";
-  rows.push([`(${x}, ${y})`, GROUND[ground.cells[at]] + dear]);
+  rows.push([`${placeOf(ground, cell).map((v) => v.toFixed(2)).join(", ")} m`, GROUND[ground.cells[at]] + dear], ["Cell", `(${x}, ${y})`]);
   const source = sourceOf(page);
   for (const name of ["cost", "luciferin", "clearance", "expanded", "reach"]) {
     const layer = source.peek(name);
     const value = layer && layer.values.length > at ? layer.values[at] : 0;
     if (!layer || !value) continue;
     const v = layer.low + ((value - 1) / 254) * (layer.high - layer.low);
-    if (name === "cost") rows.push(["Cost to the goal", `about ${brief(v)} cells`]);
+    if (name === "cost") rows.push(["Cost to the goal", `about ${brief(v)} cells, ${brief(v * ground.resolution)} m`]);
     else if (name === "luciferin") rows.push(["Luciferin", `about ${brief(v)}`]);
     else if (name === "clearance") rows.push(["Clearance", `about ${brief(v)} m`]);
     else if (name === "expanded") rows.push(["Expanded", `about number ${Math.round(v)}`]);
@@ -37,6 +37,12 @@ function facts(page, cell, reach = 0) {
   if (body) rows.push(["Obstacle", body]);
   rows.push(...(driven(page, x, y, reach) ?? node(page, x, y, reach) ?? []));
   return rows;
+}
+
+/** The middle of a cell in metres of the map frame, y up. @param {Ground} ground @param {Cell} cell @returns {[number, number]} */
+function placeOf({ height, resolution, origin: [ox, oy, turn] }, [x, y]) {
+  const [dx, dy] = [(x + 0.5) * resolution, (height - y - 0.5) * resolution];
+  return [ox + dx * Math.cos(turn) - dy * Math.sin(turn), oy + dx * Math.sin(turn) + dy * Math.cos(turn)];
 }
 
 /** @param {Page} page @param {number} x @param {number} y @param {number} reach */

@@ -27,7 +27,7 @@ const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", w
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
-  const place = block(into, "keeping", "Keep");
+  const place = block(into, "keeping", "Export");
   if (place) new Keep(page, place);
 }
 

@@ -15,7 +15,7 @@ const KINDS = {
   luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none. It has no unit.", low: "at the goal", high: "far", unit: () => "" },
   clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
   expanded: { title: "Expanded", about: "", low: "first", high: "last", unit: () => "" },
-  reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
+  reach: { title: "Reachable set", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
 };
 /**
  * Milliseconds after which an answer that is no longer wanted is stopped instead of waited for, as for plans: an engine

@@ -15,7 +15,7 @@ const MOST = 15 * 2 ** 20;
 export function mount(page, pane) {
   const picker = el("input", { type: "file", multiple: true, hidden: true, "aria-label": "Map files",
     accept: ".png,.bmp,.pgm,.yaml,.yml,.map,.txt,.npy,.csv,.json" });
-  const pick = el("button", { type: "button", class: "btn primary", onclick: () => picker.click() }, "Open files\u2026");
+  const pick = el("button", { type: "button", class: "btn", onclick: () => picker.click() }, "Open files\u2026");
   const empty = el("button", { type: "button", class: "btn", title: "An empty map, to paint your own" }, "Empty map");
   const recipe = el("button", { type: "button", class: "btn", title: "A new map by kind, size and seed" }, "Make a map…");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });

@@ -404,7 +404,7 @@ function trafficPart(page, into) {
   const none = el("p", { class: "hint" }, "Patrols are drawn on the map, with its tool for obstacles.");
   into.append(el("h3", null, "Placed one by one"), list, none);
   const total = el("p", { class: "hint" });
-  const clear = button("Take all away", () => page.store.set({ obstacles: [] }), { class: "btn quiet" });
+  const clear = button("Clear", () => page.store.set({ obstacles: [] }), { class: "btn quiet" });
   into.append(el("div", { class: "row" }, total, clear));
   return () => {
     counted.forEach((show) => show());

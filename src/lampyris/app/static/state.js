@@ -242,7 +242,7 @@ export function mount(page) {
     // Where it came from has it.
     if (long && !store.touched) return;
     const short = long ? `${location.origin}/#t=${fragment().get("t") ?? ""}` : made;
-    if (long && !reported) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Keep).");
+    if (long && !reported) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Export).");
     reported = long;
     if (short !== location.href) history.replaceState(null, "", short);
   };

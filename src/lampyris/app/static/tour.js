@@ -13,7 +13,7 @@ const INTRO = "The dissertation's 10 × 10 example in ten steps, with its tables
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
-  const place = block(into, "tour", "The worked example");
+  const place = block(into, "tour", "The dissertation, step by step");
   if (place) new Tour(page, place);
 }
 

@@ -85,7 +85,7 @@
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "progress" (page.driving changed), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
- * "panel" (detail: the panel that was opened), "fleet" (a fleet is shown in place of a single robot, or no longer), "token" (another address was opened), "help", "map" (the view panned or zoomed).
+ * "opening" (the first scene is about to play by itself), "panel" (detail: the panel that was opened), "fleet" (a fleet is shown in place of a single robot, or no longer), "token" (another address was opened), "help", "map" (the view panned or zoomed).
  * Changes of the scenario are announced by `store.listen(changed keys)`.
  *
  * @typedef {{

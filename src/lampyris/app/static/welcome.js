@@ -1,6 +1,7 @@
 // Welcome: for who is here for the first time, what is on the screen and what to do first.
 
-import { el } from "./make.js";
+import { brought } from "./later.js";
+import { el, sentence } from "./make.js";
 
 const KEPT = "lampyris-welcomed";
 
@@ -12,10 +13,13 @@ export function mount(page, element) {
     keep();
   };
   const tour = el("button", { type: "button", class: "btn", onclick: async () => {
-    leave();
-    await page.show("learn");
-    const begin = document.querySelector("#learn .tour .btn.primary");
-    if (begin instanceof HTMLButtonElement) begin.click();
+    try {
+      const [steps] = await brought(page, "firststeps");
+      leave();
+      steps.begin(page);
+    } catch (error) {
+      page.say(sentence(error), "bad");
+    }
   } }, "Take the tour");
   const away = el("button", { type: "button", class: "away", "aria-label": "Close the welcome", title: "Close", onclick: () => {
     leave();
@@ -25,13 +29,16 @@ export function mount(page, element) {
   element.append(
     el("div", { class: "row" }, el("h2", { class: "grow" }, "New here?"), away),
     el("p", {}, "The line is the path that the robot will drive from S to G, around the black walls; whatever else stands there moves. Press ",
-      el("b", {}, "Play"), " under the map to see it drive."),
-    el("div", { class: "row" }, tour, el("span", { class: "hint" }, "ten steps")),
+      el("b", {}, "Play"), " under the map to see it drive, or drag S and G."),
+    el("div", { class: "row" }, tour, el("span", { class: "hint" }, "five steps")),
   );
   element.hidden = false;
-  // Who plays has found the way.
+  // Who plays has found the way. What plays by itself at first is nobody's doing.
+  let own = false;
+  page.on("opening", () => (own = true));
   page.on("play", () => {
-    if (page.play.playing && !element.hidden) leave();
+    if (own) own = !page.play.playing;
+    else if (page.play.playing && !element.hidden) leave();
   });
 }
 

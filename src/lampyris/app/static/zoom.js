@@ -3,6 +3,15 @@
 import { el, iconButton } from "./make.js";
 import { byId } from "./page.js";
 
+/** The longest scale bar, pixels. */
+const RULER = 72;
+
+/** The greatest length of 1, 2 or 5 times a power of ten that is no longer. @param {number} most */
+function rounded(most) {
+  const unit = 10 ** Math.floor(Math.log10(most));
+  return Number(((most >= 5 * unit ? 5 : most >= 2 * unit ? 2 : 1) * unit).toPrecision(1));
+}
+
 /** @param {Page} page */
 export function zoomButtons(page) {
   const bar = byId("zoom");
@@ -16,8 +25,19 @@ export function zoomButtons(page) {
   ];
   bar.append(...all.map((one) => iconButton(...one)));
   bar.append(out);
+  const line = el("i", {});
+  const length = el("span", {});
+  const ruler = el("div", { class: "scale", hidden: true, title: "Scale" }, length, line);
+  byId("stage").append(ruler);
   const show = () => {
     const { scale } = page.map.view;
+    ruler.hidden = !page.ground;
+    if (page.ground) {
+      const metre = scale / page.ground.resolution;
+      const metres = rounded(RULER / metre);
+      length.textContent = metres < 1 ? `${Number((100 * metres).toPrecision(1))} cm` : metres < 1000 ? `${metres} m` : `${metres / 1000} km`;
+      line.style.width = `${Math.round(metres * metre)}px`;
+    }
     out.textContent = scale >= 10 ? `${Math.round(scale)}\u00d7` : `${Number(scale.toPrecision(2))}\u00d7`;
   };
   page.on("map", show);

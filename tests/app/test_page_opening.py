@@ -1,0 +1,46 @@
+"""What the app shows to who opens it for the first time, and its tour; not without chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.app.page_browser import SOON, app, needs_chromium
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture
+def first(tmp_path: Path, browser: Any) -> Iterator[Any]:
+    """A tab of a new browser, at an app that was started without a map."""
+    with app(tmp_path) as address:
+        context = browser.new_context(viewport={"width": 1440, "height": 900})
+        tab = context.new_page()
+        tab.set_default_timeout(SOON)
+        tab.goto(address)
+        yield tab
+        context.close()
+
+
+def test_it_opens_on_a_robot_that_brakes_for_somebody_and_a_draft_comes_before_that(first: Any) -> None:
+    first.locator(".st-cause", has_text="moving obstacle").wait_for()  # nothing was pressed
+    assert re.fullmatch(r"[\d.]+ s / [\d.]+ s", first.inner_text(".tl-where"))
+    assert first.get_by_label("Luciferin", exact=True).is_checked()
+    assert first.locator("#welcome").is_visible()
+    assert "m" in first.inner_text("#stage .scale")
+    first.get_by_role("button", name="Take the tour").click()
+    for title in ("Drag the goal", "Paint a wall", "Read why", "Compare planners", "Export"):
+        first.locator("#first-steps h2", has_text=title).wait_for()
+        first.locator("#first-steps .btn.primary").click()
+    first.locator("#first-steps").wait_for(state="detached")
+    first.get_by_role("button", name=re.compile("^guide")).click()
+    first.locator("#where").get_by_text("guide").wait_for()
+    address = first.url.partition("&s=")[0]
+    first.wait_for_timeout(600)
+    first.goto("about:blank")
+    first.goto(address)
+    first.locator("#where").get_by_text("guide").wait_for()
