@@ -151,7 +151,8 @@ def test_the_mesh_covers_every_free_square_once(rule: int, maps: int) -> None:
         # Neighbours know one another, and share just what either says.
         shared = set()
         for p in range(len(mesh.first) - 1):
-            for dx, dy, cx, cy, q in mesh.sides.reshape(-1, 5)[mesh.first[p] : mesh.first[p + 1]].tolist():
+            rows = mesh.sides[5 * mesh.first[p] : 5 * mesh.first[p + 1]].reshape(-1, 5)
+            for dx, dy, cx, cy, q in rows.tolist():
                 shared.add((p, q, (dx, dy), (cx, cy)))
         assert {(q, p, c, d) for p, q, d, c in shared} == shared
         owner = mesh.owner.reshape(square.shape)
