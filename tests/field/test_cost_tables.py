@@ -27,7 +27,7 @@ def test_they_are_the_costs_of_fields(moves: str, dtype: str) -> None:
         assert one.dtype == dtype
         assert not one.flags.writeable
         assert one.tobytes() == again.tobytes()
-        assert np.array_equal(one, np.where(field.exact < 0, never, field.exact))
+        assert np.array_equal(one, np.where(field.exact < 0, never, field.exact.astype(np.int64)))
 
 
 def test_what_is_refused() -> None:

@@ -51,7 +51,8 @@ def _of_field(free: BoolGrid, moves: Moves, goal: Cell, terrain: ByteGrid | None
     never = int(np.iinfo(kind).max)
     if int(exact.max()) >= never:
         raise _too_long(kind)
-    table = np.where(exact < 0, never, exact).astype(kind)
+    table = exact.astype(kind)
+    table[exact < 0] = never
     table.setflags(write=False)
     return [table]
 
