@@ -27,7 +27,7 @@ MAPS = (
     "env-1", "env-2", "env-3", "env-4", "env-5", "env-6", "rooms-100", "office-120", "warehouse-200", "street-256",
     "caves-256", "maze-512", "random-512",
 )  # fmt: skip
-PLANNERS = ("astar", "theta-star", "visibility-graph", "polyanya", "quadtree", "voronoi")
+PLANNERS = ("astar", "theta-star", "visibility-graph", "quadtree", "voronoi")
 
 
 def asked(

@@ -193,7 +193,9 @@ class Plan(Value, Tabular):
     frame : where the map's cells lie in metres; None: unknown (plans of a session).
     pose_path : of a planner of poses: what is driven. ``path`` then holds the cells that the base passes through.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
-        between their centres can be driven. Of ``polyanya`` for a point robot float64 (k, 2): places between cell centres. ``path`` is a walk by single steps along these lines. Else None.
+        between their centres can be driven.
+        ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places
+        between cell centres. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.

@@ -36,7 +36,9 @@ EQUAL = 1e-9
 
 
 @kernel(out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "result"), each=120)
-def rectangles(square, centre, stride, passing, fill, owner, corner, rects, first, sides, port_first, ports, result, halt):
+def rectangles(
+    square, centre, stride, passing, fill, owner, corner, rects, first, sides, port_first, ports, result, halt
+):
     """Cover the free squares with rectangles, and list the sides that two of them share.
 
     From the first square that is not covered, in rows, the larger of two rectangles is taken: as wide as possible
@@ -75,7 +77,10 @@ def rectangles(square, centre, stride, passing, fill, owner, corner, rects, firs
                     while True:
                         whole = 1
                         for k in range(wide):
-                            if square[u64(at + high * stride + k)] == 0 or owner[u64(at + high * stride + k)] >= 0:
+                            if (
+                                square[u64(at + high * stride + k)] == 0
+                                or owner[u64(at + high * stride + k)] >= 0
+                            ):
                                 whole = 0
                                 break
                         if whole == 0:
@@ -88,7 +93,10 @@ def rectangles(square, centre, stride, passing, fill, owner, corner, rects, firs
                     while slim < wide:
                         whole = 1
                         for k in range(tall):
-                            if square[u64(at + k * stride + slim)] == 0 or owner[u64(at + k * stride + slim)] >= 0:
+                            if (
+                                square[u64(at + k * stride + slim)] == 0
+                                or owner[u64(at + k * stride + slim)] >= 0
+                            ):
                                 whole = 0
                                 break
                         if whole == 0:
@@ -318,7 +326,9 @@ def polyanya(
     state[0] = 0
     state[1] = 0
     state[4] = -1
-    _add(sx, sy, sx, sy, sx, sy, POINT, -1, -1, 0.0, _apart(sx, sy, gx, gy), nodes, f, h, g, heap, place, state)
+    _add(
+        sx, sy, sx, sy, sx, sy, POINT, -1, -1, 0.0, _apart(sx, sy, gx, gy), nodes, f, h, g, heap, place, state
+    )
     expanded = 0
     ending = EXHAUSTED
     whole = (gx | gy) & 1 == 0
@@ -530,7 +540,9 @@ def polyanya(
                     if part == 2 and turn == 1:
                         alx2 = 2 * x - rx
                         aly2 = 2 * y - ry
-                    if _side_of(x, y, dx, dy, cx, cy) == 0 and not ((cx == x and cy == y) or (dx == x and dy == y)):
+                    if _side_of(x, y, dx, dy, cx, cy) == 0 and not (
+                        (cx == x and cy == y) or (dx == x and dy == y)
+                    ):
                         nearer_c = abs(cx - x) + abs(cy - y) < abs(dx - x) + abs(dy - y)
                         nx = cx if nearer_c else dx
                         ny = cy if nearer_c else dy
@@ -591,7 +603,9 @@ def walk_along(square, stride, cell, x, y, diagonals, path, halt):
         end_c = x[leg + 1] // cell
         end_r = y[leg + 1] // cell
         # From the side or the corner of a square a line leads into the square before it.
-        if x[leg] % cell == 0 and (dx < 0 or (dx == 0 and square[u64((r if dy > 0 else r - 1) * stride + c)] == 0)):
+        if x[leg] % cell == 0 and (
+            dx < 0 or (dx == 0 and square[u64((r if dy > 0 else r - 1) * stride + c)] == 0)
+        ):
             c -= 1
         if y[leg] % cell == 0 and (dy < 0 or (dy == 0 and square[u64(r * stride + c)] == 0)):
             r -= 1
@@ -610,7 +624,9 @@ def walk_along(square, stride, cell, x, y, diagonals, path, halt):
                     two = path[u64(count - 2)] + 0
                     one = path[u64(count - 1)] + 0
                     over = at - two
-                    slanting = over == stride + 1 or over == stride - 1 or over == -stride + 1 or over == -stride - 1
+                    slanting = (
+                        over == stride + 1 or over == stride - 1 or over == -stride + 1 or over == -stride - 1
+                    )
                     if slanting and (diagonals == 2 or square[u64(two + at - one)] != 0):
                         count -= 1
                 if count > 0 and diagonals == 0:
@@ -619,7 +635,9 @@ def walk_along(square, stride, cell, x, y, diagonals, path, halt):
                     if over == stride + 1 or over == stride - 1:
                         # Without diagonals: by a free one of the two squares beside.
                         across = r * stride + one % stride
-                        path[u64(count)] = across if square[u64(across)] != 0 else (one // stride) * stride + c
+                        path[u64(count)] = (
+                            across if square[u64(across)] != 0 else (one // stride) * stride + c
+                        )
                         count += 1
                 path[u64(count)] = at
                 count += 1

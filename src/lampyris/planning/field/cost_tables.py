@@ -46,7 +46,9 @@ def cost_tables(
         yield partial(_steps, ground, number, free, some, kind)
 
 
-def _of_field(free: BoolGrid, moves: Moves, goal: Cell, terrain: ByteGrid | None, kind: np.dtype[Any]) -> _Tables:
+def _of_field(
+    free: BoolGrid, moves: Moves, goal: Cell, terrain: ByteGrid | None, kind: np.dtype[Any]
+) -> _Tables:
     exact = solve(free, moves, goal, terrain=terrain).exact
     never = int(np.iinfo(kind).max)
     if int(exact.max()) >= never:
@@ -58,7 +60,11 @@ def _of_field(free: BoolGrid, moves: Moves, goal: Cell, terrain: ByteGrid | None
 
 
 def _steps(
-    ground: NDArray[np.uint8], number: NDArray[np.int32], free: BoolGrid, goals: list[Cell], kind: np.dtype[Any]
+    ground: NDArray[np.uint8],
+    number: NDArray[np.int32],
+    free: BoolGrid,
+    goals: list[Cell],
+    kind: np.dtype[Any],
 ) -> _Tables:
     height, width = free.shape
     for x, y in goals:
@@ -75,7 +81,9 @@ def _steps(
     done = len(rows)
     if done:
         flat = part.reshape(-1)
-        done = int(distance_rows(ground, number, ends, flat, order, fresh, width + 2, free.size, never, False))
+        done = int(
+            distance_rows(ground, number, ends, flat, order, fresh, width + 2, free.size, never, False)
+        )
     if done < len(rows):
         raise _too_long(kind)
     if part is not tables:
@@ -86,5 +94,8 @@ def _steps(
 
 def _too_long(kind: np.dtype[Any]) -> LimitError:
     return LimitError(
-        "COST_TABLE", f"a cost does not fit into {kind.name}", where="dtype", allowed=f"below {np.iinfo(kind).max:,}"
+        "COST_TABLE",
+        f"a cost does not fit into {kind.name}",
+        where="dtype",
+        allowed=f"below {np.iinfo(kind).max:,}",
     )

@@ -24,7 +24,6 @@ from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.field.solve import solve
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
-
 _Found = TypeVar("_Found")
 
 

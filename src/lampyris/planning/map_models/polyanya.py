@@ -34,12 +34,15 @@ class Polyanya:
     ``Plan.map_model.bound`` is the length of the shortest path (the limit), the same as the visibility graph's: no path
     of straight lines is shorter, wherever it turns. ``Plan.path`` is a walk along the lines and need not be the
     cheapest walk: the trait ``optimal``, which speaks of walks, is false. Over terrain straight lines are not what
-    is shortest; there the answer is that of ``theta-star``, and ``Plan.map_model`` is None.
+    is shortest; there, and for a point on maps of more than 8,192 cells from corner to corner, the answer is that of
+    ``theta-star``, and ``Plan.map_model`` is None.
     """
 
     name: ClassVar[str] = "polyanya"
     traits: ClassVar[Traits] = Traits(optimal=False)
-    summary: ClassVar[str] = "Polyanya: the shortest path in the plane, over a mesh of rectangles of free cells."
+    summary: ClassVar[str] = (
+        "Polyanya: the shortest path in the plane, over a mesh of rectangles of free cells."
+    )
     source: ClassVar[str] = (
         "Cui, Harabor, Grastien 2017; the mesh, exact rays, corners that may not be touched and corridors one cell "
         "wide are ours."

@@ -35,6 +35,8 @@ UNITS = 2**16
 A corner that a line between two others does not touch is farther from it than 1 / (4 length): on maps of less than 8,192
 cells from corner to corner more than the two units by which a line is moved at most.
 """
+FAR = 8192
+"""Cells from corner to corner of maps that are searched for a point."""
 FIRST_NODES = 512
 """Room for so many search nodes at first; a search that needs more is run again with four times as much."""
 
@@ -42,8 +44,9 @@ FIRST_NODES = 512
 def searching(
     free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, wide: bool
 ) -> PolyanyaSearch | AnyAngleSearch:
-    """The search for such a map: Theta* where it has terrain."""
-    if terrain is not None:
+    """The search for such a map: Theta* where it has terrain, or no line of a point may be that long."""
+    height, width = free.shape
+    if terrain is not None or (not wide and height * height + width * width >= FAR * FAR):
         return AnyAngleSearch(free, terrain, moves, wide=wide, lazy=0)
     return PolyanyaSearch(free, moves, wide=wide)
 
@@ -156,7 +159,9 @@ class PolyanyaSearch:
         finally:
             self._free, self.mesh = free, mesh
 
-    def turning_points(self, start: Cell, goal: Cell, budget: int | None = None) -> tuple[int, int, _Ints | None]:
+    def turning_points(
+        self, start: Cell, goal: Cell, budget: int | None = None
+    ) -> tuple[int, int, _Ints | None]:
         """How the search ended, nodes expanded, and the points at which the path turns, ends included: int64 (k, 2),
         lattice (see :mod:`lampyris.kernels.map_models.polyanya`)."""
         m = self.mesh
@@ -203,7 +208,6 @@ class PolyanyaSearch:
         model = MapModel(
             "polyanya",
             points=places[1:-1],
-            boxes=np.zeros((0, 4), dtype=np.int32),
             bound=math.fsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]).tolist()),
             counts={"rectangles": len(self.mesh.rects) // 4, "expanded": expanded},
         )
@@ -238,7 +242,8 @@ class PolyanyaSearch:
         moved = xy * half
         moved[:, 0] += np.where(turn, np.where(flags & TOWARDS_X, -1, 1), 0)
         moved[:, 1] += np.where(turn, np.where(flags & TOWARDS_Y, -1, 1), 0)
-        return moved[kept]
+        clear: _Ints = moved[kept]
+        return clear
 
     def _walk(self, points: _Ints) -> NDArray[np.int32]:
         """The walk along lines, cells."""

@@ -83,7 +83,9 @@ def _places_violation(plan: Plan, scene: Scene) -> Violation | None:
     for i, (x, y) in enumerate(at):
         if i and at[i - 1] == (x, y):
             return Violation("waypoints", f"waypoint {i}", f"{(x, y)} follows itself")
-        while k < len(cells) and max(abs(cells[k][0] * _UNITS - x), abs(cells[k][1] * _UNITS - y)) * 2 > _UNITS:
+        while (
+            k < len(cells) and max(abs(cells[k][0] * _UNITS - x), abs(cells[k][1] * _UNITS - y)) * 2 > _UNITS
+        ):
             k += 1
         if k == len(cells):
             return Violation("waypoints", f"waypoint {i}", f"the path does not come to {(x, y)} in its turn")
@@ -118,14 +120,24 @@ def _wall_between(blocked: BoolGrid, begin: Cell, end: Cell, moves: Moves) -> Ce
     gx = (x.astype(np.int64) + left) * _UNITS - x0
     gy = (y.astype(np.int64) + top) * _UNITS - y0
     dx, dy = x1 - x0, y1 - y0
-    sides = np.array([(gx + i) * dy - (gy + j) * dx for i, j in ((-half, -half), (half, -half), (-half, half), (half, half))])
+    sides = np.array(
+        [
+            (gx + i) * dy - (gy + j) * dx
+            for i, j in ((-half, -half), (half, -half), (-half, half), (half, half))
+        ]
+    )
     if not len(gx):
         return None
     low, high = sides.min(axis=0), sides.max(axis=0)
     if moves.corner_cutting:
         # Only the inside of a cell is forbidden.
         hit = (low < 0) & (high > 0)
-        hit &= (gx + half > min(0, dx)) & (gx - half < max(0, dx)) & (gy + half > min(0, dy)) & (gy - half < max(0, dy))
+        hit &= (
+            (gx + half > min(0, dx))
+            & (gx - half < max(0, dx))
+            & (gy + half > min(0, dy))
+            & (gy - half < max(0, dy))
+        )
     else:
         hit = (low <= 0) & (high >= 0)
         hit &= (gx + half >= min(0, dx)) & (gx - half <= max(0, dx))

@@ -80,7 +80,7 @@ def line_metrics(points: Cells | Floats, grid: Grid) -> LineMetrics:
     return {"length_cells": length, "length_m": length * grid.resolution, **_shape(step, length)}
 
 
-def _steps(cells: Cells) -> NDArray[np.int64]:
+def _steps(cells: Cells | Floats) -> NDArray[np.int64]:
     at = cells.astype(np.int64)
     return at[1:] - at[:-1]
 
