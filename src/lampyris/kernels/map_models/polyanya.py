@@ -35,9 +35,27 @@ EQUAL = 1e-9
 """Half squares by which two lengths to one corner may differ and still be the same."""
 
 
-@kernel(out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "result"), each=120)
+@kernel(
+    out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "out", "doors_of", "result"),
+    each=120,
+)
 def rectangles(
-    square, centre, stride, passing, fill, owner, corner, rects, first, sides, port_first, ports, result, halt
+    square,
+    centre,
+    stride,
+    passing,
+    fill,
+    owner,
+    corner,
+    rects,
+    first,
+    sides,
+    port_first,
+    ports,
+    out,
+    doors_of,
+    result,
+    halt,
 ):
     """Cover the free squares with rectangles, and list the sides that two of them share.
 
@@ -57,6 +75,8 @@ def rectangles(
     first, sides : int32 (k + 1,) and (5 m,): from where on the sides of a rectangle are; right and left end as
         seen from within (x and y of each), and the rectangle behind it.
     port_first, ports : int32 (k + 1,) and (p,): likewise, the flat indices of ports on a rectangle.
+    out : int32 (k,): of a rectangle in a dead end the next rectangle on the only path that leaves it; else -1.
+    doors_of : int32 (k,); scratch.
     result : int64 (3,): rectangles, sides, ports.
     """
     n = len(square)
@@ -194,6 +214,27 @@ def rectangles(
     if fill != 0:
         first[u64(result[0])] = many
         port_first[u64(result[0])] = doors
+        # Rectangles without ports that are left by a single side are dead ends, and so are those that then are.
+        for p in range(result[0]):
+            out[u64(p)] = -1
+            doors_of[u64(p)] = first[u64(p + 1)] - first[u64(p)]
+        for start in range(result[0]):
+            p = start
+            while (
+                p >= 0
+                and out[u64(p)] < 0
+                and doors_of[u64(p)] == 1
+                and port_first[u64(p + 1)] == port_first[u64(p)]
+            ):
+                q = -1
+                for k in range(first[u64(p)], first[u64(p + 1)]):
+                    behind = int(sides[u64(5 * k + 4)])
+                    if out[u64(behind)] < 0:
+                        q = behind
+                if q >= 0:
+                    out[u64(p)] = q
+                    doors_of[u64(q)] = doors_of[u64(q)] - 1
+                p = q
     result[1] = many
     result[2] = doors
 
@@ -249,8 +290,8 @@ def _estimate(rx, ry, lx, ly, qx, qy, sx, sy, tx, ty, gx, gy):
 
 
 @kernel()
-def _turns(corner, stride, rx, ry, x, y, way):
-    """1 where a path from r may turn at a corner, to the left (``way`` 1) or to the right (-1)."""
+def _turns(corner, stride, rx, ry, x, y, hand):
+    """1 where a path from r may turn at a corner, to the left (``hand`` 1) or to the right (-1)."""
     if (x | y) & 1:
         return 0
     flags = corner[u64((y >> 1) * stride + (x >> 1))]
@@ -258,7 +299,7 @@ def _turns(corner, stride, rx, ry, x, y, way):
         return 0
     across = x - rx if flags & TOWARDS_Y else rx - x
     along = ry - y if flags & TOWARDS_X else y - ry
-    return 1 if across * way >= 0 and along * way >= 0 else 0
+    return 1 if across * hand >= 0 and along * hand >= 0 else 0
 
 
 @kernel(out=("nodes", "f", "h", "g", "heap", "place", "state"))
@@ -302,17 +343,18 @@ def _worse(best, seen, run, at, length, ties):
 
 
 @kernel(
-    out=("best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=20
+    out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=20
 )  # fmt: skip
 def polyanya(
-    owner, corner, stride, rects, first, sides, port_first, ports, sx, sy, gx, gy, budget, run,
+    owner, corner, stride, rects, first, sides, port_first, ports, out, open_to, sx, sy, gx, gy, budget, run,
     best, seen, port_best, port_seen, nodes, f, h, g, heap, place, state, halt,
 ):  # fmt: skip
     """The shortest path in the plane between two lattice points that are no blocked square's inside.
 
     Parameters
     ----------
-    owner .. ports : see :func:`rectangles`.
+    owner .. out : see :func:`rectangles`.
+    open_to : int32 (k,), 0 before the first run; scratch: dead ends that lead to the goal.
     sx, sy, gx, gy : the ends.
     budget : greatest number of nodes expanded; -1: no limit.
     run : the number of this search, from 1, never used twice with the same ``seen``.
@@ -338,6 +380,13 @@ def polyanya(
     goal_b = owner[u64(goal_at - 1)] if whole else goal_a
     goal_c = owner[u64(goal_at - stride)] if whole else goal_a
     goal_d = owner[u64(goal_at - stride - 1)] if whole else goal_a
+    for k in range(4):
+        p = int(goal_a)
+        if k > 0:
+            p = int(goal_b if k == 1 else goal_c if k == 2 else goal_d)
+        while p >= 0 and open_to[u64(p)] != run:
+            open_to[u64(p)] = run
+            p = int(out[u64(p)])
     while heap[0] > 0:
         u = heap[1] + 0
         at = FIELDS * u
@@ -468,6 +517,8 @@ def polyanya(
                 behind = sides[u64(5 * s + 4)] + 0
                 if behind == came:
                     # Two rectangles share one side at the most.
+                    continue
+                if out[u64(behind)] >= 0 and open_to[u64(behind)] != run and out[u64(here)] != behind:
                     continue
                 # Which parts are seen, and which are reached by a turn: left end of each part, then its right end.
                 part_left = 0

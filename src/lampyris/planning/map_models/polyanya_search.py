@@ -82,13 +82,14 @@ class Mesh:
         none = np.zeros(1, dtype=np.int32)
         count = np.zeros(3, dtype=np.int64)
         rule_of = (self.square, centre, self.stride, int(rule != TOUCH))
-        rectangles(*rule_of, 0, self.owner, self.corner, rects, none, none, none, none, count)
+        rectangles(*rule_of, 0, self.owner, self.corner, rects, *(none,) * 6, count)
         many, sides, ports = count.tolist()
         self.rects = rects[: 4 * many].copy()
         self.first, self.port_first = (np.zeros(many + 1, dtype=np.int32) for _ in range(2))
         self.sides = np.zeros(max(5 * sides, 1), dtype=np.int32)
         self.ports = np.zeros(max(ports, 1), dtype=np.int32)
-        made = (self.first, self.sides, self.port_first, self.ports)
+        self.out, self.open_to, doors_of = (np.zeros(max(many, 1), dtype=np.int32) for _ in range(3))
+        made = (self.first, self.sides, self.port_first, self.ports, self.out, doors_of)
         rectangles(*rule_of, 1, self.owner, self.corner, self.rects, *made, count)
 
 
@@ -171,10 +172,11 @@ class PolyanyaSearch:
             if self._runs == 2**31 - 1:
                 self._seen.fill(0)
                 self._port_seen.fill(0)
+                m.open_to.fill(0)
                 self._runs = 0
             self._runs += 1
             polyanya(
-                m.owner, m.corner, m.stride, m.rects, m.first, m.sides, m.port_first, m.ports, *ends,
+                m.owner, m.corner, m.stride, m.rects, m.first, m.sides, m.port_first, m.ports, m.out, m.open_to, *ends,
                 -1 if budget is None else budget, self._runs, self._best, self._seen, self._port_best,
                 self._port_seen, self._nodes, *self._keys, self._heap, self._place, self._state,
             )  # fmt: skip
