@@ -28,7 +28,7 @@ FAMILIES = (
     ("the dissertation's", "#c0392b", ("ad-gso", "dstar-lpso", "dstar16-lpso")),
     ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", "fastest", "fastest-time", *ANY_ANGLE)),
     ("sampling", "#7d6608", ("rrt", "rrt-connect", "rrt-star", "informed-rrt-star", "bit-star")),
-    ("models of the map", "#5d6d7e", ("visibility-graph", "voronoi", "quadtree")),
+    ("models of the map", "#5d6d7e", ("visibility-graph", "polyanya", "voronoi", "quadtree")),
     ("incremental", "#1f7a5c", ("dstar", "focussed-dstar", "lpa-star", "dstar-lite")),
     ("sees traffic", "#8e5ea2", ("sipp", "space-time-astar")),
     ("swarms", "#b9770e", (

@@ -45,6 +45,7 @@ from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget
 from lampyris.planning.chain.rrt import PLANNERS
+from lampyris.planning.field.cost_tables import KINDS, cost_tables
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import checked, fill, solve
 from lampyris.planning.fleet import registry as fleet_planners
@@ -272,6 +273,13 @@ def _fields(moves: str, terrain: bool) -> None:
         free, terrain_of, goal = checked(~scene.grid.blocked, scene.grid.terrain, paid, scene.goal, 0.4, 0.6)
         # As fields of large maps are laid out.
         fill(free, terrain_of, paid, goal, (0.6, 0.6, float(paid.unit)), sparing=True)
+        for costs in KINDS:
+            for job in (
+                cost_tables(~scene.grid.blocked, paid, [scene.goal], terrain=terrain_of, kind=np.dtype(costs))
+                if moves == "four-connected"
+                else ()
+            ):
+                job()
 
 
 def _cells(planner: str, moves: str, terrain: bool) -> None:

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.source
 ENDINGS = {
     "": {".py"},
     "app/static": {".js", ".css", ".html", ".svg", ".json", ".txt"},
+    "notebook": {".js"},
 }
 """What may be where; bundled data has a list of its own."""
 DATA = {".json", ".yaml", ".map", ".png", ".csv", ".txt", ".npz", ".pgm", ".md", ".tsv"}

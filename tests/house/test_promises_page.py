@@ -69,7 +69,7 @@ def test_every_guarantee_has_a_command_that_exists() -> None:
     for line in lines:
         command = re.findall(r"`((?:lampyris selfcheck|python) [^`]+)`", line)[-1:]
         assert command, line
-        checks = re.findall(r"[a-z]+", command[0].partition(" --")[0].removeprefix("lampyris selfcheck"))
+        checks = re.findall(r"[a-z-]+", command[0].partition(" --")[0].removeprefix("lampyris selfcheck"))
         assert command[0].startswith("python") or {*checks} <= {*registry.NAMES}, command
         for file in re.findall(r"(?:tests|tools)/[\w/.]+", command[0]):
             assert (ROOT / file).exists(), file

@@ -26,6 +26,7 @@ from lampyris.planning.graph.bidirectional_astar import BidirectionalAStar
 from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.jps import JumpPointSearch
 from lampyris.planning.graph.jps_search import JumpSearch, PackedMap, can_jump, jump_search
+from lampyris.planning.graph.session import GraphSession
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
 from reference.kernel_forms import use
@@ -308,12 +309,47 @@ def test_stops_are_where_the_definition_says_packed_or_repaired(cutting: bool) -
         for _ in range(6):
             for mine, twin in zip(unpacked(packed, shape), runs(free, cutting), strict=True):
                 assert np.array_equal(mine, twin)
-            # Some cells twice, in one and the same word, and on the edge.
-            y, x = (rng.integers(0, n, 5) for n in shape)
-            y, x = np.append(y, [0, shape[0] - 1, y[0]]), np.append(x, [0, shape[1] - 1, x[0]])
-            blocked = bool(rng.random() < 0.5)
-            free[y, x] = not blocked
-            packed.edit(x, y, blocked=blocked)
+            # Some in one and the same word, and on the edge.
+            some = rng.random(shape) < 5 / free.size
+            some[[0, -1], [0, -1]] = True
+            free ^= some
+            y, x = np.nonzero(some)
+            packed.edit(x, y)
+
+
+@sized("steps", 12, 2500)
+@pytest.mark.parametrize("name", ["octile", "dissertation"])
+def test_a_session_after_edits_answers_as_one_opened_anew(name: str, steps: int) -> None:
+    """Random edits of 1 to 100 cells between queries; the bits are those of a map packed anew."""
+    rng = np.random.default_rng([52, name == "octile"])
+    walls = rng.random((40, 70)) < 0.25
+    walls[0, 0] = walls[-1, -1] = False
+    scene = Scene(Grid(walls), (0, 0), (69, 39), name)
+    session = JumpPointSearch().open(scene, rng)
+    session.plan()
+    assert isinstance(session, GraphSession)
+    for step in range(steps):
+        many = int(rng.integers(1, 101))
+        cells = {
+            (int(x), int(y))
+            for x, y in zip(rng.integers(0, 70, many), rng.integers(0, 40, many), strict=True)
+        }
+        cells -= {(0, 0), (69, 39)}
+        blocked = frozenset(c for c in cells if rng.random() < 0.25)
+        walls = walls.copy()
+        for x, y in cells:
+            walls[y, x] = (x, y) in blocked
+        change = Change(blocked=tuple(sorted(blocked)), freed=tuple(sorted(cells - blocked)))
+        start = (0, 0) if step % 2 else (69, 39)
+        mine = session.plan(replace(change, robot=start))
+        anew = JumpPointSearch().open(replace(scene, grid=Grid(walls), start=start), rng).plan()
+        assert mine == anew
+        packed = session.search.packed  # type: ignore[attr-defined]
+        fresh = PackedMap(~walls, name == "dissertation")
+        for repaired, whole in zip(unpacked(packed, walls.shape), unpacked(fresh, walls.shape), strict=True):
+            assert np.array_equal(repaired, whole)
+        assert np.array_equal(packed.sheets[0][0], fresh.sheets[0][0])
+        assert np.array_equal(packed.sheets[1][0], fresh.sheets[1][0])
 
 
 def test_many_changes_are_packed_anew_and_few_are_repaired(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -93,7 +93,7 @@ def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*args: object, **more: object) -> None:
         raise IndexError("no such body")
 
-    monkeypatch.setattr(loop, "run", broken)
+    monkeypatch.setattr(loop, "Simulation", broken)
     seen = run("walk", 5)
     assert (seen.cases, seen.failed) == (5, 5)
     assert seen.failures[0].what == "IndexError: no such body"
@@ -104,7 +104,7 @@ def test_no_error_of_ours_counts_as_a_refusal(monkeypatch: pytest.MonkeyPatch, f
     def broken(*args: object, **more: object) -> None:
         raise fault
 
-    monkeypatch.setattr(loop, "run", broken)
+    monkeypatch.setattr(loop, "Simulation", broken)
     seen = run("walk", 3)
     assert (seen.cases, seen.failed) == (3, 3)
 

@@ -78,7 +78,7 @@ def test_nobody_ever_covers_start_or_goal_and_the_simulator_takes_the_tracks(
                 apart = np.sqrt(((cells - end) ** 2).sum(axis=1)) * scene.grid.resolution
                 assert apart.min() > radius
         space = CellIndex(scene.grid)
-        shape = obstacle_shape(scene, space, radius, None)
+        shape = obstacle_shape(scene.grid, scene.moves, space, radius, None)
         cover = frozenset({space.number(scene.start), space.number(scene.goal)})
         lanes = check_tracks(space, [(k, t, shape) for k, t in enumerate(made)], cover)
         for x, y in (scene.start, scene.goal):
@@ -185,7 +185,7 @@ def test_the_quick_look_at_tracks_never_lets_a_meeting_pass() -> None:
     grid = Grid(np.zeros((5, 6), dtype=np.bool_))
     scene = Scene(grid, (0, 0), (5, 4), moves="octile")
     space = CellIndex(grid)
-    shape = obstacle_shape(scene, space, 0.0, None)
+    shape = obstacle_shape(scene.grid, scene.moves, space, 0.0, None)
     rng = np.random.default_rng(5)
     said = {True: 0, False: 0}
     for _ in range(1500):

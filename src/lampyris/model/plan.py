@@ -118,14 +118,14 @@ class MapModel(Value):
 
     Parameters
     ----------
-    kind : ``visibility-graph``, ``voronoi`` or ``quadtree``.
+    kind : ``visibility-graph``, ``polyanya``, ``voronoi`` or ``quadtree``.
     lines : float64 (n, 4): x0, y0, x1, y1, cells: edges of the graph that were looked along; at most 20,000.
     points : float64 (n, 2), cells: corners that were expanded, or the cells of the ridges.
     boxes : int32 (n, 4): x, y of the upper left cell, side in cells, and 1 if free: the leaves of a quadtree.
-    bound : of ``visibility-graph``: no path of straight lines is shorter, wherever it turns; cells. Else None.
+    bound : of ``visibility-graph`` and ``polyanya``: no path of straight lines is shorter, wherever it turns; cells. Else None.
     clearance : of ``voronoi``: least distance of the path's cells from walls, cells; no path has more. Else None.
     ridge_clearance : of ``voronoi``: the same without the climbs from the ends, on which it only grows. Else None.
-    counts : how many corners, ridge cells or leaves there are, and how many were expanded, by name.
+    counts : how many corners, rectangles, ridge cells or leaves there are, and how many were expanded, by name.
     """
 
     kind: str
@@ -151,6 +151,14 @@ def _rows(value: object, width: int) -> object:
     array = array_of(value)
     empty = array is not None and array.size == 0 and array.ndim <= 2
     return np.zeros((0, width), dtype=np.int64) if empty else value
+
+
+def _places(value: object) -> Cells | Floats:
+    """Waypoints: cells, or places between cell centres."""
+    array = array_of(value)
+    if array is not None and array.dtype.kind == "f":
+        return numbers_of("plan", "waypoints", value, (None, 2))
+    return cells_of("plan", "waypoints", value)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -185,7 +193,9 @@ class Plan(Value, Tabular):
     frame : where the map's cells lie in metres; None: unknown (plans of a session).
     pose_path : of a planner of poses: what is driven. ``path`` then holds the cells that the base passes through.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
-        between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
+        between their centres can be driven.
+        ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places
+        between cell centres. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
@@ -196,7 +206,7 @@ class Plan(Value, Tabular):
     via : the scene's via points in the order in which they are visited; empty: there are none.
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
-    map_model : of ``visibility-graph``, ``voronoi`` and ``quadtree``: what was searched. Else None.
+    map_model : of ``visibility-graph``, ``polyanya``, ``voronoi`` and ``quadtree``: what was searched. Else None.
     time_lower_bound : of the planner ``fastest-time``: no path of the scene's moves (through the via points in this order)
         is driven in less time under the caps that its settings name, seconds. Else None.
     """
@@ -219,7 +229,7 @@ class Plan(Value, Tabular):
     detail: str = ""
     attributes: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    waypoints: Cells | None = None
+    waypoints: Cells | Floats | None = None
     tree: Floats | None = None
     schedule: Ticks | None = None
     frame: MapFrame | None = None
@@ -237,7 +247,7 @@ class Plan(Value, Tabular):
             what, allowed = f"status {shown(self.status)}", "a Path exactly when the status is found"
             raise SettingError("PLAN", what, where="plan.path", allowed=allowed)
         if self.waypoints is not None:
-            object.__setattr__(self, "waypoints", cells_of("plan", "waypoints", self.waypoints))
+            object.__setattr__(self, "waypoints", _places(self.waypoints))
         if self.tree is not None:
             object.__setattr__(self, "tree", numbers_of("plan", "tree", self.tree, (None, 4)))
 
@@ -280,7 +290,8 @@ class Plan(Value, Tabular):
         """Length of the straight lines between the waypoints, in cells; None without waypoints."""
         if self.waypoints is None:
             return None
-        d = np.diff(self.waypoints.astype(np.int64), axis=0)
+        whole = self.waypoints.dtype.kind == "i"
+        d = np.diff(self.waypoints.astype(np.int64) if whole else self.waypoints, axis=0)
         return math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in d.tolist())
 
     @property

@@ -21,7 +21,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.ros import messages
 from lampyris.ros.messages import Fields
-from lampyris.typing import Floats
+from lampyris.typing import Cells, Floats
 
 SUFFIXES = (".json", ".yaml", ".yml")
 Driven: TypeAlias = Plan | Trace | Drive
@@ -46,7 +46,7 @@ def path_poses(what: Driven) -> Floats:
     if isinstance(what, Plan) and what.pose_path is not None:
         return np.array(what.pose_path.poses)
     frame: MapFrame | None = what.frame if isinstance(what, Plan) else what.scene.grid.frame
-    cells = what.path.cells if what.path is not None else None
+    cells: Cells | Floats | None = what.path.cells if what.path is not None else None
     if cells is None or frame is None:
         raise UsageError("EXPORT", f"no path: {what.sentence}", allowed="a plan or run with a path")
     if isinstance(what, Plan) and what.waypoints is not None:

@@ -18,7 +18,7 @@ from lampyris.kernels.graph.search import FOUND, SPAN, search
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import PELL_P, Moves
 from lampyris.model.plan import MapModel
-from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Floats
 
 _Ints = NDArray[np.int64]
 
@@ -193,7 +193,7 @@ class SearchResult:
     ending : FOUND, EXHAUSTED or LIMIT of :mod:`lampyris.kernels.graph.search`.
     expansions : cells expanded.
     cells : int32 (n, 2), start first, or None if no path was found.
-    waypoints : int32 (k, 2), the turning points of an any-angle path, both ends included, or None.
+    waypoints : int32 or float64 (k, 2), the turning points of an any-angle path, both ends included, or None.
     pack_s : seconds spent on preparing the map since the answer before, where that is measured.
     model : the model of the map that was searched, where the planner shows one.
     """
@@ -201,7 +201,7 @@ class SearchResult:
     ending: int
     expansions: int
     cells: Cells | None
-    waypoints: Cells | None = None
+    waypoints: Cells | Floats | None = None
     pack_s: float | None = None
     model: MapModel | None = None
 

@@ -98,16 +98,39 @@ class PackedMap:
                 onward[lines] |= before & ~beside
                 backward[lines] |= behind & ~beside
 
-    def edit(self, x: _Ints, y: _Ints, *, blocked: bool) -> None:
-        """Make cells of the map blocked or free; three lines of stops are found again for each."""
+    def edit(self, x: _Ints, y: _Ints) -> None:
+        """Turn cells of the map, each named once, from blocked to free or from free to blocked.
+
+        Stops are found again in the words that hold the cell or a neighbour of it, in its line and the two beside it.
+        """
         for sheets, line, place in ((self.sheets[0], y + 1, x + 1), (self.sheets[1], x + 1, y + 1)):
             bit = np.left_shift(np.uint64(1), (place & 63).astype(np.uint64))
-            if blocked:
-                np.bitwise_or.at(sheets[0], (line, place >> 6), bit)
+            np.bitwise_xor.at(sheets[0], (line, place >> 6), bit)
+            lines = np.concatenate((line - 1, line, line + 1) * 2)
+            low, high = (place - 1) >> 6, (place + 1) >> 6
+            word = np.concatenate((low, low, low, high, high, high))
+            wanted = (lines > 0) & (lines < len(sheets[0]) - 1)
+            wanted[3 * len(line) :] &= np.tile(low != high, 3)
+            self._mark_words(sheets, lines[wanted], word[wanted])
+
+    def _mark_words(self, sheets: list[_Words], line: _Ints, word: _Ints) -> None:
+        """Find the stops of some words again, as :meth:`_mark` does those of whole lines."""
+        walls, onward, backward = sheets
+        on = back = walls[line, word]
+        one, top = np.uint64(1), np.uint64(63)
+        last = walls.shape[1] - 1
+        first, end = word == 0, word == last
+        lower, upper = np.maximum(word - 1, 0), np.minimum(word + 1, last)
+        for beside in (line - 1, line + 1):
+            shut = walls[beside, word]
+            before = shut << one | np.where(first, 0, walls[beside, lower] >> top)
+            behind = shut >> one | np.where(end, 0, walls[beside, upper] << top)
+            if self._cutting:
+                on, back = on | (shut & ~behind), back | (shut & ~before)
             else:
-                np.bitwise_and.at(sheets[0], (line, place >> 6), ~bit)
-            near = np.unique(np.concatenate((line - 1, line, line + 1)))
-            self._mark(sheets, near[(near > 0) & (near < len(sheets[0]) - 1)])
+                on, back = on | (before & ~shut), back | (behind & ~shut)
+        onward[line, word] = on
+        backward[line, word] = back
 
 
 def _words_for(cells: int) -> int:
@@ -171,15 +194,14 @@ class JumpSearch:
         if terrain is not None:
             return False
         began = loading.wall()
-        changed = free != self._free
-        self._free, before = free, self._free
-        if np.count_nonzero(changed) > sum(free.shape):
+        # In one dimension NumPy finds the few that differ many times quicker than in two.
+        changed = np.flatnonzero(np.ravel(free != self._free))
+        self._free = free
+        if len(changed) > sum(free.shape):
             self.packed = PackedMap(free, self._moves.corner_cutting)
-        else:
-            for blocked in (False, True):
-                y, x = np.nonzero(changed & (before if blocked else free))
-                if len(x):
-                    self.packed.edit(x, y, blocked=blocked)
+        elif len(changed):
+            y, x = np.divmod(changed, free.shape[1])
+            self.packed.edit(x, y)
         self._pack_s += loading.wall() - began
         return True
 
@@ -191,17 +213,18 @@ class JumpSearch:
         ``expansions`` are jump points, ``pack_s`` what packing and repairing took since the answer before.
         """
         shut = sorted({c for c in closed if self._free[c[1], c[0]]})
-        self._shut(shut, True)
+        self._turn(shut)
         try:
             return self._run(start, goal, budget)
         finally:
-            self._shut(shut, False)
+            self._turn(shut)
 
-    def _shut(self, cells: list[Cell], blocked: bool) -> None:
+    def _turn(self, cells: list[Cell]) -> None:
+        """Make free cells blocked, or those free again."""
         if cells:
             began = loading.wall()
             x, y = np.array(cells, dtype=np.int64).T
-            self.packed.edit(x, y, blocked=blocked)
+            self.packed.edit(x, y)
             self._pack_s += loading.wall() - began
 
     def _room(self, nodes: int) -> None:

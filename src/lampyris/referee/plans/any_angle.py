@@ -1,4 +1,7 @@
-"""Straight lines between waypoints: what a point or a disc driven along them meets."""
+"""Straight lines between waypoints: what a point or a disc driven along them meets.
+
+Waypoints are cells or, for a point robot only, places in whole steps of 2^-16 of a cell: so all is decided in integers.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,10 @@ from lampyris.typing import BoolGrid, Cell
 
 _BAND = 64
 """Rows looked at together: a long slanting line is near to few of the cells in the box around it."""
+_UNITS = 2**16
+"""Steps in a cell, for waypoints that are no cells."""
+_FAR = 2**13
+"""Cells that such waypoints may be apart: the products of their differences have room in 64 bits."""
 
 
 def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
@@ -29,9 +36,11 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
     """
     if plan.waypoints is None:
         return None
-    points = plan.waypoints.astype(np.int64)
     if plan.path is None:
         return Violation("waypoints", "plan", "there are waypoints without a path")
+    if plan.waypoints.dtype.kind == "f":
+        return _places_violation(plan, scene)
+    points = plan.waypoints.astype(np.int64)
     cells = [(int(x), int(y)) for x, y in plan.path.cells]
     stated = [(int(x), int(y)) for x, y in points]
     if not stated or stated[0] != cells[0] or stated[-1] != cells[-1]:
@@ -51,6 +60,92 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
                 "line", f"waypoint {k}", f"the line from {begin} to {end} meets the wall at {wall}"
             )
     return None
+
+
+def _places_violation(plan: Plan, scene: Scene) -> Violation | None:
+    """The same for waypoints that are not cells but places, of a point robot.
+
+    The path has to come to a cell that each place is in, or on the border of, one after the other.
+    """
+    assert plan.waypoints is not None
+    assert plan.path is not None
+    if scene.robot.radius > 0:
+        return Violation("waypoints", "plan", "the waypoints of a robot with a radius are cells")
+    scaled = plan.waypoints * _UNITS
+    if (scaled != np.floor(scaled)).any() or (np.abs(plan.waypoints) > _FAR).any():
+        return Violation("waypoints", "plan", f"waypoints are whole steps of 1/{_UNITS} cell, {_FAR} at most")
+    at = [(int(x), int(y)) for x, y in scaled.tolist()]
+    cells = [(int(x), int(y)) for x, y in plan.path.cells]
+    ends = [(x * _UNITS, y * _UNITS) for x, y in (cells[0], cells[-1])]
+    if not at or at[0] != ends[0] or at[-1] != ends[1]:
+        return Violation("waypoints", "plan", "the waypoints and the path have different ends")
+    k = 0
+    for i, (x, y) in enumerate(at):
+        if i and at[i - 1] == (x, y):
+            return Violation("waypoints", f"waypoint {i}", f"{(x, y)} follows itself")
+        while (
+            k < len(cells) and max(abs(cells[k][0] * _UNITS - x), abs(cells[k][1] * _UNITS - y)) * 2 > _UNITS
+        ):
+            k += 1
+        if k == len(cells):
+            return Violation("waypoints", f"waypoint {i}", f"the path does not come to {(x, y)} in its turn")
+    places = plan.waypoints.tolist()
+    length = math.fsum(math.dist(a, b) for a, b in pairwise(places))
+    walked = math.fsum(math.dist(a, b) for a, b in pairwise(cells))
+    said = plan.any_angle_length
+    if length > walked * (1 + 1e-12) or said is None or abs(said - length) > 1e-12 * length:
+        return Violation("waypoints", "plan", f"lines of {length!r} cells, said {said!r}, walk {walked!r}")
+    for k, (begin, end) in enumerate(pairwise(at)):
+        wall = _wall_between(scene.grid.blocked, begin, end, scene.moves)
+        if wall is not None:
+            line = f"the line from {places[k]} to {places[k + 1]} meets the wall at {wall}"
+            return Violation("line", f"waypoint {k}", line)
+    return None
+
+
+def _wall_between(blocked: BoolGrid, begin: Cell, end: Cell, moves: Moves) -> Cell | None:
+    """A blocked cell that the line between two places, in steps, must not meet and does, or None. The map's border is a
+    wall too: a line that leaves the map is met by the nearest cell of the border."""
+    height, width = blocked.shape
+    half = _UNITS // 2
+    (x0, y0), (x1, y1) = begin, end
+    for value, size in ((x0, width), (x1, width), (y0, height), (y1, height)):
+        low, high = -half, size * _UNITS - half
+        if value < low or value > high or (value in (low, high) and not moves.corner_cutting):
+            return min(max(x0 // _UNITS, 0), width - 1), min(max(y0 // _UNITS, 0), height - 1)
+    left, right = (min(x0, x1) - half) // _UNITS, (max(x0, x1) + half) // _UNITS + 1
+    top, bottom = (min(y0, y1) - half) // _UNITS, (max(y0, y1) + half) // _UNITS + 1
+    left, top = max(0, left), max(0, top)
+    y, x = np.nonzero(blocked[top : bottom + 1, left : right + 1])
+    gx = (x.astype(np.int64) + left) * _UNITS - x0
+    gy = (y.astype(np.int64) + top) * _UNITS - y0
+    dx, dy = x1 - x0, y1 - y0
+    sides = np.array(
+        [
+            (gx + i) * dy - (gy + j) * dx
+            for i, j in ((-half, -half), (half, -half), (-half, half), (half, half))
+        ]
+    )
+    if not len(gx):
+        return None
+    low, high = sides.min(axis=0), sides.max(axis=0)
+    if moves.corner_cutting:
+        # Only the inside of a cell is forbidden.
+        hit = (low < 0) & (high > 0)
+        hit &= (
+            (gx + half > min(0, dx))
+            & (gx - half < max(0, dx))
+            & (gy + half > min(0, dy))
+            & (gy - half < max(0, dy))
+        )
+    else:
+        hit = (low <= 0) & (high >= 0)
+        hit &= (gx + half >= min(0, dx)) & (gx - half <= max(0, dx))
+        hit &= (gy + half >= min(0, dy)) & (gy - half <= max(0, dy))
+    if not hit.any():
+        return None
+    k = int(hit.argmax())
+    return int(x[k]) + left, int(y[k]) + top
 
 
 def _order_violation(stated: list[Cell], cells: list[Cell], scene: Scene) -> Violation | None:

@@ -69,19 +69,19 @@ class LineMetrics(TypedDict):
     smoothness: float
 
 
-def line_metrics(points: Cells, grid: Grid) -> LineMetrics:
+def line_metrics(points: Cells | Floats, grid: Grid) -> LineMetrics:
     """Length and turns of straight lines from one waypoint to the next, those of an any-angle plan.
 
     Parameters
     ----------
-    points : int32 (k, 2), k >= 1, cells.
+    points : int32 or float64 (k, 2), k >= 1, cells.
     """
-    step = _steps(points)
+    step = np.diff(points, axis=0) if points.dtype.kind == "f" else _steps(points)
     length = math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in step.tolist())
     return {"length_cells": length, "length_m": length * grid.resolution, **_shape(step, length)}
 
 
-def _steps(cells: Cells) -> NDArray[np.int64]:
+def _steps(cells: Cells | Floats) -> NDArray[np.int64]:
     at = cells.astype(np.int64)
     return at[1:] - at[:-1]
 
@@ -93,7 +93,7 @@ class _Shape(TypedDict):
     smoothness: float
 
 
-def _shape(step: NDArray[np.int64], length: float) -> _Shape:
+def _shape(step: NDArray[np.int64] | Floats, length: float) -> _Shape:
     """Turning from each step to the next, (n, 2)."""
     came, goes = step[:-1], step[1:]
     cross = came[:, 0] * goes[:, 1] - came[:, 1] * goes[:, 0]

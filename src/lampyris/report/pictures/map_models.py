@@ -26,6 +26,10 @@ def draw_model(axes: Axes, model: MapModel, frame: FigureLayout) -> list[Any]:
         items.append(_edges(axes, model, frame))
     if model.kind == "visibility-graph" and len(model.points):
         items.append(_marks(axes, model, "o", min(5.0, 0.3 * frame.cell + 1.2), _CORNER, "corner, expanded"))
+    if model.kind == "polyanya" and len(model.points):
+        items.append(
+            _marks(axes, model, "o", min(5.0, 0.3 * frame.cell + 1.2), _CORNER, "corner of the path")
+        )
     if model.kind == "voronoi" and len(model.points):
         items.append(_marks(axes, model, "s", max(1.2, 0.62 * frame.cell), _RIDGE, "ridge of clearance"))
     if len(model.boxes):

@@ -20,7 +20,7 @@ from lampyris.report.pictures.footprints import draw_footprints
 from lampyris.report.pictures.map_models import draw_model
 from lampyris.report.pictures.regions import draw_rounds
 from lampyris.report.pictures.tree import draw_tree
-from lampyris.typing import Cells, FloatGrid
+from lampyris.typing import Cells, FloatGrid, Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -238,7 +238,7 @@ def _model_words(plan: Plan, model: MapModel) -> list[str]:
     return words
 
 
-def _draw_lines(axes: Axes, waypoints: Cells, frame: FigureLayout) -> Any:
+def _draw_lines(axes: Axes, waypoints: Cells | Floats, frame: FigureLayout) -> Any:
     """The straight lines of a path at any angle, above its cells; the legend item."""
     from matplotlib.lines import Line2D
 

@@ -8,6 +8,7 @@ afterwards: a robot makes one step a tick, however fast it is.
 
 from __future__ import annotations
 
+import weakref
 from functools import lru_cache
 from typing import Any, Protocol, TypeAlias
 
@@ -114,7 +115,8 @@ class CompiledTicks:
     """
 
     def __init__(self, run: Running) -> None:
-        self._run = run
+        # A simulation refers to its arrays: without a weak reference back both would be left to the garbage collector.
+        self._run: Running = weakref.proxy(run)
         world, state = run.world, run.state
         self._space: CellIndex = world.space
         self._goal = self._space.number(run.scene.goal)

@@ -234,7 +234,7 @@ class Same:
 
 KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
-SHARED_CELLS = 1 << 20
+SHARED_CELLS = 1 << 15
 """Cells of a map up to which they are."""
 
 

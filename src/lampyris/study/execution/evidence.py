@@ -44,7 +44,7 @@ _LEVEL = 1
 _Arrays = dict[str, NDArray[Any]]
 _Noun = TypeVar("_Noun")
 
-_PLAN = {"cells": ("<i4", 2), "schedule": ("<i8", 1), "waypoints": ("<i4", 2)}
+_PLAN = {"cells": ("<i4", 2), "schedule": ("<i8", 1), "waypoints": ("<i4", 2), "places": ("<f8", 2)}
 _PROFILE = dict.fromkeys("svat", ("<f8", 1)) | {
     "cause_index": ("<i4", 1), "cause": ("<i2", 1), "xy": ("<f8", 2),
 }  # fmt: skip
@@ -202,7 +202,7 @@ def plan_evidence(plan: Plan, profile: Profile | None) -> dict[str, Any]:
     if plan.schedule is not None:
         arrays["schedule"] = plan.schedule
     if plan.waypoints is not None:
-        arrays["waypoints"] = plan.waypoints
+        arrays["waypoints" if plan.waypoints.dtype.kind == "i" else "places"] = plan.waypoints
     return {
         "kind": "plan",
         "status": plan.status.value,
@@ -238,7 +238,7 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
             optimal_exact=None if plain["optimal"] is None else whole(plain["optimal"], "optimal"),
             gates_met=tuple((int(x), int(y)) for x, y in plain["gates_met"]),
             schedule=arrays.get("schedule"),
-            waypoints=arrays.get("waypoints"),
+            waypoints=arrays.get("waypoints", arrays.get("places")),
             notes=notes_of(plain),
         )
         return plan, None if profile is None else profile_of(profile)

@@ -30,6 +30,12 @@ ADDED_TO = frozenset(
         ("Trace", "sensor"),
         ("Trace", "seen"),
         ("Trace", "goal_track"),
+        ("Trace", "via"),
+        ("Trace", "via_ticks"),
+        ("Drive", "sensor"),
+        ("Drive", "seen"),
+        ("Drive", "via"),
+        ("Drive", "via_times"),
         ("Drive", "timetables"),
         ("Plan", "time_lower_bound"),
     }

@@ -17,7 +17,7 @@ from lampyris.study.design.study import Config, Study
 from lampyris.study.design.traffic_labels import traffic_words
 from lampyris.study.otherwise import remark
 
-ANY_ANGLE = ("theta-star", "lazy-theta-star", "visibility-graph", "quadtree")
+ANY_ANGLE = ("theta-star", "lazy-theta-star", "visibility-graph", "polyanya", "quadtree")
 
 Column: TypeAlias = tuple[str, str, float, int | None]
 COLUMNS: tuple[Column, ...] = (
