@@ -55,7 +55,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
                 "sim/continuous/drive.py", "sim/grid/fast_simulation.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
                 "sim/grid/compiled_ticks.py",
                 "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
-                "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/map_models/polyanya_search.py", "planning/graph/session.py",
+                "planning/map_models/polyanya_search.py",
                 "planning/sampling/session.py",
                 "planning/spacetime/session.py", "planning/swarm/session.py", "planning/swarm/step_session.py",
                 "study/execution/fleets/fleet_runs.py",
