@@ -53,7 +53,8 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
             for file in (
                 "api.py", "movingai.py", "kernels/loading.py",
                 "sim/continuous/drive.py", "sim/grid/fast_simulation.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
-                "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/map_models/polyanya_search.py", "planning/graph/session.py",
+                "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
+                "planning/map_models/polyanya_search.py",
                 "planning/sampling/session.py",
                 "planning/spacetime/session.py", "planning/swarm/session.py", "planning/swarm/step_session.py",
             )
