@@ -35,6 +35,104 @@ EQUAL = 1e-9
 """Half squares by which two lengths to one corner may differ and still be the same."""
 
 
+@kernel(out=("owner", "rects"))
+def _cover(square, stride, height, owner, rects, halt):
+    """Cover the free squares; how many rectangles it takes."""
+    count = 0
+    for r in range(1, height - 1):
+        if stopped(halt):
+            return count
+        for c in range(1, stride - 1):
+            at = r * stride + c
+            if square[u64(at)] != 0 and owner[u64(at)] < 0:
+                # As wide as possible, then as high.
+                wide = 1
+                while square[u64(at + wide)] != 0 and owner[u64(at + wide)] < 0:
+                    wide += 1
+                high = 1
+                while True:
+                    whole = 1
+                    for k in range(wide):
+                        if (
+                            square[u64(at + high * stride + k)] == 0
+                            or owner[u64(at + high * stride + k)] >= 0
+                        ):
+                            whole = 0
+                            break
+                    if whole == 0:
+                        break
+                    high += 1
+                tall = 1
+                while square[u64(at + tall * stride)] != 0 and owner[u64(at + tall * stride)] < 0:
+                    tall += 1
+                slim = 1
+                while slim < wide:
+                    whole = 1
+                    for k in range(tall):
+                        if (
+                            square[u64(at + k * stride + slim)] == 0
+                            or owner[u64(at + k * stride + slim)] >= 0
+                        ):
+                            whole = 0
+                            break
+                    if whole == 0:
+                        break
+                    slim += 1
+                if slim * tall > wide * high:
+                    wide = slim
+                    high = tall
+                for i in range(high):
+                    for k in range(wide):
+                        owner[u64(at + i * stride + k)] = count
+                rects[u64(4 * count)] = 2 * c
+                rects[u64(4 * count + 1)] = 2 * r
+                rects[u64(4 * count + 2)] = 2 * (c + wide)
+                rects[u64(4 * count + 3)] = 2 * (r + high)
+                count += 1
+    return count
+
+
+@kernel(out=("corner",))
+def _mark_corners(square, centre, stride, height, passing, corner):
+    """Find the corners at which paths may turn, and the ports."""
+    n = len(square)
+    lines = len(centre) > 1
+    for r in range(1, height):
+        for c in range(1, stride):
+            at = r * stride + c
+            a = square[u64(at - stride - 1)]
+            b = square[u64(at - stride)]
+            e = square[u64(at - 1)]
+            d = square[u64(at)]
+            flags = 0
+            free = a + b + e + d
+            if free == 3:
+                flags = TURN
+                if b == 0 or d == 0:
+                    flags |= TOWARDS_X
+                if e == 0 or d == 0:
+                    flags |= TOWARDS_Y
+            elif free == 2 and a == d and passing != 0:
+                flags = PORT
+            if lines and centre[u64(at)] != 0:
+                thin = 0
+                if centre[u64(at + 1)] != 0 and b == 0 and d == 0:
+                    flags |= LINE_X
+                    thin = 1
+                if at + stride < n and centre[u64(at + stride)] != 0 and e == 0 and d == 0:
+                    flags |= LINE_Y
+                    thin = 1
+                if centre[u64(at - 1)] != 0 and a == 0 and e == 0:
+                    thin = 1
+                if centre[u64(at - stride)] != 0 and a == 0 and b == 0:
+                    thin = 1
+                if thin != 0:
+                    flags |= PORT
+            if flags & PORT:
+                flags &= ~TURN
+            corner[u64(at)] = flags
+
+
 @kernel(
     out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "out", "doors_of", "result"),
     each=120,
@@ -82,93 +180,8 @@ def rectangles(
     n = len(square)
     height = n // stride
     if fill == 0:
-        count = 0
-        for r in range(1, height - 1):
-            if stopped(halt):
-                return
-            for c in range(1, stride - 1):
-                at = r * stride + c
-                if square[u64(at)] != 0 and owner[u64(at)] < 0:
-                    # As wide as possible, then as high.
-                    wide = 1
-                    while square[u64(at + wide)] != 0 and owner[u64(at + wide)] < 0:
-                        wide += 1
-                    high = 1
-                    while True:
-                        whole = 1
-                        for k in range(wide):
-                            if (
-                                square[u64(at + high * stride + k)] == 0
-                                or owner[u64(at + high * stride + k)] >= 0
-                            ):
-                                whole = 0
-                                break
-                        if whole == 0:
-                            break
-                        high += 1
-                    tall = 1
-                    while square[u64(at + tall * stride)] != 0 and owner[u64(at + tall * stride)] < 0:
-                        tall += 1
-                    slim = 1
-                    while slim < wide:
-                        whole = 1
-                        for k in range(tall):
-                            if (
-                                square[u64(at + k * stride + slim)] == 0
-                                or owner[u64(at + k * stride + slim)] >= 0
-                            ):
-                                whole = 0
-                                break
-                        if whole == 0:
-                            break
-                        slim += 1
-                    if slim * tall > wide * high:
-                        wide = slim
-                        high = tall
-                    for i in range(high):
-                        for k in range(wide):
-                            owner[u64(at + i * stride + k)] = count
-                    rects[u64(4 * count)] = 2 * c
-                    rects[u64(4 * count + 1)] = 2 * r
-                    rects[u64(4 * count + 2)] = 2 * (c + wide)
-                    rects[u64(4 * count + 3)] = 2 * (r + high)
-                    count += 1
-        result[0] = count
-        lines = len(centre) > 1
-        for r in range(1, height):
-            for c in range(1, stride):
-                at = r * stride + c
-                a = square[u64(at - stride - 1)]
-                b = square[u64(at - stride)]
-                e = square[u64(at - 1)]
-                d = square[u64(at)]
-                flags = 0
-                free = a + b + e + d
-                if free == 3:
-                    flags = TURN
-                    if b == 0 or d == 0:
-                        flags |= TOWARDS_X
-                    if e == 0 or d == 0:
-                        flags |= TOWARDS_Y
-                elif free == 2 and a == d and passing != 0:
-                    flags = PORT
-                if lines and centre[u64(at)] != 0:
-                    thin = 0
-                    if centre[u64(at + 1)] != 0 and b == 0 and d == 0:
-                        flags |= LINE_X
-                        thin = 1
-                    if at + stride < n and centre[u64(at + stride)] != 0 and e == 0 and d == 0:
-                        flags |= LINE_Y
-                        thin = 1
-                    if centre[u64(at - 1)] != 0 and a == 0 and e == 0:
-                        thin = 1
-                    if centre[u64(at - stride)] != 0 and a == 0 and b == 0:
-                        thin = 1
-                    if thin != 0:
-                        flags |= PORT
-                if flags & PORT:
-                    flags &= ~TURN
-                corner[u64(at)] = flags
+        result[0] = _cover(square, stride, height, owner, rects, halt)
+        _mark_corners(square, centre, stride, height, passing, corner)
     many = 0
     doors = 0
     for p in range(result[0]):
@@ -342,6 +355,184 @@ def _worse(best, seen, run, at, length, ties):
     return 0
 
 
+@kernel(out=("port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"))
+def _reach_points(
+    corner, stride, port_first, ports, gx, gy, home, run, port_best, port_seen, rx, ry, length, lx, ly,
+    qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
+    heap, place, state,
+):  # fmt: skip
+    """Make the nodes of the goal, if it is on this rectangle (``home`` 1), and of the rectangle's ports."""
+    # The goal, and the ports of this rectangle.
+    last = port_first[u64(here + 1)]
+    start = port_first[u64(here)] - home
+    for i in range(start, last):
+        x = gx
+        y = gy
+        v = -1
+        if i >= port_first[u64(here)]:
+            v = int(ports[u64(i)])
+            y = 2 * (v // stride)
+            x = 2 * v - y * stride
+        turned = 0
+        if open_left == 0 and _side_of(rx, ry, lx, ly, x, y) > 0:
+            turned = 1 if left_turn else 3
+        elif open_right == 0 and _side_of(rx, ry, qx, qy, x, y) < 0:
+            turned = 2 if right_turn else 3
+        if turned == 3:
+            continue
+        through = length + _apart(rx, ry, x, y)
+        if turned == 1:
+            through = to_left + _apart(lx, ly, x, y)
+        elif turned == 2:
+            through = to_right + _apart(qx, qy, x, y)
+        if v >= 0 and _worse(port_best, port_seen, run, v, through, 0):
+            continue
+        parent = u
+        if turned:
+            # The corner has to be on the chain of parents.
+            parent = int(state[0])
+            if parent == len(f):
+                state[1] = 1
+                break
+            state[0] = parent + 1
+            nodes[u64(FIELDS * parent)] = lx if turned == 1 else qx
+            nodes[u64(FIELDS * parent + 1)] = ly if turned == 1 else qy
+            nodes[u64(FIELDS * parent + 8)] = u
+        _add(
+            x, y, x, y, x, y, POINT if v >= 0 else ENDED, -1, parent, through, _apart(x, y, gx, gy),
+            nodes, f, h, g, heap, place, state,
+        )  # fmt: skip
+
+
+@kernel(out=("best", "seen", "nodes", "f", "h", "g", "heap", "place", "state"))
+def _cross_sides(
+    corner, stride, first, sides, out, open_to, gx, gy, run, best, seen, came, rx, ry, length, lx, ly,
+    qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
+    heap, place, state,
+):  # fmt: skip
+    """Make the nodes of all sides through which a rectangle is left: of what is seen, and of what a turn leads to.
+
+    Parameters
+    ----------
+    came : the rectangle before; -1: none.
+    rx, ry, length : the root, and the length of the path to it.
+    lx, ly, qx, qy : points on the left and the right ray, unless ``open_left``, ``open_right``.
+    left_turn, right_turn, to_left, to_right : whether the path may turn where they end, and its lengths up to there.
+    u, here : the node, and the rectangle.
+    """
+    for s in range(first[u64(here)], first[u64(here + 1)]):
+        dx = sides[u64(5 * s)] + 0
+        dy = sides[u64(5 * s + 1)] + 0
+        cx = sides[u64(5 * s + 2)] + 0
+        cy = sides[u64(5 * s + 3)] + 0
+        behind = sides[u64(5 * s + 4)] + 0
+        if behind == came:
+            # Two rectangles share one side at the most.
+            continue
+        if out[u64(behind)] >= 0 and open_to[u64(behind)] != run and out[u64(here)] != behind:
+            continue
+        # Which parts are seen, and which are reached by a turn: left end of each part, then its right end.
+        part_left = 0
+        part_seen = 1
+        part_right = 0
+        alx = cx
+        aly = cy
+        arx = dx
+        ary = dy
+        if _side_of(rx, ry, dx, dy, cx, cy) == 0:
+            # The side is in line with the root: it is entered at its nearer end.
+            if not ((cx == rx and cy == ry) or (dx == rx and dy == ry)):
+                nearer_c = abs(cx - rx) + abs(cy - ry) < abs(dx - rx) + abs(dy - ry)
+                x = cx if nearer_c else dx
+                y = cy if nearer_c else dy
+                v = (y >> 1) * stride + (x >> 1)
+                on = 1
+                if open_left == 0 and _side_of(rx, ry, lx, ly, x, y) > 0:
+                    on = 0
+                if open_right == 0 and _side_of(rx, ry, qx, qy, x, y) < 0:
+                    on = 0
+                part_seen = 0
+                if on == 1 and corner[u64(v)] & TURN != 0:
+                    through = length + _apart(rx, ry, x, y)
+                    if _worse(best, seen, run, v, through, 1) == 0:
+                        more = _estimate(x, y, cx, cy, dx, dy, dx, dy, cx, cy, gx, gy)
+                        _add(
+                            x, y, cx, cy, dx, dy, s, here, u, through, more,
+                            nodes, f, h, g, heap, place, state,
+                        )  # fmt: skip
+                if on == 1:
+                    continue
+        if open_left == 0:
+            if _side_of(rx, ry, lx, ly, dx, dy) >= 0:
+                part_left = 1
+                part_seen = 0
+            elif _side_of(rx, ry, lx, ly, cx, cy) > 0:
+                part_left = 2
+                alx = lx
+                aly = ly
+        if open_right == 0:
+            if _side_of(rx, ry, qx, qy, cx, cy) <= 0:
+                part_right = 1
+                part_seen = 0
+            elif _side_of(rx, ry, qx, qy, dx, dy) < 0:
+                part_right = 2
+                arx = qx
+                ary = qy
+        if part_seen:
+            more = _estimate(rx, ry, alx, aly, arx, ary, dx, dy, cx, cy, gx, gy)
+            _add(
+                rx, ry, alx, aly, arx, ary, s, here, u, length, more,
+                nodes, f, h, g, heap, place, state,
+            )  # fmt: skip
+        for turn in range(2):
+            part = part_left if turn == 0 else part_right
+            if part == 0 or (left_turn if turn == 0 else right_turn) == 0:
+                continue
+            x = lx if turn == 0 else qx
+            y = ly if turn == 0 else qy
+            through = to_left if turn == 0 else to_right
+            parent = u
+            alx2 = cx
+            aly2 = cy
+            arx2 = dx
+            ary2 = dy
+            if part == 2 and turn == 0:
+                arx2 = 2 * x - rx
+                ary2 = 2 * y - ry
+            if part == 2 and turn == 1:
+                alx2 = 2 * x - rx
+                aly2 = 2 * y - ry
+            if _side_of(x, y, dx, dy, cx, cy) == 0 and not ((cx == x and cy == y) or (dx == x and dy == y)):
+                nearer_c = abs(cx - x) + abs(cy - y) < abs(dx - x) + abs(dy - y)
+                nx = cx if nearer_c else dx
+                ny = cy if nearer_c else dy
+                v = (ny >> 1) * stride + (nx >> 1)
+                if corner[u64(v)] & TURN == 0:
+                    continue
+                parent = int(state[0])
+                if parent == len(f):
+                    state[1] = 1
+                    break
+                through += _apart(x, y, nx, ny)
+                if _worse(best, seen, run, v, through, 1):
+                    continue
+                state[0] = parent + 1
+                nodes[u64(FIELDS * parent)] = x
+                nodes[u64(FIELDS * parent + 1)] = y
+                nodes[u64(FIELDS * parent + 8)] = u
+                x = nx
+                y = ny
+                alx2 = cx
+                aly2 = cy
+                arx2 = dx
+                ary2 = dy
+            more = _estimate(x, y, alx2, aly2, arx2, ary2, dx, dy, cx, cy, gx, gy)
+            _add(
+                x, y, alx2, aly2, arx2, ary2, s, here, parent, through, more,
+                nodes, f, h, g, heap, place, state,
+            )  # fmt: skip
+
+
 @kernel(
     out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=20
 )  # fmt: skip
@@ -467,161 +658,17 @@ def polyanya(
                 here = owner[u64(root - (k >> 1) * stride - (k & 1))] + 0
                 if here < 0:
                     continue
-            # The goal, and the ports of this rectangle.
-            last = port_first[u64(here + 1)]
-            start = port_first[u64(here)] - (
-                1 if here == goal_a or here == goal_b or here == goal_c or here == goal_d else 0
-            )
-            for i in range(start, last):
-                x = gx
-                y = gy
-                v = -1
-                if i >= port_first[u64(here)]:
-                    v = int(ports[u64(i)])
-                    y = 2 * (v // stride)
-                    x = 2 * v - y * stride
-                turned = 0
-                if open_left == 0 and _side_of(rx, ry, lx, ly, x, y) > 0:
-                    turned = 1 if left_turn else 3
-                elif open_right == 0 and _side_of(rx, ry, qx, qy, x, y) < 0:
-                    turned = 2 if right_turn else 3
-                if turned == 3:
-                    continue
-                through = length + _apart(rx, ry, x, y)
-                if turned == 1:
-                    through = to_left + _apart(lx, ly, x, y)
-                elif turned == 2:
-                    through = to_right + _apart(qx, qy, x, y)
-                if v >= 0 and _worse(port_best, port_seen, run, v, through, 0):
-                    continue
-                parent = u
-                if turned:
-                    # The corner has to be on the chain of parents.
-                    parent = int(state[0])
-                    if parent == len(f):
-                        state[1] = 1
-                        break
-                    state[0] = parent + 1
-                    nodes[u64(FIELDS * parent)] = lx if turned == 1 else qx
-                    nodes[u64(FIELDS * parent + 1)] = ly if turned == 1 else qy
-                    nodes[u64(FIELDS * parent + 8)] = u
-                _add(
-                    x, y, x, y, x, y, POINT if v >= 0 else ENDED, -1, parent, through, _apart(x, y, gx, gy),
-                    nodes, f, h, g, heap, place, state,
-                )  # fmt: skip
-            for s in range(first[u64(here)], first[u64(here + 1)]):
-                dx = sides[u64(5 * s)] + 0
-                dy = sides[u64(5 * s + 1)] + 0
-                cx = sides[u64(5 * s + 2)] + 0
-                cy = sides[u64(5 * s + 3)] + 0
-                behind = sides[u64(5 * s + 4)] + 0
-                if behind == came:
-                    # Two rectangles share one side at the most.
-                    continue
-                if out[u64(behind)] >= 0 and open_to[u64(behind)] != run and out[u64(here)] != behind:
-                    continue
-                # Which parts are seen, and which are reached by a turn: left end of each part, then its right end.
-                part_left = 0
-                part_seen = 1
-                part_right = 0
-                alx = cx
-                aly = cy
-                arx = dx
-                ary = dy
-                if _side_of(rx, ry, dx, dy, cx, cy) == 0:
-                    # The side is in line with the root: it is entered at its nearer end.
-                    if not ((cx == rx and cy == ry) or (dx == rx and dy == ry)):
-                        nearer_c = abs(cx - rx) + abs(cy - ry) < abs(dx - rx) + abs(dy - ry)
-                        x = cx if nearer_c else dx
-                        y = cy if nearer_c else dy
-                        v = (y >> 1) * stride + (x >> 1)
-                        on = 1
-                        if open_left == 0 and _side_of(rx, ry, lx, ly, x, y) > 0:
-                            on = 0
-                        if open_right == 0 and _side_of(rx, ry, qx, qy, x, y) < 0:
-                            on = 0
-                        part_seen = 0
-                        if on == 1 and corner[u64(v)] & TURN != 0:
-                            through = length + _apart(rx, ry, x, y)
-                            if _worse(best, seen, run, v, through, 1) == 0:
-                                more = _estimate(x, y, cx, cy, dx, dy, dx, dy, cx, cy, gx, gy)
-                                _add(
-                                    x, y, cx, cy, dx, dy, s, here, u, through, more,
-                                    nodes, f, h, g, heap, place, state,
-                                )  # fmt: skip
-                        if on == 1:
-                            continue
-                if open_left == 0:
-                    if _side_of(rx, ry, lx, ly, dx, dy) >= 0:
-                        part_left = 1
-                        part_seen = 0
-                    elif _side_of(rx, ry, lx, ly, cx, cy) > 0:
-                        part_left = 2
-                        alx = lx
-                        aly = ly
-                if open_right == 0:
-                    if _side_of(rx, ry, qx, qy, cx, cy) <= 0:
-                        part_right = 1
-                        part_seen = 0
-                    elif _side_of(rx, ry, qx, qy, dx, dy) < 0:
-                        part_right = 2
-                        arx = qx
-                        ary = qy
-                if part_seen:
-                    more = _estimate(rx, ry, alx, aly, arx, ary, dx, dy, cx, cy, gx, gy)
-                    _add(
-                        rx, ry, alx, aly, arx, ary, s, here, u, length, more,
-                        nodes, f, h, g, heap, place, state,
-                    )  # fmt: skip
-                for turn in range(2):
-                    part = part_left if turn == 0 else part_right
-                    if part == 0 or (left_turn if turn == 0 else right_turn) == 0:
-                        continue
-                    x = lx if turn == 0 else qx
-                    y = ly if turn == 0 else qy
-                    through = to_left if turn == 0 else to_right
-                    parent = u
-                    alx2 = cx
-                    aly2 = cy
-                    arx2 = dx
-                    ary2 = dy
-                    if part == 2 and turn == 0:
-                        arx2 = 2 * x - rx
-                        ary2 = 2 * y - ry
-                    if part == 2 and turn == 1:
-                        alx2 = 2 * x - rx
-                        aly2 = 2 * y - ry
-                    if _side_of(x, y, dx, dy, cx, cy) == 0 and not (
-                        (cx == x and cy == y) or (dx == x and dy == y)
-                    ):
-                        nearer_c = abs(cx - x) + abs(cy - y) < abs(dx - x) + abs(dy - y)
-                        nx = cx if nearer_c else dx
-                        ny = cy if nearer_c else dy
-                        v = (ny >> 1) * stride + (nx >> 1)
-                        if corner[u64(v)] & TURN == 0:
-                            continue
-                        parent = int(state[0])
-                        if parent == len(f):
-                            state[1] = 1
-                            break
-                        through += _apart(x, y, nx, ny)
-                        if _worse(best, seen, run, v, through, 1):
-                            continue
-                        state[0] = parent + 1
-                        nodes[u64(FIELDS * parent)] = x
-                        nodes[u64(FIELDS * parent + 1)] = y
-                        nodes[u64(FIELDS * parent + 8)] = u
-                        x = nx
-                        y = ny
-                        alx2 = cx
-                        aly2 = cy
-                        arx2 = dx
-                        ary2 = dy
-                    more = _estimate(x, y, alx2, aly2, arx2, ary2, dx, dy, cx, cy, gx, gy)
-                    _add(
-                        x, y, alx2, aly2, arx2, ary2, s, here, parent, through, more,
-                        nodes, f, h, g, heap, place, state,
-                    )  # fmt: skip
+            home = 1 if here == goal_a or here == goal_b or here == goal_c or here == goal_d else 0
+            _reach_points(
+                corner, stride, port_first, ports, gx, gy, home, run, port_best, port_seen, rx, ry, length, lx, ly,
+                qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
+                heap, place, state
+            )  # fmt: skip
+            _cross_sides(
+                corner, stride, first, sides, out, open_to, gx, gy, run, best, seen, came, rx, ry, length, lx, ly,
+                qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
+                heap, place, state
+            )  # fmt: skip
         if state[1] != 0:
             ending = FULL
             break
