@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
 from page_browser import needs_chromium
 
 pytestmark = needs_chromium
