@@ -139,11 +139,14 @@ def test_a_damaged_drawing_is_a_sentence(context: Any, address: str, rows: list[
 def test_who_comes_for_the_first_time_sees_something_move_and_another_map_is_empty(
     context: Any, address: str
 ) -> None:
-    page = opened(context, re.sub("&m=.*", "", address))
-    assert [one["count"] for one in in_address(page)["obstacles"]] == [30]
+    page = opened(context, re.sub("&m=.*", "", address), "office", "The robot")
+    made = in_address(page)
+    assert {one["kind"] for one in made["obstacles"]} == {"patrol"}
+    assert made["drive"]
     page.get_by_role("button", name="env-5").click()
     page.locator("#where").get_by_text("env-5").wait_for()
-    assert in_address(page)["obstacles"] == []
+    made = in_address(page)
+    assert (made["obstacles"], made["robot"], made.get("drive")) == ([], {}, None)
     page.close()
     # Who asks for a map has it as it is.
     assert in_address(opened(context.browser.new_context(), address))["obstacles"] == []

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-
-from tests.app.page_browser import SOON, app, needs_chromium
+from page_browser import needs_chromium
 
 pytestmark = needs_chromium
 
 
 @pytest.fixture
-def first(tmp_path: Path, browser: Any) -> Iterator[Any]:
-    """A tab of a new browser, at an app that was started without a map."""
-    with app(tmp_path) as address:
-        context = browser.new_context(viewport={"width": 1440, "height": 900})
-        tab = context.new_page()
-        tab.set_default_timeout(SOON)
-        tab.goto(address)
-        yield tab
-        context.close()
+def first(address: str, browser: Any) -> Iterator[Any]:
+    """A tab of a new browser, at the address of an app that was started without a map."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    tab = context.new_page()
+    tab.goto(address.partition("&m=")[0])
+    yield tab
+    context.close()
 
 
 def test_it_opens_on_a_robot_that_brakes_for_somebody_and_a_draft_comes_before_that(first: Any) -> None:
@@ -40,7 +36,6 @@ def test_it_opens_on_a_robot_that_brakes_for_somebody_and_a_draft_comes_before_t
     first.get_by_role("button", name=re.compile("^guide")).click()
     first.locator("#where").get_by_text("guide").wait_for()
     address = first.url.partition("&s=")[0]
-    first.wait_for_timeout(600)
     first.goto("about:blank")
     first.goto(address)
     first.locator("#where").get_by_text("guide").wait_for()

@@ -226,6 +226,8 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
     assert scales.sum < FIRST, scales.files
     assert scales.sum + scales.others < ALL, "with the map, the library and what there is to choose from"
 
+    tab.get_by_role("button", name="Take the tour").click()
+    tab.get_by_role("button", name="Close the tour").click()
     tab.get_by_role("button", name="Make a map").click()
     tab.wait_for_selector("#make-map")
     for panel in ("settings", "traffic", "fleet", "compare", "keep", "learn"):

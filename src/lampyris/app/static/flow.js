@@ -5,7 +5,7 @@ import { Gone, ServerError } from "./api.js";
 import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { sentence } from "./make.js";
-import { open } from "./opening.js";
+import { dropped, open } from "./opening.js";
 import { Runs } from "./running.js";
 import { outlineOf, plansPoses, plansTimes, radiusOf } from "./shape.js";
 import { first } from "./state.js";
@@ -131,7 +131,7 @@ export function mount(page) {
     const ground = await loadGround(page.api, spec);
     if (turn !== turns) return false;
     opened = { spec, ground };
-    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: [...placeless(store.scenario.obstacles), ...drawnIn(ground)], map_hash: undefined }, "open");
+    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: [...placeless(store.scenario.obstacles), ...drawnIn(ground)], ...dropped(store.scenario), map_hash: undefined }, "open");
     store.settle();
     return true;
   };

@@ -26,6 +26,14 @@ const PEOPLE = [
   [[126, 108], [154, 108]], [[12, 88], [12, 62]], [[212, 64], [230, 64]],
 ];
 
+const ROBOT = { radius: 0.2, a_max: 0.8, d_max: 1.2 };
+const DRIVE = { obstacle_speed: 0.9 };
+
+/** What another map does not take over from this scene, as far as nobody has changed it. @param {Scenario} scenario @returns {Partial<Scenario>} */
+export function dropped({ robot, drive }) {
+  return { ...(robot === ROBOT ? { robot: {} } : {}), ...(drive === DRIVE ? { drive: undefined } : {}) };
+}
+
 /** The rows of the office. */
 function office() {
   const cells = Array.from({ length: HEIGHT }, () => Array(WIDTH).fill("."));
@@ -36,8 +44,8 @@ function office() {
 /** @returns {Scenario} */
 function opening() {
   return {
-    ...blank(), name: "office", map: { rows: office(), name: "office", resolution: 0.05 }, start: [36, 40], goal: [216, 130],
-    robot: { radius: 0.2, a_max: 0.8, d_max: 1.2 }, drive: { obstacle_speed: 0.9 },
+    ...blank(), map: { rows: office(), name: "office", resolution: 0.05 }, start: [36, 40], goal: [216, 130],
+    robot: ROBOT, drive: DRIVE,
     obstacles: PEOPLE.map((waypoints) => ({ kind: "patrol", waypoints, radius: PERSON })),
   };
 }
