@@ -27,7 +27,7 @@ IMPORTED = re.compile(r'^(?:import|export) .*?from "\./([a-z]+\.js)";$', re.MULT
 TYPED = re.compile(r'import\("\./([a-z]+\.js)"\)')
 
 FIRST = 150_000
-ALL = 200_000
+ALL = 220_000
 """Bytes as sent, with their heads: of the first look, and of everything there is."""
 
 
@@ -217,7 +217,7 @@ def arrive(tab: Any, address: str) -> None:
 
 
 @needs_chromium
-def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, address: str) -> None:
+def test_the_first_look_is_light_and_everything_is_under_220_kb(tab: Any, address: str) -> None:
     all_ = sources()
     scales = Scales(tab)
     arrive(tab, address)

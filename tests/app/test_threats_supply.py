@@ -75,7 +75,8 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path: Path) -> None:
     assert told == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
     for name in inside:
         path = Path(name)
-        allowed = ENDINGS["app/static"] if "static" in path.parts else ENDINGS[""] | DATA
+        folder = "app/static" if "static" in path.parts else "notebook" if "notebook" in path.parts else ""
+        allowed = ENDINGS[folder] | (DATA | {".py"} if folder != "app/static" else set())
         assert path.suffix in allowed or path.name == "py.typed", name
         assert not path.name.startswith("."), name
 
