@@ -10,7 +10,7 @@ import pytest
 from option_draws import MAY, drawn, verbs
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="pipes, sockets and limits of processes")
-SEED = 1
+SEED = 2
 COMMIT, NIGHTLY = 40, 20_000
 
 
