@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "site"
 sys.path.insert(0, str(SITE))
 
-import reference  # noqa: E402 - beside this file
+import derived_pages  # noqa: E402 - beside this file
 
 
 def put_together(source: Path) -> None:
@@ -31,7 +31,7 @@ def put_together(source: Path) -> None:
         shutil.copy2(ROOT / name, source / name)
     for folder in ("docs", "examples"):
         shutil.copytree(ROOT / folder, source / folder)
-    reference.write_pages(source / "reference")
+    derived_pages.write_pages(source / "reference")
 
 
 def main() -> int:

@@ -45,7 +45,7 @@ def page(tab: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     tab.on("pageerror", lambda fault: wrong.append(str(fault)))
     tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
     tab.on("request", lambda asked: wrong.append(asked.url) if foreign(asked.url, home) else None)
-    arrive(tab, address)
+    arrive(tab, f"{address}&m=env-3")
     yield tab
     assert not wrong
 

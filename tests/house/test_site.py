@@ -36,10 +36,10 @@ def test_every_page_is_in_the_table_of_contents() -> None:
 
 def test_every_public_name_has_a_topic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "site"))
-    import reference
+    import derived_pages
 
-    monkeypatch.delitem(sys.modules, "reference")
-    reference.write_pages(tmp_path / "reference")
+    monkeypatch.delitem(sys.modules, "derived_pages")
+    derived_pages.write_pages(tmp_path / "reference")
     made = {page.name for page in (tmp_path / "reference").rglob("*.md")}
     assert {"python.md", "planners.md", "laws.md", "settings.md", "errors.md", "plan.md"} <= made
     assert "| `SETTING_CLASH` |" in (tmp_path / "reference/errors.md").read_text(encoding="utf-8")

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plane import disc_optimum, point_optimum
 
 from lampyris.kernels.map_models import polyanya as kernels
 from lampyris.model.change import Change
@@ -25,6 +24,7 @@ from lampyris.planning.map_models.polyanya import Polyanya
 from lampyris.planning.map_models.visibility_search import VisibilitySearch
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.geometry.plane import disc_optimum, point_optimum
 from sizes import sized
 
 RNG = np.random.default_rng(0)

@@ -75,7 +75,7 @@ def write_python(folder: Path) -> None:
     named = {name for names in GROUPS.values() for name in names}
     public = set(lampyris.__all__) - {"__version__", *MODULES}
     if named != public:
-        raise SystemExit(f"site/reference.py, GROUPS: {sorted(named ^ public)} stand on one side only")
+        raise SystemExit(f"site/derived_pages.py, GROUPS: {sorted(named ^ public)} stand on one side only")
     lines = ["# Python", "", INTRODUCTIONS["python"], ""]
     for topic, names in GROUPS.items():
         lines += [
