@@ -336,3 +336,59 @@ def test_messages_that_make_no_sense_are_left_out() -> None:
     wire.receive("/map", short)
     assert node.grid is not None
     assert "/map left out" in node.status
+
+
+def _obstacle_odom(variance: float) -> dict[str, Any]:
+    pose = {"pose": goal(1.0, 3.0)["pose"], "covariance": [variance] * 36}
+    return {"header": {"frame_id": "map"}, "child_frame_id": "cart", "pose": pose}
+
+
+_BENT = {"translation": {"x": math.nan, "y": 0.0, "z": 0.0}, "rotation": goal(0, 0)["pose"]["orientation"]}
+_TRANSFORM = {
+    "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"},
+    "child_frame_id": "odom",
+    "transform": _BENT,
+}
+
+
+@pytest.mark.parametrize(
+    ("topic", "fields"),
+    [
+        ("/goal_pose", goal(math.nan, 2.5)),
+        ("/goal_pose", goal(2.5, math.inf)),
+        ("/initialpose", {"header": {"frame_id": "map"}, "pose": {"pose": goal(math.nan, 3.0)["pose"]}}),
+        ("/tf", {"transforms": [_TRANSFORM]}),
+        ("/tf_static", {"transforms": [_TRANSFORM]}),
+        ("/obstacles", {"markers": [marker(math.nan, 4.4, 0.3)]}),
+        ("/obstacles", {"markers": [marker(1.05, 4.4, math.nan)]}),
+        ("/obstacles", {"markers": [marker(1.05, 4.4, -0.3)]}),
+        ("/obstacle_odom", _obstacle_odom(-1.0)),
+        ("/obstacle_odom", _obstacle_odom(math.nan)),
+    ],
+)
+def test_numbers_that_are_not_finite_are_left_out(topic: str, fields: dict[str, Any]) -> None:
+    node, wire, robot = started()
+    before = node.pose(wire.t)
+    wire.receive(topic, fields)
+    assert f"{topic} left out" in node.status
+    assert (node.pose(wire.t), node.goal) == (before, None)
+    wire.run(node, PERIOD)  # it goes on
+    assert robot.v == 0.0
+
+
+def test_obstacles_that_cannot_be_read_are_no_news() -> None:
+    node, wire, robot = started(obstacle_timeout=0.5)
+    wire.receive("/goal_pose", goal(2.5, 2.5))
+    for _ in range(60):
+        wire.receive("/obstacles", {"markers": [marker(math.nan, 4.4, 0.3)]})
+        wire.run(node, PERIOD)
+    assert robot.v == 0.0
+    assert node._why_stop(wire.t) == "no message about obstacles for 0.5 s"
+
+
+def test_the_value_that_no_occupancy_can_have_is_named() -> None:
+    node, wire, _ = started()
+    data = rooms()
+    data[0, 0] = -7
+    wire.receive("/map", grid_message(data))
+    assert "value -7; allowed: -1 to 100" in node.status

@@ -44,9 +44,10 @@ def grid_of(fields: Fields, *, costs: bool = False, name: str = "") -> Grid:
         raise LimitError(
             "MAP_TOO_LARGE", f"{data.size:,} cells", where=name or "OccupancyGrid", allowed=f"{MAX_CELLS:,}"
         )
-    if ((data < -1) | (data > 100)).any():
+    beyond = data[(data < -1) | (data > 100)]
+    if beyond.size:
         raise InputError(
-            "OCCUPANCY", f"value {data.max()}", where=name or "OccupancyGrid", allowed="-1 to 100"
+            "OCCUPANCY", f"value {beyond[0]}", where=name or "OccupancyGrid", allowed="-1 to 100"
         )
     data = data.reshape(height, width)[::-1]
     unknown = data < 0

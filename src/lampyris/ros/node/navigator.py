@@ -39,6 +39,8 @@ STILL = 0.01
 """m/s and rad/s below which the robot stands."""
 GAP = 0.02
 """Metres to keep from obstacles."""
+OBSTACLE_RADIUS = 0.3
+"""Metres: least radius of an obstacle that is known by its odometry alone."""
 LAW = "physical"
 
 NAV2_ERRORS: Mapping[str, str] = {
@@ -150,10 +152,16 @@ class Navigator:
         self._dirty = self._follower is not None
 
     def _on_tf(self, fields: Fields, now: float) -> None:
-        self._known.add(fields)
+        self._take_transforms(fields, static=False)
 
     def _on_tf_static(self, fields: Fields, now: float) -> None:
-        self._known.add(fields, static=True)
+        self._take_transforms(fields, static=True)
+
+    def _take_transforms(self, fields: Fields, *, static: bool) -> None:
+        for one in fields["transforms"]:
+            held = one["transform"]
+            _finite_pose({"position": held["translation"], "orientation": held["rotation"]}, "TRANSFORM")
+        self._known.add(fields, static=static)
 
     def _on_odom(self, fields: Fields, now: float) -> None:
         stamp = seconds(fields["header"]["stamp"])
@@ -171,14 +179,14 @@ class Navigator:
             self.odometry_count += 1
 
     def _on_initial_pose(self, fields: Fields, now: float) -> None:
-        at = pose_of(fields["pose"]["pose"])
+        at = _finite_pose(fields["pose"]["pose"], "POSE")
         here = self._odom[0] if self._odom is not None else (0.0, 0.0, 0.0)
         self._offset = compose(at, inverse(here))
         self._follower, self._dirty = None, False
         self._known = Transforms(KEPT)
 
     def _on_goal(self, fields: Fields, now: float) -> None:
-        frame, at = str(fields["header"]["frame_id"]).lstrip("/"), pose_of(fields["pose"])
+        frame, at = str(fields["header"]["frame_id"]).lstrip("/"), _finite_pose(fields["pose"], "GOAL")
         if frame not in ("", messages.MAP):
             of = self._known.between(frame, messages.MAP)
             if of is None:
@@ -207,7 +215,7 @@ class Navigator:
         self.outcome = "cancelled"
 
     def _on_obstacles(self, fields: Fields, now: float) -> None:
-        self._obstacles_at = now
+        self._obstacle_message(now)
         seen: dict[str, ObservedObstacle] = {}
         for one in fields["markers"]:
             key = f"{one['ns']}-{one['id']}"
@@ -217,19 +225,30 @@ class Navigator:
                 messages.CYLINDER,
             ):
                 size = 0.5 * max(float(one["scale"]["x"]), float(one["scale"]["y"]))
-                seen[key] = self._seen(key, one["header"], pose_of(one["pose"]), size, now)
+                seen[key] = self._seen(key, one["header"], _finite_pose(one["pose"], "OBSTACLE"), size, now)
         other = {key: one for key, one in self._obstacles.items() if key.startswith("odom ")}
         self._obstacles = {**other, **seen}
+        self._obstacles_at = now
+
+    def _obstacle_message(self, now: float) -> None:
+        """Start the clock of ``obstacle_timeout``; only a message that can be read sets it back."""
+        if self._obstacles_at is None:
+            self._obstacles_at = now
 
     def _on_obstacle_odom(self, fields: Fields, now: float) -> None:
-        self._obstacles_at = now
+        self._obstacle_message(now)
         key = f"odom {fields['child_frame_id']}"
-        size = max(
-            float(fields["pose"]["covariance"][0]) ** 0.5 if "covariance" in fields["pose"] else 0.0, 0.3
-        )
-        self._obstacles[key] = self._seen(key, fields["header"], pose_of(fields["pose"]["pose"]), size, now)
+        at = _finite_pose(fields["pose"]["pose"], "OBSTACLE")
+        variance = float(fields["pose"]["covariance"][0]) if "covariance" in fields["pose"] else 0.0
+        if not variance >= 0.0:
+            raise InputError("OBSTACLE", f"variance {variance:g} of x", allowed="0 m2 or more")
+        size = max(math.sqrt(variance), OBSTACLE_RADIUS)
+        self._obstacles[key] = self._seen(key, fields["header"], at, size, now)
+        self._obstacles_at = now
 
     def _seen(self, key: str, head: Fields, at: PlanePose, radius: float, now: float) -> ObservedObstacle:
+        if not 0.0 <= radius < math.inf:
+            raise InputError("OBSTACLE", f"radius {radius:g} of {key}", allowed="0 m or more, finite")
         frame = str(head["frame_id"]).lstrip("/")
         if frame not in ("", messages.MAP):
             at = compose(self._frame_in_map(frame), at)
@@ -477,6 +496,19 @@ class Navigator:
         if status != self.status:
             self.status = status
             self._publish("/lampyris/status", {"data": json.dumps({"stamp": now, "status": status})})
+
+
+def _finite_pose(fields: Fields, code: str) -> PlanePose:
+    """x, y (metres) and yaw (radians) of a geometry_msgs/Pose.
+
+    Raises
+    ------
+    InputError : ``code``: a number that is not finite.
+    """
+    at = pose_of(fields)
+    if not all(map(math.isfinite, at)):
+        raise InputError(code, f"x, y, yaw = {at}", allowed="finite numbers")
+    return at
 
 
 def _usual() -> tuple[str, ...]:
