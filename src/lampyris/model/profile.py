@@ -36,8 +36,8 @@ class Profile(Value, Tabular):
     t : time of arrival at each node; seconds, or transfers.
     cause : what binds each speed, in one or two words.
     units : the unit of v.
-    cause_index : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for ``moving
-        obstacle`` and ``obstacle`` its number; -1: nothing. None: -1 everywhere.
+    cause_index : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for
+        ``moving obstacle`` and ``obstacle`` its number; -1: nothing. None: -1 everywhere.
     caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
         chart draws as faint lines.
     xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
