@@ -72,7 +72,7 @@ class PathMessage(Message):
 class Result:
     """Of ComputePathToPose and FollowPath, with the codes of Nav2."""
 
-    UNKNOWN, GOAL_OCCUPIED, NO_VALID_PATH, INVALID_PATH = 200, 206, 208, 103
+    UNKNOWN, TF_ERROR, GOAL_OCCUPIED, NO_VALID_PATH, INVALID_PATH = 200, 202, 206, 208, 103
 
     def __init__(self) -> None:
         self.path, self.planning_time, self.error_code, self.error_msg = (
@@ -153,6 +153,28 @@ def test_nav2s_actions_plan() -> None:
     actions.compute_path(walled, result)
     assert (walled.ended, result.error_code) == ("aborted", Result.GOAL_OCCUPIED)
     assert result.error_msg
+    none, result = Goal(goals=[], start=PoseStamped(), use_start=False), Result()
+    actions.compute_path_through(none, result)
+    assert (none.ended, result.error_msg) == ("aborted", "no goals were given")
+
+
+@pytest.mark.usefixtures("classes")
+def test_nav2s_actions_heed_the_frame_of_a_pose() -> None:
+    node, wire, _ = started()
+    actions = Nav2Actions(node, Loop(node, wire))
+    there = PoseStamped(2.5, 2.5)
+    there.header.frame_id = "somewhere"
+    asked, result = Goal(goal=there, start=PoseStamped(), use_start=False), Result()
+    actions.compute_path(asked, result)
+    assert (asked.ended, result.error_code) == ("aborted", Result.TF_ERROR)
+    assert "somewhere" in result.error_msg
+    line = PathMessage()
+    line.poses = [PoseStamped(0.0, 2.8 + 0.1 * k, 1.5708) for k in range(12)]
+    line.poses[3].header.frame_id = "somewhere"
+    followed, result = Goal(path=line), Result()
+    actions.follow_path(followed, result)
+    assert followed.ended == "aborted"
+    assert "somewhere" in result.error_msg
 
 
 @pytest.mark.usefixtures("classes")

@@ -44,7 +44,7 @@ class Follower:
 
     Parameters
     ----------
-    route, robot, settings : what, by whom, how.
+    route, robot, settings : the path, the robot that follows it, the settings.
     """
 
     def __init__(self, route: Route, robot: Robot, settings: NodeSettings) -> None:

@@ -46,7 +46,7 @@ LAW = "physical"
 NAV2_ERRORS: Mapping[str, str] = {
     "START_OUTSIDE": "START_OUTSIDE_MAP", "GOAL_OUTSIDE": "GOAL_OUTSIDE_MAP",
     Status.START_OCCUPIED: "START_OCCUPIED", Status.GOAL_OCCUPIED: "GOAL_OCCUPIED",
-    Status.LIMIT: "TIMEOUT", Status.NO_PATH: "NO_VALID_PATH", Status.HEMMED_IN: "NO_VALID_PATH",
+    "FRAME": "TF_ERROR", Status.LIMIT: "TIMEOUT", Status.NO_PATH: "NO_VALID_PATH", Status.HEMMED_IN: "NO_VALID_PATH",
 }  # fmt: skip
 """Names of the error codes of Nav2's ComputePathToPose."""
 
@@ -186,15 +186,24 @@ class Navigator:
         self._known = Transforms(KEPT)
 
     def _on_goal(self, fields: Fields, now: float) -> None:
+        self.go_to(self.in_map(fields))
+
+    def in_map(self, fields: Fields) -> PlanePose:
+        """x, y (metres) and yaw (radians) in the frame `map` of a geometry_msgs/PoseStamped.
+
+        Raises
+        ------
+        InputError : ``GOAL``: a number that is not finite; ``FRAME``: no transform from its frame to `map`.
+        """
         frame, at = str(fields["header"]["frame_id"]).lstrip("/"), _finite_pose(fields["pose"], "GOAL")
-        if frame not in ("", messages.MAP):
-            of = self._known.between(frame, messages.MAP)
-            if of is None:
-                raise InputError(
-                    "GOAL", f"a goal in the frame {frame}", allowed="map, or a frame that /tf leads from"
-                )
-            at = compose(of, at)
-        self.go_to(at)
+        if frame in ("", messages.MAP):
+            return at
+        of = self._known.between(frame, messages.MAP)
+        if of is None:
+            raise InputError(
+                "FRAME", f"a pose in the frame {frame}", allowed="map, or a frame that /tf leads from"
+            )
+        return compose(of, at)
 
     def go_to(self, goal: PlanePose, via: Sequence[PlanePose] = ()) -> None:
         """Drive to a pose of the map frame, through others."""
@@ -309,12 +318,25 @@ class Navigator:
             raise fault
         return last
 
-    def answer(self, start: PlanePose | None, goal: PlanePose, via: Sequence[PlanePose] = ()) -> PlanAnswer:
-        """:meth:`plan` for another node; a robot that drives is stopped first, because nothing watches it meanwhile."""
+    def answer(self, start: Fields | None, goals: Sequence[Fields]) -> PlanAnswer:
+        """:meth:`plan` for another node; a robot that drives is stopped first, because nothing watches it meanwhile.
+
+        Parameters
+        ----------
+        start : geometry_msgs/PoseStamped; None: where the robot is.
+        goals : of the same type, passed one after the other.
+        """
+        if not goals:
+            return PlanAnswer(None, "NO_VIAPOINTS_GIVEN", "no goals were given")
+        try:
+            here = None if start is None else self.in_map(start)
+            *via, goal = [self.in_map(one) for one in goals]
+        except InputError as refused:
+            return PlanAnswer(None, NAV2_ERRORS.get(refused.code, "UNKNOWN"), str(refused))
         if self.goal is not None:
             self.stop()
         assert self.transport is not None
-        return self.plan(start, goal, via, self.transport.now())
+        return self.plan(here, goal, via, self.transport.now())
 
     def _planned(
         self, grid: Grid, at: PlanePose, goal: PlanePose, via: Sequence[PlanePose], margin: float

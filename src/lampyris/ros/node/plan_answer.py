@@ -1,4 +1,4 @@
-"""What a question for a path is answered with."""
+"""The answer to a request for a path."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lampyris.typing import Floats
 
 @dataclass(frozen=True)
 class PlanAnswer:
-    """An answer to a question for a path.
+    """The answer to a request for a path.
 
     Parameters
     ----------

@@ -7,15 +7,15 @@ import importlib
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from lampyris.errors import UsageError
+from lampyris.errors import InputError, UsageError
 from lampyris.ros import messages
-from lampyris.ros.messages import Fields, pose_of
+from lampyris.ros.messages import Fields
 from lampyris.ros.node.plan_answer import PlanAnswer
 from lampyris.ros.node.topics import Topic
 
@@ -175,9 +175,9 @@ class RclpyTransport:
         services = importlib.import_module("nav_msgs.srv")
 
         def get_plan(request: Any, response: Any) -> Any:
-            start, goal = pose_of(from_ros(request.start.pose)), pose_of(from_ros(request.goal.pose))
-            given = bool(request.start.header.frame_id)
-            answer = self.within(lambda: navigator.answer(start if given else None, goal))
+            start = from_ros(request.start) if request.start.header.frame_id else None
+            goals = [from_ros(request.goal)]
+            answer = self.within(lambda: navigator.answer(start, goals))
             if answer.poses is not None:
                 to_ros(response.plan, messages.path(self.now(), answer.poses))
             else:
@@ -247,20 +247,18 @@ class Nav2Actions:
 
     def compute_path(self, goal: Any, result: Any) -> None:
         """ComputePathToPose."""
-        request = goal.request
-        start = pose_of(from_ros(request.start.pose)) if request.use_start else None
-        self._answer(goal, result, start, [pose_of(from_ros(request.goal.pose))])
+        self._answer(goal, result, [goal.request.goal])
 
     def compute_path_through(self, goal: Any, result: Any) -> None:
         """ComputePathThroughPoses; ``goals`` is a list of PoseStamped, or since Kilted nav_msgs/Goals."""
-        request = goal.request
-        goals = getattr(request.goals, "goals", request.goals)
-        start = pose_of(from_ros(request.start.pose)) if request.use_start else None
-        self._answer(goal, result, start, [pose_of(from_ros(one.pose)) for one in goals])
+        goals = goal.request.goals
+        self._answer(goal, result, getattr(goals, "goals", goals))
 
-    def _answer(self, goal: Any, result: Any, start: Any, goals: list[Any]) -> None:
+    def _answer(self, goal: Any, result: Any, goals: Sequence[Any]) -> None:
         began = time.monotonic()
-        answer = self._transport.within(lambda: self._navigator.answer(start, goals[-1], goals[:-1]))
+        start = from_ros(goal.request.start) if goal.request.use_start else None
+        asked = [from_ros(one) for one in goals]
+        answer = self._transport.within(lambda: self._navigator.answer(start, asked))
         took = time.monotonic() - began
         to_ros(result.planning_time, messages.stamp(took))
         if answer.poses is not None:
@@ -271,12 +269,20 @@ class Nav2Actions:
 
     def follow_path(self, goal: Any, result: Any) -> None:
         """FollowPath: the core drives at its own rate; this waits for it, and gives feedback."""
-        poses = np.array([pose_of(from_ros(one.pose)) for one in goal.request.path.poses]).reshape(-1, 3)
-        navigator = self._navigator
-        if len(poses) < 2:
-            _fail(goal, result, PlanAnswer(None, "INVALID_PATH", f"a path of {len(poses)} poses"))
+        navigator, within = self._navigator, self._transport.within
+        asked = [from_ros(one) for one in goal.request.path.poses]
+        if len(asked) < 2:
+            _fail(goal, result, PlanAnswer(None, "INVALID_PATH", f"a path of {len(asked)} poses"))
             return
-        within = self._transport.within
+        try:
+            poses = np.array(within(lambda: [navigator.in_map(one) for one in asked]))
+        except InputError as refused:
+            _fail(
+                goal,
+                result,
+                PlanAnswer(None, "TF_ERROR" if refused.code == "FRAME" else "INVALID_PATH", str(refused)),
+            )
+            return
         within(lambda: navigator.follow(poses))
         while True:
             goal_left, error, outcome = within(
