@@ -192,7 +192,7 @@ seeds: 2
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("job", "peak", "kept"),
-    [("simulation", 56, 13), ("drive", 56, 11), ("profile", 12, 1), ("study", 41, 5), ("frame", 17, 1.2)],
+    [("simulation", 47, 13), ("drive", 56, 11), ("profile", 12, 1), ("study", 41, 5), ("frame", 17, 1.2)],
 )
 def test_a_job(job: str, peak: float, kept: float, tmp_path: Path) -> None:
     """What is driven is short, so that the map's share is what is seen: its field, its gates, the session."""

@@ -1,4 +1,4 @@
-"""Baseline policies: a planner of lampyris at the wheel of an environment."""
+"""Baseline policies: a planner of lampyris that acts in an environment."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-// First steps: the app in five steps, each said beside what it is about. Nothing is taken over: whoever does what a
-// step says does it to the scenario on the screen, and can undo it.
+// First steps: the app in five steps, each said beside what it is about. Nothing is taken over: each step is done
+// to the scenario on the screen, and can be undone.
 
 import { button, el, fill } from "./make.js";
 import { byId } from "./page.js";

@@ -26,9 +26,6 @@ from lampyris.planning.living_map import LivingMap
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell
 
-STEPPED_CELLS = 1 << 15
-"""Cells of a map up to which next steps are found from tables of 56 bytes a cell; larger maps take whole plans."""
-
 CUT_OFF = w.SPENT + 1
 """A trip's ending that no kernel tells: the field it would walk on does not reach where it stands."""
 
@@ -137,7 +134,7 @@ class AdGsoSession(SessionBase):
             return None
         if self._finder is None or self._finder[:2] != (self._map.revision, wanted):
             plain = settings.gates != "replan" and settings.choice != "roulette" and settings.iter_max is None
-            if not plain or self._moves.reach > 1 or self._map.free.size > STEPPED_CELLS:
+            if not plain or self._moves.reach > 1:
                 return None
             before = self._grounds.spent
             ground = self._grounds.sealed(_NONE)

@@ -234,13 +234,13 @@ class Same:
 
 KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
-SHARED_CELLS = 1 << 15
-"""Cells of a map up to which they are."""
+SMALL_CELLS = 1 << 15
+"""Cells of a map up to which they are kept, and up to which ticks are compiled: both take tens of bytes a cell."""
 
 
 def shared(scene: Scene) -> bool:
     """Whether simulations of this scene can share shapes: a map that nobody edits, and is not too large to keep."""
-    return not scene.edits and scene.grid.blocked.size <= SHARED_CELLS
+    return not scene.edits and scene.grid.blocked.size <= SMALL_CELLS
 
 
 def robot_shape(scene: Scene, space: CellIndex) -> Shape:
