@@ -17,13 +17,13 @@ BACKEND := $(shell grep -E '^(hatchling|editables|pathspec|pluggy|tomlkit|trove-
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
-.PHONY: demo test lint unit dist check-nightly check-floors coverage audit docs bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint style types unit dist check-nightly check-floors coverage audit docs bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
-	@echo "make test           lint, types, floors, the whole test suite, every promise at its smallest size"
+	@echo "make test           style and import rules, the whole test suite, every promise at its smallest size"
 	@echo "make test ROOM=planning  only the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), in seconds"
-	@echo "make lint           only the first part; make unit: only the tests"
+	@echo "make lint           style, import rules and types (mypy); make unit: only the tests"
 	@echo "make docs           the site, with every gallery picture, in build/site/html"
 	@echo "make dist           wheels and source archives of both distributions"
 	@echo "make test-wheel     the same suite against the built wheel"
@@ -81,8 +81,8 @@ test: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
 else
 # Before the suite's workers start, the machine code and the bytecode that each of them would make are made once, while
-# the tools and a browser are installed. Lint and types are judged beside that and beside the suite: one of them alone
-# would leave a processor idle for a minute. Theirs is the last word.
+# the tools and a browser are installed. Style is judged beside that and has the last word. Types are not: mypy takes a
+# minute or more of CPU time on a fresh clone. `make lint` judges them, in CI beside the suite, and `make check-nightly`.
 test: $(VENV)/.made
 	@mkdir -p build; $(MAKE) --no-print-directory $(VENV)/.tools >build/tools.txt 2>&1 & tools=$$!; \
 	trap "kill $$tools" INT TERM; \
@@ -90,20 +90,24 @@ test: $(VENV)/.made
 	{ tools/browser.sh; $(BIN)/python -m compileall -q tests selfcheck/src; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
 	trap "kill $$warmed $$tools" INT TERM; \
 	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed; exit 1; }; \
-	$(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & linted=$$!; \
-	trap "kill $$warmed $$linted" INT TERM; \
-	wait $$warmed || { cat build/warm.txt; kill $$linted; exit 1; }; \
+	$(MAKE) --no-print-directory style >build/style.txt 2>&1 & styled=$$!; \
+	trap "kill $$warmed $$styled" INT TERM; \
+	wait $$warmed || { cat build/warm.txt; kill $$styled; exit 1; }; \
 	$(MAKE) --no-print-directory unit; tested=$$?; \
-	wait $$linted || tested=1; cat build/lint.txt; exit $$tested
+	wait $$styled || tested=1; cat build/style.txt; exit $$tested
 endif
 
-lint: $(VENV)/.dev
+lint: style types
+
+style: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/lint_determinism.py
 	$(BIN)/python tools/house.py
+
+types: $(VENV)/.dev
+	$(BIN)/mypy
 
 # A test that hangs is named and ended with its process: the slowest takes a tenth of that. pytest rewrites assertions to show the values
 # in them, which takes half a minute for the whole suite: only what failed is run again so. It stays a failure.
@@ -122,6 +126,7 @@ check-nightly: $(VENV)/.nightly
 	@mkdir -p build
 	@failed=0; \
 	run() { echo "$$*"; "$$@" || { failed=1; echo "FAILED: $$*"; }; }; \
+	run $(BIN)/mypy; \
 	run $(BIN)/python -m pytest -q -n auto -m nightly -s; \
 	run $(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger \
 		--failures build/failures --record build/promises.jsonl; \

@@ -231,8 +231,10 @@ def write_errors(folder: Path) -> None:
     """Write the tree of errors and every code, read from the places that raise them."""
     found: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
     package = Path(lampyris.__file__).parent
-    for file in sorted(package.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    raises = re.compile(rf"(?:{'|'.join(ERRORS)})(?:\.of)?\(")
+    texts = [file.read_text(encoding="utf-8") for file in sorted(package.rglob("*.py"))]
+    for text in filter(raises.search, texts):
+        for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and (kind := _error(node.func)) and node.args:
                 code, what = node.args[0], node.args[1] if len(node.args) > 1 else None
                 if isinstance(code, ast.Constant) and re.fullmatch(r"[A-Z][A-Z0-9_]+", str(code.value)):

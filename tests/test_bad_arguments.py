@@ -105,7 +105,7 @@ def test_a_class_given_anything(name: str, right: dict[str, dict[str, Any]]) -> 
     assert not found, "\n".join(found)
 
 
-@pytest.mark.commit(4)
+@pytest.mark.commit(3)
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_given_anything(name: str, right: dict[str, dict[str, Any]], folder: Path) -> None:
     call, given = FUNCTIONS[name], right.get(name, {})

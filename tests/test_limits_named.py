@@ -194,7 +194,7 @@ def code_of(ask: Ask, folder: Path, n: int) -> str:
 
 
 LONG = {
-    "listed queries", "values of JSON", "values of a way in YAML", "values of agents in YAML",
+    "agents in YAML", "listed queries", "values of JSON", "values of a way in YAML", "values of agents in YAML",
     "planners that a grid unfolds to",
 }  # fmt: skip
 """For the night: files of a million values, and thousands of planners."""

@@ -111,7 +111,7 @@ def judge(name: str, runs: tuple[int, ...], call: Callable[..., Any]) -> None:
                         call(0.25, ask, as_given(text[:at] + char * many + text[at:] + end))
 
 
-@pytest.mark.commit(10)
+@pytest.mark.commit(5)
 @pytest.mark.parametrize("name", STRANGERS)
 def test_no_run_of_a_character_doubles_a_pattern_s_work(name: str) -> None:
     """Work that doubles with each of 300 characters has no end."""

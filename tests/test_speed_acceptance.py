@@ -32,7 +32,7 @@ def crowds(law: str, kind: str, rounds: int) -> list:  # type: ignore[type-arg]
     return stop_test.many(work, [(k, law, kind) for k in range(count)], 1, kind)
 
 
-@sized("cases", 12, 60)
+@sized("cases", 6, 60)
 def test_nobody_is_touched_while_the_robot_moves(cases: int) -> None:
     rows = cuts("physical", cases)
     assert [r.refused for r in rows if r.refused] == []

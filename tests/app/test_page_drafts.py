@@ -127,6 +127,7 @@ def test_an_address_that_cannot_hold_it_says_so_and_the_tab_keeps_it(context: An
     assert in_address(page)["start"] == [3, 30]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("rows", some([[1, 2, 1e12], [1, 2, None], [0, 0, 1 << 22, 1, 0, 1]]))
 def test_a_damaged_drawing_is_a_sentence(context: Any, address: str, rows: list[Any]) -> None:
     page = context.new_page()

@@ -110,6 +110,7 @@ def late(tab: Any, glob: str) -> Callable[[], None]:
     return go
 
 
+@pytest.mark.nightly
 def test_the_last_map_that_was_clicked_is_the_one_that_comes(tab: Any) -> None:
     go = late(tab, "**/api/maps/env-5")
     tab.get_by_role("button", name="env-5").click()

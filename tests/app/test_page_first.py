@@ -79,6 +79,7 @@ def test_the_timeline_has_room_in_every_window(tab: Any, width: int) -> None:
     assert learn["x"] + learn["width"] <= width
 
 
+@pytest.mark.nightly
 def test_the_key_tells_who_waits_and_the_gates(tab: Any) -> None:
     walkers(tab, 5)
     key(tab, "random walker (W)").wait_for()  # before any run

@@ -52,6 +52,7 @@ def paint(page: Any, cell: tuple[int, int]) -> None:
     draw(page, [cell, cell])
 
 
+@pytest.mark.nightly
 def test_a_fleet_is_planned_watched_and_planned_again_around_what_is_painted(page: Any) -> None:
     fleet = lampyris.random_fleet(lampyris.load_grid("env-3"), ROBOTS, seed=4)
     plan = lampyris.plan_fleet(fleet, planner="pibt", seed=4)

@@ -288,6 +288,7 @@ def test_files_become_maps_or_a_sentence(page: Any, wrong: list[str], tmp_path: 
     wrong.clear()
 
 
+@pytest.mark.nightly
 def test_two_fingers_pinch_and_paint_nothing(page: Any) -> None:
     box = page.locator("#map").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -373,6 +373,7 @@ console.log(JSON.stringify([before, waits, goes, cut, shown(page), page.asked]))
     assert asked == 1, "without a run, play asks for one"
 
 
+@pytest.mark.nightly
 @needs_node
 def test_one_layer_is_asked_for_at_a_time_and_the_newest_tick_wins(tmp_path: Path) -> None:
     script = """

@@ -89,7 +89,7 @@ def said(page: Any, words: str, where: str) -> str:
     return text
 
 
-@sized("many", 3, len(PLANS))
+@sized("many", 1, len(PLANS))
 def test_a_scenario_that_cannot_be_planned_says_why_and_what_to_do(
     quiet: Any, tmp_path: Path, many: int
 ) -> None:
@@ -102,6 +102,7 @@ def test_a_scenario_that_cannot_be_planned_says_why_and_what_to_do(
         said(quiet, "A path was found.", "#status .st-now")
 
 
+@pytest.mark.nightly
 def test_runs_that_do_not_arrive_say_what_to_change(page: Any, tmp_path: Path) -> None:
     short = {**GOOD, "simulate": {"ticks": 3, "patience": None}}
     choose(page, "s.json", json.dumps(short).encode(), tmp_path)

@@ -88,7 +88,8 @@ def of_the_run(page: Any) -> dict[str, str]:
     return {name: fact(page, name) for name in ("Tick", "Cost driven", "Digest")}
 
 
-@pytest.mark.parametrize("films", [["WebP"], pytest.param(["GIF", "WebP"], marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("films", [["WebP"], ["GIF", "WebP"]])
 def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> None:
     page.get_by_role("button", name="env-3", exact=False).click()
     page.locator("#where").get_by_text("env-3").wait_for()

@@ -11,7 +11,7 @@ from option_draws import MAY, drawn, verbs
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="pipes, sockets and limits of processes")
 SEED = 2
-COMMIT, NIGHTLY = 40, 20_000
+COMMIT, NIGHTLY = 20, 20_000
 
 
 @pytest.mark.nightly

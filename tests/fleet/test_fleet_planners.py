@@ -437,6 +437,7 @@ print(json.dumps(done))
 """Command lines in one process, one after the other."""
 
 
+@pytest.mark.nightly
 def test_a_guest_planner_of_fleets(tmp_path: Path) -> None:
     """An installed package adds one; one that is none is left out with a warning."""
     (tmp_path / "fleet_guest.py").write_text(GUEST)

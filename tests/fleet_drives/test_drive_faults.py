@@ -34,7 +34,7 @@ def faulty_drive(number: int) -> lampyris.FleetTrace:
     )
 
 
-@sized("count", 12, 200)
+@sized("count", 6, 200)
 def test_drives_with_several_faults_are_accepted_by_the_referee(count: int) -> None:
     between, several = 0, 0
     for number in range(count):
@@ -129,7 +129,7 @@ def test_a_robot_that_only_passes_its_goal_has_not_arrived_when_the_time_is_over
     assert on_goal
 
 
-@sized("count", 15, 300)
+@sized("count", 8, 300)
 def test_drives_with_any_speed_and_acceleration_end(count: int) -> None:
     for number in range(count):
         rng = np.random.default_rng([number, 72])

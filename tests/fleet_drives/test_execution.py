@@ -89,7 +89,7 @@ def test_the_slowest_of_a_ring_sets_the_pace() -> None:
     assert trace.arrivals[0] == pytest.approx(10.0, abs=0.3)
 
 
-@sized("count", 12, 300)
+@sized("count", 6, 300)
 def test_random_drives_never_touch_and_all_arrive(count: int) -> None:
     delayed = failed = 0
     for number in range(5000, 5000 + count):

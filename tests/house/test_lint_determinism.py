@@ -35,7 +35,7 @@ def rules(lint: ModuleType, text: str) -> list[tuple[int, str]]:
 
 
 def test_it_looks_at_all_code_that_decides(lint: ModuleType) -> None:
-    """That it finds nothing there is said by `make lint`."""
+    """That it finds nothing there is said by `make style`."""
     assert len(lint.files()) > 200
     assert [room for room in lint.ROOMS if not (lint.SOURCE / room).exists()] == []
 
@@ -228,7 +228,7 @@ def test_the_command_tells_place_and_exits_1(tmp_path: Path) -> None:
     assert "motion/law.py:3: bits: math.hypot; rounded as the system likes; instead: " in done.stdout
 
 
-@pytest.mark.nightly  # with every commit `make lint` runs it
+@pytest.mark.nightly  # with every commit `make style` runs it
 def test_the_command_exits_0_where_nothing_is_found() -> None:
     command = [sys.executable, str(TOOLS / "lint_determinism.py")]
     assert subprocess.run(command, capture_output=True, check=False).returncode == 0

@@ -92,7 +92,7 @@ def test_every_path_passes_the_referee(drive: str, footprint: str, maps: int) ->
 
 
 @pytest.mark.commit(1)
-@sized("maps", 12, 400)
+@sized("maps", 6, 400)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_the_lower_bound_holds_for_the_best_path_of_a_lattice(drive: str, maps: int) -> None:
     """The same robot can drive that path, so that its length is not below the bound; and what separates is a wall."""

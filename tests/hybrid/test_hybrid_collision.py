@@ -61,7 +61,7 @@ def poses_along(
 
 
 @pytest.mark.commit(1)
-@sized("count", 8, 4000)
+@sized("count", 4, 4000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 def test_no_collision_is_missed_and_hardly_any_is_invented(footprint: str, count: int) -> None:
     rng = np.random.default_rng(len(footprint))

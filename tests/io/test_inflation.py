@@ -51,7 +51,7 @@ def test_costs_are_those_of_nav2s_layer(maps: int) -> None:
     assert differ <= 0.002 * cells
 
 
-@sized("maps", 20, 200)
+@sized("maps", 8, 200)
 def test_distances_are_those_to_the_nearest_obstacle_exactly(maps: int) -> None:
     for seed in range(maps):
         grid, radius, reach, factor = drawn(seed)

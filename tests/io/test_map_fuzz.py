@@ -120,7 +120,7 @@ CASES = [
 
 
 @pytest.mark.commit(2)
-@sized("cases", 250, 400)
+@sized("cases", 125, 400)
 @pytest.mark.parametrize(("kind", "options"), CASES)
 def test_mutants(
     tmp_path: Path, kind: str, options: dict[str, str], cases: int, timely: Callable[..., Any]

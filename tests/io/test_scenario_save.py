@@ -102,7 +102,7 @@ def some_scenario(rng: np.random.Generator, k: int) -> lampyris.Scenario:
 
 
 @pytest.mark.commit(1)
-@sized("cases", 60, 120)
+@sized("cases", 30, 120)
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 def test_load_of_save_is_the_same_scenario(ending: str, cases: int) -> None:
     rng = np.random.default_rng(29)

@@ -33,7 +33,7 @@ def asked(scene: Scene, weight: float, budget: Budget | None = None) -> Plan:
     return plan
 
 
-@sized("maps", 12, 1000)
+@sized("maps", 6, 1000)
 def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the exhaustive search, with the first try on maps of any size."""
     monkeypatch.setattr(guided_search, "MANY", 0)

@@ -39,7 +39,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
 
 
 @pytest.mark.commit(2)
-@sized("maps", 6, 1000)
+@sized("maps", 3, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_costs_keep_their_bound_and_no_path_agrees(drive: str, footprint: str, maps: int) -> None:

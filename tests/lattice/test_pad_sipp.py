@@ -30,7 +30,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
     return plan
 
 
-@sized("cases", 5, 300)
+@sized("cases", 3, 300)
 def test_arrivals_are_those_of_a_search_over_everything(cases: int) -> None:
     """With weight 1 the earliest; else at most so many times as late, never before the told bound; and no path agrees."""
     rng = np.random.default_rng(8)

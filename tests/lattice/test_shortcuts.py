@@ -44,7 +44,7 @@ def planned(scene: Scene, **settings: object) -> Plan:
 
 
 @pytest.mark.commit(1)
-@sized("maps", 6, 300)
+@sized("maps", 3, 300)
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("name", FOOTPRINTS)
 def test_the_cost_never_rises_and_the_referee_accepts(name: str, drive: str, maps: int) -> None:

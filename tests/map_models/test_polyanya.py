@@ -77,7 +77,7 @@ def held_against_others(scene: Scene) -> bool:
 
 
 @pytest.mark.parametrize(("name", "radius"), RULES)
-@sized("maps", 25, 2500)
+@sized("maps", 12, 2500)
 def test_random_maps(name: str, radius: float, maps: int) -> None:
     rng = np.random.default_rng([91, int(10 * radius), len(name)])
     assert sum(held_against_others(random_scene(rng, 12, name, radius)) for _ in range(maps)) > maps // 4

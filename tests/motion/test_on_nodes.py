@@ -71,7 +71,7 @@ def test_it_is_the_same_motion(cases: int) -> None:
     assert more > 3.34 * cases
 
 
-@sized("cases", 25, 60)
+@sized("cases", 12, 60)
 def test_causes_say_what_holds_each_node(cases: int) -> None:
     words: set[str] = set()
     for k in range(cases):

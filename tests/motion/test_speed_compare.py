@@ -114,7 +114,7 @@ def test_every_cause_of_ours_turns_up() -> None:
     assert {"limit", "curvature", "clearance", "zone", "turn"} <= seen
 
 
-@sized("cases", 8, 25)
+@sized("cases", 4, 25)
 @pytest.mark.parametrize("law", [*OURS, "constant"])
 def test_ours_is_never_faster_than_the_optimum_nor_slower_than_one_speed(law: str, cases: int) -> None:
     for course, scene in courses(4, cases):

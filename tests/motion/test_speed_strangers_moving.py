@@ -244,7 +244,7 @@ def walkers(rng: np.random.Generator, curve: Curve, count: int) -> list[Track]:
     return tracks
 
 
-@sized("cases", 30, 90)
+@sized("cases", 15, 90)
 def test_ways_through_tracks_touch_nobody(cases: int) -> None:
     """Judged as drives: limits, discs against discs; and never quicker than with nobody about."""
     rng = np.random.default_rng(514)

@@ -305,6 +305,7 @@ def posed(drive: str, goal: tuple[float, float, float] = (12.0, 3.0, 1.5)) -> Sc
     return Scene(Grid(HALL, resolution=0.25), start_pose=(2.0, 2.0, 0.3), goal_pose=goal, robot=robot)
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
 def test_footprints_are_led_through_a_door(drive: str) -> None:

@@ -95,7 +95,7 @@ def test_contacts_are_those_that_a_watcher_sees(cases: int) -> None:
     assert 0.2 * cases < refused < 0.8 * cases
 
 
-@sized("cases", 100, 300)
+@sized("cases", 50, 300)
 def test_what_passes_between_two_looks_is_caught(cases: int) -> None:
     """A small body crosses in a thousandth of a second: the closed form of two straight lines decides."""
     rng = np.random.default_rng(24)

@@ -251,7 +251,7 @@ CORRUPTIONS: list[tuple[Corruption, set[str]]] = [
 
 
 @pytest.mark.commit(8)
-@sized("cases", 80, 160)
+@sized("cases", 40, 160)
 @pytest.mark.parametrize(("corrupt", "rules"), CORRUPTIONS, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_a_path_is_caught_by_its_rule(
     corrupt: Corruption, rules: set[str], cases: int

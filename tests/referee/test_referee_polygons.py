@@ -177,7 +177,7 @@ def test_contacts_are_those_that_shapely_sees(kind: str, cases: int) -> None:
     assert min(met, clear) >= cases // 8
 
 
-@sized("cases", 20, 3000)
+@sized("cases", 10, 3000)
 def test_contacts_with_a_standing_robot_are_those_that_shapely_sees(cases: int) -> None:
     made, rng = driven("differential"), np.random.default_rng(5)
     x, y = made.at(np.array([0.0]))[0][0]

@@ -46,7 +46,7 @@ def query(
     return replace(scene, robot=robot), path
 
 
-@sized("cases", 100, 300)
+@sized("cases", 50, 300)
 def test_lawful_profiles_pass(cases: int) -> None:
     rng = np.random.default_rng(11)
     for k in range(cases):
@@ -219,7 +219,7 @@ PHYSICAL: list[tuple[Corruption, str]] = [
 
 
 @pytest.mark.commit(6)
-@sized("cases", 40, 100)
+@sized("cases", 20, 100)
 @pytest.mark.parametrize(("corrupt", "rule"), PHYSICAL, ids=lambda c: getattr(c, "__name__", ""))
 def test_every_corruption_of_a_physical_profile_is_caught_by_its_rule(
     corrupt: Corruption, rule: str, cases: int

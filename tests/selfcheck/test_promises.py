@@ -1,4 +1,4 @@
-"""Every promise, as tests: with every commit a fortieth of its smallest size and what seeded defects need.
+"""Every promise, as tests: with every commit the cases that seeded defects need, or the first of its smallest size.
 
 Every night all of them run: ``lampyris selfcheck --size nightly``.
 """
@@ -85,14 +85,14 @@ def _cases() -> list[ParameterSet]:
 WHOLE = (("determinism", "as it is"),)
 """Kinds that run whole with every commit: each case is another kind of result, compared with what was kept."""
 
-FEW = 10
+FEW = 5
 """Cases of a kind without a seeded defect that run with every commit, if there are so many."""
 
 
 def needed(name: str, kind: str) -> list[runner.Range]:
-    """Cases of a kind for every commit: the first fortieth, and where a seeded defect of the main job is detected.
+    """Cases of a kind for every commit: those in which a seeded defect of the main job is detected.
 
-    Of a kind without such a defect a fifth, and no fewer than ten.
+    Of a kind without such a defect a tenth, and no fewer than five.
     """
     every = registry.check(name).kinds_for(ASK)[kind].commit
     if (name, kind) in WHOLE:
@@ -100,10 +100,8 @@ def needed(name: str, kind: str) -> list[runner.Range]:
     asked = {(one.first, one.cases) for group in EVERY_COMMIT for one in mutants.defects(group)
              if (one.check, one.kind) == (name, kind) and not one.equivalent}  # fmt: skip
     if not asked:
-        return [runner.Range(kind, 0, min(every, max(FEW, every // 5)))]
-    numbers = set(range(-(-every // 40)))
-    for first, cases in asked:
-        numbers |= set(range(first, first + cases))
+        return [runner.Range(kind, 0, min(every, max(FEW, every // 10)))]
+    numbers = {k for first, cases in asked for k in range(first, first + cases)}
     firsts = [k for k in sorted(numbers) if k - 1 not in numbers]
     lasts = [k for k in sorted(numbers) if k + 1 not in numbers]
     return [runner.Range(kind, a, b - a + 1) for a, b in zip(firsts, lasts, strict=True)]
@@ -125,7 +123,7 @@ def test_the_cases_of_every_commit_are_those_that_defects_need() -> None:
                 r.first <= one.first and one.first + one.cases <= r.first + (r.cases or sys.maxsize)
                 for r in needed(one.check, one.kind)
             ), one.id
-    assert [(r.first, r.cases) for r in needed("reuse", "sessions")] == [(0, 1), (4, 1), (34, 1)]
+    assert [(r.first, r.cases) for r in needed("reuse", "sessions")] == [(4, 1), (34, 1)]
 
 
 def test_every_seeded_defect_of_the_main_job_is_detected_by_what_runs_with_every_commit() -> None:

@@ -118,7 +118,7 @@ def test_known_noise_is_no_danger():
             assert run.outcome is not Outcome.COLLISION
 
 
-@sized("cases", 20, 40)
+@sized("cases", 10, 40)
 def test_who_minds_nobody_collides(cases):
     """The same runs with the time optimum: the adversary is one."""
     ends = [run.outcome for seed in range(cases) if (run := random_run(seed, "optimum")) is not None]

@@ -50,7 +50,7 @@ def judged(seed, law, planner="dstar-lite"):
 
 
 def test_no_robot_relies_on_what_it_has_not_seen() -> None:
-    drives = [judged(seed, LAWS[seed % 4]) for seed in range(8)]
+    drives = [judged(seed, LAWS[seed % 4]) for seed in range(4)]
     for seed, (drive, path) in enumerate(drives):
         assert drive.arrived == path, (seed, drive.outcome, drive.detail)
     assert sum(drive.replans for drive, _ in drives) > 3

@@ -130,7 +130,7 @@ def test_a_late_robot_still_touches_nobody(crossings: int) -> None:
     assert "moving obstacle" in drive.cause
 
 
-@sized("drives", 3, 200)
+@sized("drives", 2, 200)
 def test_random_drives_are_never_early_and_never_in_contact(drives: int) -> None:
     rng = np.random.default_rng(26)
     arrived = timed = 0

@@ -165,7 +165,7 @@ def _drive(seed: int, shape: dict[str, Any], kind: str, **more: Any) -> Drive:
 
 
 @pytest.mark.commit(1)
-@sized("cases", 3, 400)
+@sized("cases", 2, 400)
 @pytest.mark.parametrize("kind", ["disc", "footprint"])
 def test_no_contact_while_it_moves(kind: str, cases: int) -> None:
     """By the law that promises it; and no fewer arrive than among the discs around the polygons."""

@@ -104,7 +104,7 @@ def test_the_planner_is_given_no_wall_that_has_not_been_seen() -> None:
 
 
 @pytest.mark.parametrize("name", ["dstar-lite", "visibility-graph", "voronoi", "quadtree"])
-@sized("worlds", 10, 60)
+@sized("worlds", 5, 60)
 def test_worlds_that_look_the_same_are_driven_in_the_same_way(name: str, worlds: int) -> None:
     """Cells that one drive never saw are drawn anew: until a second drive sees a difference, it is the first one."""
     rng = np.random.default_rng([28, worlds])

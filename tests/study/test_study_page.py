@@ -145,7 +145,7 @@ def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
         assert ">runs<" in one
 
 
-@sized("pages", 2, 100)
+@sized("pages", 1, 100)
 def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path, pages: int) -> None:
     for k in [*range(0, len(HOSTILE) - 3, 5)][-pages:]:
         names = HOSTILE[k : k + 4]

@@ -299,7 +299,7 @@ def test_a_disc_s_drive_is_not_one_of_the_footprint() -> None:
 
 
 @pytest.mark.commit(1)
-@sized("cases", 60, 250)
+@sized("cases", 30, 250)
 @pytest.mark.parametrize("kind", ["plan", "drive"])
 def test_damaged_evidence_never_raises(kind: str, cases: int) -> None:
     study = posed(kind, ("lattice",))

@@ -252,6 +252,7 @@ def test_walls_and_occupied_ends_are_results() -> None:
         assert [(r.ending, r.metrics["outcome"]) for r in rows_of(study)] == [("done", "start-occupied")] * 3
 
 
+@pytest.mark.nightly
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("kind", ["plan", "drive"])
 def test_two_workers_give_the_same_bytes_as_one(kind: str, tmp_path: Path) -> None:
