@@ -33,6 +33,14 @@ class Log:
         if one.end > one.t:
             self._put(one.t, one.s, one.v, one.a, leg, cause, cause_index)
 
+    def extend(self, columns: list[list[float]], leg: int, cause: list[str], cause_index: list[int]) -> None:
+        """Many stretches of a path that :meth:`add` would take in: t, s, v and a of each."""
+        for mine, more in zip((self.t, self.s, self.v, self.a), columns, strict=True):
+            mine += more
+        self.leg += [leg] * len(cause)
+        self.cause += cause
+        self.cause_index += cause_index
+
     def close(self, t: float, s: float, v: float, leg: int, cause: str, cause_index: int) -> None:
         """The end."""
         if self.t and t <= self.t[-1]:

@@ -1,0 +1,460 @@
+"""A drive in continuous time, compiled: data, decision, motion and contacts, period by period.
+
+The rules are those of :mod:`lampyris.sim.continuous.drive` for a robot that follows its path exactly and receives the true
+positions of discs, number for number; tests hold the two equal. All state is in the arguments, so that a caller can stop
+after any period, look at it, change it and go on. Where Python has something to do, :func:`advance` returns.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lampyris.kernels._jit import kernel, stopped
+from lampyris.kernels.motion.curve_motion import ceiling_push, first_contact
+from lampyris.kernels.motion.passive_safety import highest_push
+from lampyris.kernels.simulation.drive_obstacles import (
+    A_MAX, ANCHOR, AT_GOAL, AT_X, AT_Y, BEFORE, CAUSE, CLOCK, DRAWN_UNTIL, D_MAX, END, END_X, END_Y, FAR, FROM, GIVE_UP, GOAL_X, GOAL_Y,
+    HALTS, HEARD_X, HEARD_Y, INDEX, KNOWN, LAST_A, LAST_CAUSE, LAST_INDEX, LAST_V, LAST_X, LAST_Y, LAW, LEG_ROOM, LEGS, LENGTH, LOG_ROOM,
+    LOGGED, MARGIN, NEAREST, NODE, NOW, NOWHERE, OBSTACLES, OF, PARKED, PATIENCE, PERIOD, PERIODS, PHASE, PIECE, PIECES,
+    PUSH, QUICK, RADIUS, REACH, REPORTED, RESOLUTION, REST, ROBOT_X, ROBOT_Y, ROUNDING, SEEN_X, SEEN_Y, SEES, SEGMENTS,
+    SINCE, SLACK, SPEED_X, SPEED_Y, STAMP, STEP, STOOD, STOP_AT, TICK, TIGHT, TIME_LIMIT, TO, TOP, TRAFFIC, TRIES, V_MAX,
+    VX, VY, WAITED, WALKING, WENT, WENT_ROOM, WALKS, WIDE, X, Y, YIELDS, T, S, V, after, begin_tick, route_at, walk,
+)  # fmt: skip
+
+PAUSED, DECIDE, DECIDE_TICK, CONTACT, CAME, FAULT = range(6)
+"""What :func:`advance` returns: the period STOP_AT is over, or there is no room or no draw for
+the next; the law has to decide; the traffic has to begin
+a tick; obstacles touch the robot in this period, which is not written down yet; a period is over after which the drive may
+end or the planner may be asked; the next message cannot be trusted."""
+LISTEN, DECIDED, MOVING, TICK_BEGUN = range(4)
+"""Values of PHASE."""
+OUTSIDE, CEILING, SAFE = range(3)
+"""Values of LAW: decided by the caller, as fast as the ceiling allows, and such that the robot can stand before any contact."""
+OF_ACCELERATION, OF_LIMIT, OF_BRAKING, OF_TURN, OF_MOVING_OBSTACLE, OF_OBSTACLE, OF_WAIT = range(7)
+"""Causes that rules look at; others follow in the caller's list."""
+
+
+@kernel(out=("st",))
+def trusted(st, fs, each, t, x, y):
+    """Whether nothing is wrong with the positions of the obstacles now."""
+    m = st[OBSTACLES]
+    res = fs[RESOLUTION]
+    if st[KNOWN]:
+        if t <= fs[STAMP]:
+            return False
+        for one in range(m):
+            wx = (each[SEEN_X * m + one] - each[LAST_X * m + one]) * res
+            wy = (each[SEEN_Y * m + one] - each[LAST_Y * m + one]) * res
+            may = each[QUICK * m + one] * ((t - fs[STAMP]) * (1.0 + 1e-9)) + 1e-9
+            if wx * wx + wy * wy > may * may:
+                return False
+    if fs[V] > 0.0:
+        for one in range(m):
+            dx = (each[SEEN_X * m + one] - x) * res
+            dy = (each[SEEN_Y * m + one] - y) * res
+            reach = each[WIDE * m + one] + fs[TIGHT]
+            if dx * dx + dy * dy < reach * reach:
+                return False
+    return True
+
+
+@kernel(out=("st", "fs", "each"))
+def take_in(st, fs, each, t):
+    """Take in where the obstacles are, and since when each has been there."""
+    m = st[OBSTACLES]
+    for one in range(m):
+        x = each[SEEN_X * m + one]
+        y = each[SEEN_Y * m + one]
+        wx = (x - each[LAST_X * m + one]) * fs[RESOLUTION]
+        wy = (y - each[LAST_Y * m + one]) * fs[RESOLUTION]
+        if st[KNOWN] == 0 or wx * wx + wy * wy > 1e-9 * 1e-9:
+            each[SINCE * m + one] = t
+        each[LAST_X * m + one] = x
+        each[LAST_Y * m + one] = y
+        each[HEARD_X * m + one] = each[SPEED_X * m + one]
+        each[HEARD_Y * m + one] = each[SPEED_Y * m + one]
+    st[KNOWN] = 1
+    fs[STAMP] = t
+
+
+@kernel(out=("st",))
+def stands_beside(st, fs, px, py, hx, hy, begins, kappa, nodes, rail_x, rail_y, curvature, each, one, s0, s1, at):
+    """Whether an obstacle is in the way of a robot that is anywhere between two distances."""
+    m = st[OBSTACLES]
+    res = fs[RESOLUTION]
+    qx = each[SEEN_X * m + one] * res
+    qy = each[SEEN_Y * m + one] * res
+    ax, ay = route_at(st, fs, px, py, hx, hy, begins, kappa, s0)
+    ex, ey = route_at(st, fs, px, py, hx, hy, begins, kappa, s1)
+    ax *= res
+    ay *= res
+    ex *= res
+    ey *= res
+    k = at
+    while k > 0 and nodes[k] > s0:
+        k -= 1
+    count = len(nodes)
+    while k < count and nodes[k] <= s0:
+        k += 1
+    longest = 0.0
+    least = math.inf
+    last = at + 1
+    while True:
+        inside = k < count and nodes[k] < s1
+        bx = ex
+        by = ey
+        if inside:
+            bx = rail_x[k]
+            by = rail_y[k]
+            last = k + 1
+        dx = bx - ax
+        dy = by - ay
+        length = max(dx * dx + dy * dy, 1e-300)
+        longest = max(longest, length)
+        along = ((qx - ax) * dx + (qy - ay) * dy) / length
+        along = min(max(along, 0.0), 1.0)
+        fx = qx - ax - along * dx
+        fy = qy - ay - along * dy
+        least = min(least, fx * fx + fy * fy)
+        if not inside:
+            break
+        ax = bx
+        ay = by
+        k += 1
+    bend = 0.0
+    for n in range(at, min(last, count - 1) + 1):
+        bend = max(bend, curvature[n])
+    bend = 0.125 * bend * longest
+    return math.sqrt(least) - (each[WIDE * m + one] + fs[RADIUS] + bend) <= 0.0
+
+
+@kernel(out=("st", "fs", "near"))
+def decide(
+    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of, index_of, each, near,
+    x, y, period,
+):  # fmt: skip
+    """The push of the next period, under the ceiling and, by the law SAFE, passively safe."""
+    m = st[OBSTACLES]
+    s = fs[S]
+    v = fs[V]
+    count = len(nodes)
+    k = st[NODE]
+    while k > 0 and nodes[k] > s:
+        k -= 1
+    while k + 1 < count and nodes[k + 1] <= s:
+        k += 1
+    st[NODE] = k
+    push, node, rest = ceiling_push(nodes, squares, count, k, s, v, period, fs[A_MAX], fs[D_MAX])
+    st[CAUSE] = OF_ACCELERATION
+    st[INDEX] = -1
+    st[REST] = rest
+    if node >= 0:
+        st[CAUSE] = cause_of[node]
+        st[INDEX] = index_of[node]
+    fs[PUSH] = push
+    if st[LAW] != SAFE or m == 0:
+        return
+    share = 1.25
+    for _ in range(min(st[TRIES], 10)):
+        share *= 0.8
+    res = fs[RESOLUTION]
+    extra = fs[RADIUS] + fs[SLACK] + fs[MARGIN]
+    slope = 1.0 + fs[A_MAX] / fs[D_MAX]
+    fairly = period + 0.6 * fs[V_MAX] / fs[D_MAX]
+    look = 0.5 * v * v / fs[D_MAX] + fs[V_MAX] * period
+    widest = 0.0
+    wait = False
+    for one in range(m):
+        ax = (each[SEEN_X * m + one] - x) * res
+        ay = (each[SEEN_Y * m + one] - y) * res
+        gap = math.sqrt(ax * ax + ay * ay) - (each[WIDE * m + one] + fs[RADIUS])
+        fair = share * each[QUICK * m + one] * fairly
+        widest = max(widest, fair)
+        wait = wait or (fs[STAMP] - each[SINCE * m + one] >= fs[PARKED] and gap < look + fair)
+        near[one] = near[m + one] = each[SEEN_X * m + one] * res
+        near[2 * m + one] = near[3 * m + one] = each[SEEN_Y * m + one] * res
+        reach = each[WIDE * m + one] + extra
+        near[4 * m + one] = reach
+        near[5 * m + one] = gap - fs[MARGIN] - fs[SLACK]
+        near[6 * m + one] = each[QUICK * m + one]
+        near[7 * m + one] = 0.0
+    for one in range(m):
+        berth = share * period * slope * each[QUICK * m + one]
+        if wait and fs[STAMP] - each[SINCE * m + one] >= fs[PARKED]:
+            if stands_beside(
+                st, fs, px, py, hx, hy, begins, kappa, nodes, rail_x, rail_y, curvature, each, one, s, s + look + widest, k,
+            ):  # fmt: skip
+                berth = max(berth, share * each[QUICK * m + one] * fairly)
+        near[5 * m + one] = near[4 * m + one] + min(berth, near[5 * m + one])
+    a, who = highest_push(
+        nodes, rail_x, rail_y, above, s, v, period, push, fs[D_MAX],
+        near[: 2 * m], near[2 * m : 4 * m], near[4 * m : 6 * m], near[6 * m : 8 * m],
+    )  # fmt: skip
+    if who >= 0:
+        fs[PUSH] = a
+        st[CAUSE] = OF_MOVING_OBSTACLE
+        st[INDEX] = who % m
+        st[REST] = -1
+
+
+@kernel(out=("st", "fs"))
+def at_goal(st, fs, px, py, hx, hy, begins, kappa, s):
+    """Whether a robot that stands there has arrived."""
+    x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
+    return st[NOWHERE] == 0 and max(abs(x - fs[GOAL_X]), abs(y - fs[GOAL_Y])) <= fs[AT_GOAL]
+
+
+@kernel(out=("st", "fs", "seg_t", "seg_s", "seg_v", "seg_a"))
+def set_off(st, fs, px, py, hx, hy, begins, kappa, nodes, seg_t, seg_s, seg_v, seg_a):
+    """The stretches of the period by the decision, cut where the robot comes to rest; how far away obstacles matter in it."""
+    t = fs[T]
+    s = fs[S]
+    v = fs[V]
+    a = fs[PUSH]
+    end = fs[END]
+    seg_t[0] = t
+    seg_s[0] = s
+    seg_v[0] = v
+    seg_a[0] = a
+    st[SEGMENTS] = 1
+    if v == 0.0 and a <= 0.0:
+        seg_v[0] = 0.0
+        seg_a[0] = 0.0
+        seg_t[1] = end
+    else:
+        rest = -v / a if a < 0.0 else math.inf
+        seg_t[1] = end
+        if st[REST] >= 0 or rest < end - t:
+            seg_t[1] = min(t + rest, end)
+            seg_t[2] = end
+            seg_s[1] = nodes[st[REST]] if st[REST] >= 0 else s - 0.5 * v * v / a
+            seg_v[1] = 0.0
+            seg_a[1] = 0.0
+            st[SEGMENTS] = 2
+            if at_goal(st, fs, px, py, hx, hy, begins, kappa, seg_s[1]):
+                seg_t[2] = seg_t[1]
+    n = st[SEGMENTS]
+    fast = 0.0
+    for k in range(n):
+        _, late = after(seg_t, seg_s, seg_v, seg_a, k, seg_t[k + 1])
+        fast = max(fast, max(seg_v[k], late))
+    # As in :meth:`lampyris.sim.traffic.continuous_traffic.RunningTraffic._begin_period`.
+    quick = min(fast + fs[A_MAX] * fs[TICK], fs[V_MAX])
+    seen = (quick * fs[TICK] + 0.5 * quick * quick / fs[D_MAX]) / fs[RESOLUTION] + 3.0
+    step = min(end - t, fs[TICK])
+    halts = (fs[TOP] + fast + fs[A_MAX] * step) * step / fs[RESOLUTION]
+    last, _ = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
+    driven = (last - s) / fs[RESOLUTION] + fs[ROUNDING]
+    fs[HALTS] = driven + halts
+    fs[SEES] = driven + max(seen, halts)
+    fs[ROBOT_X], fs[ROBOT_Y] = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
+    fs[NEAREST] = -math.inf
+
+
+@kernel(out=("st", "contacts", "found"))
+def meet(
+    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, legs, contacts, fresh, found,
+):  # fmt: skip
+    """Whether an obstacle comes to touch the robot in this period."""
+    m = st[OBSTACLES]
+    room = st[LEG_ROOM]
+    n = st[SEGMENTS]
+    last, _ = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
+    driven = (last - seg_s[0]) / fs[RESOLUTION] + fs[ROUNDING]
+    count = 0
+    for k in range(st[LEGS]):
+        one = int(legs[OF * room + k])
+        seconds = legs[TO * room + k] - legs[FROM * room + k]
+        reach = (each[WIDE * m + one] + fs[RADIUS]) / fs[RESOLUTION] + driven
+        if abs(legs[X * room + k] - fs[ROBOT_X]) > reach + abs(legs[VX * room + k]) * seconds:
+            continue
+        if abs(legs[Y * room + k] - fs[ROBOT_Y]) > reach + abs(legs[VY * room + k]) * seconds:
+            continue
+        for column in range(6):
+            contacts[column * room + count] = legs[(FROM + column) * room + k]
+        contacts[6 * room + count] = each[WIDE * m + one] + fs[RADIUS]
+        count += 1
+    if count == 0:
+        return False
+    first_contact(
+        px, py, hx, hy, begins, kappa, st[PIECES], fs[RESOLUTION], seg_t, seg_s[:n], seg_v[:n], seg_a[:n], st[PIECE],
+        contacts[:count], contacts[room : room + count], contacts[2 * room : 2 * room + count],
+        contacts[3 * room : 3 * room + count], contacts[4 * room : 4 * room + count],
+        contacts[5 * room : 5 * room + count], contacts[6 * room : 6 * room + count],
+        fresh[:count], found,
+    )  # fmt: skip
+    return found[0] >= 0.0
+
+
+@kernel(out=("st", "fs", "log", "reasons"))
+def write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons):
+    """Log the period's stretches; a robot that goes on standing for the same reason is logged once."""
+    room = st[LOG_ROOM]
+    for k in range(st[SEGMENTS]):
+        v = seg_v[k]
+        a = seg_a[k]
+        still = v == 0.0 and a == 0.0
+        cause = st[CAUSE]
+        if still and cause <= OF_BRAKING:
+            cause = OF_TURN
+        if still and st[LAST_CAUSE] == cause and st[LAST_INDEX] == st[INDEX]:
+            if fs[LAST_V] == 0.0 and fs[LAST_A] == 0.0:
+                continue
+        if seg_t[k + 1] > seg_t[k]:
+            n = st[LOGGED]
+            log[n] = seg_t[k]
+            log[room + n] = seg_s[k]
+            log[2 * room + n] = v
+            log[3 * room + n] = a
+            reasons[n] = cause
+            reasons[room + n] = st[INDEX]
+            st[LOGGED] += 1
+            st[LAST_CAUSE] = cause
+            st[LAST_INDEX] = st[INDEX]
+            fs[LAST_V] = v
+            fs[LAST_A] = a
+
+
+@kernel(out=("fs", "each"))
+def arrive(st, fs, each, legs):
+    """Put every obstacle where it is when the robot's period is over."""
+    m = st[OBSTACLES]
+    room = st[LEG_ROOM]
+    for k in range(st[LEGS]):
+        if legs[FROM * room + k] > fs[T]:
+            continue
+        one = int(legs[OF * room + k])
+        d = min(fs[T], legs[TO * room + k]) - legs[FROM * room + k]
+        each[SEEN_X * m + one] = legs[X * room + k] + legs[VX * room + k] * d
+        each[SEEN_Y * m + one] = legs[Y * room + k] + legs[VY * room + k] * d
+        each[SPEED_X * m + one] = legs[VX * room + k] * fs[RESOLUTION]
+        each[SPEED_Y * m + one] = legs[VY * room + k] * fs[RESOLUTION]
+
+
+@kernel()
+def nearest(st, fs, each, flags):
+    """Distance along an axis from the nearest obstacle that yields to the robot, beyond both radii; any below HALTS will do."""
+    m = st[OBSTACLES]
+    least = math.inf
+    for one in range(m):
+        if flags[YIELDS * m + one]:
+            dx = abs(each[AT_X * m + one] - fs[ROBOT_X])
+            dy = abs(each[AT_Y * m + one] - fs[ROBOT_Y])
+            least = min(least, max(dx, dy) - each[REACH * m + one])
+            if least < fs[HALTS]:
+                break
+    return least
+
+
+@kernel(
+    out=(
+        "st", "fs", "each", "flags", "near", "legs", "contacts", "seg_t", "seg_s", "seg_v", "seg_a", "found", "log", "reasons",
+        "went", "taken", "left", "gone", "soon",
+    ),
+    each=60_000,
+    of="reasons",
+)  # fmt: skip
+def advance(
+    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of, index_of,
+    each, flags, near, legs, contacts, fresh, seg_t, seg_s, seg_v, seg_a, found, log, reasons, went,
+    taken, left, gone, draws, walkers, own, open_steps, soon, halt,
+):  # fmt: skip
+    """Drive on until Python has something to do, or the period STOP_AT is over.
+
+    Parameters
+    ----------
+    st, fs : int64 (STATE,) and float64 (NUMBERS,).
+    px .. kappa : the curve.
+    nodes, squares, above : distance and squared speed of the ceiling at each node; a ceiling above all speeds.
+    rail_x, rail_y, curvature : of the nodes, metres and 1/metres.
+    cause_of, index_of : what limits the ceiling at each node: number of the cause, and what it is about.
+    each, flags : float64 (EACH * m,) and int64 (FLAGS * m,): the obstacles, row by row.
+    near : float64 (8 * m,). Work space, as ``contacts`` (7 * LEG_ROOM,), ``fresh`` (LEG_ROOM,), zeros, ``seg_t`` (3,), ``seg_s`` .. ``seg_a`` (2,) and ``found``
+        (1,).
+    legs : float64 (7 * LEG_ROOM,), out: how the obstacles move in this period, column by column.
+    log, reasons : out: t, s, v, a and cause, index of stretches, column by column.
+    went : out: obstacle, t, x, y of the ends of straight motions.
+    taken, left, gone : by cell number the obstacle there, that left in this tick, + 1; the cells in ``left``.
+    draws, walkers, own, open_steps : random walkers, see :func:`lampyris.kernels.simulation.ticks.advance`.
+    soon : work space: points ahead.
+    """
+    while True:
+        if st[PHASE] == LISTEN:
+            full = st[LOGGED] + 2 > st[LOG_ROOM] or st[WENT] + 2 * st[OBSTACLES] * st[WALKS] > st[WENT_ROOM]
+            full = full or (st[WALKING] and st[NOW] + st[WALKS] > st[DRAWN_UNTIL])
+            if st[PERIODS] >= st[STOP_AT] or full or stopped(halt):
+                return PAUSED
+            t = fs[T]
+            x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, fs[S])
+            if not trusted(st, fs, each, t, x, y):
+                return FAULT
+            take_in(st, fs, each, t)
+            st[PERIODS] += 1
+            fs[END] = st[PERIODS] * fs[PERIOD]
+            st[PHASE] = DECIDED
+            st[LEGS] = 0
+            fs[CLOCK] = t
+            if st[NOWHERE] or fs[STOOD] >= fs[PATIENCE]:
+                fs[PUSH] = -fs[D_MAX]
+                st[CAUSE] = OF_WAIT
+                st[INDEX] = -1
+                st[REST] = -1
+            elif st[LAW] == OUTSIDE:
+                return DECIDE
+            else:
+                decide(
+                    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of,
+                    index_of, each, near, x, y, fs[END] - t,
+                )  # fmt: skip
+        if st[PHASE] == DECIDED:
+            set_off(st, fs, px, py, hx, hy, begins, kappa, nodes, seg_t, seg_s, seg_v, seg_a)
+            st[PHASE] = MOVING
+        while st[TRAFFIC] and fs[CLOCK] < fs[END]:
+            t = fs[CLOCK]
+            if st[PHASE] == MOVING:
+                if fs[NEAREST] < fs[SEES]:
+                    fs[NEAREST] = nearest(st, fs, each, flags)
+                if st[NOW] * fs[TICK] <= t:
+                    if st[WALKING] == 0:
+                        return DECIDE_TICK
+                    begin_tick(
+                        st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, taken, left, gone,
+                        draws, walkers, own, open_steps, soon, st[NOW] * fs[TICK],
+                    )  # fmt: skip
+            st[PHASE] = MOVING
+            until = min(st[NOW] * fs[TICK], fs[END])
+            if until > t and st[OBSTACLES] > 0:
+                walk(
+                    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, legs, went, t, until,
+                )  # fmt: skip
+            fs[CLOCK] = until
+            fs[NEAREST] -= 1.0 + 1e-9
+        if meet(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, legs, contacts, fresh, found):
+            return CONTACT
+        write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons)
+        n = st[SEGMENTS]
+        fs[BEFORE] = fs[T]
+        fs[T] = seg_t[n]
+        fs[S], fs[V] = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
+        arrive(st, fs, each, legs)
+        st[PHASE] = LISTEN
+        if fs[T] >= fs[TIME_LIMIT]:
+            return CAME
+        if fs[V] == 0.0 and at_goal(st, fs, px, py, hx, hy, begins, kappa, fs[S]):
+            return CAME
+        # As in :class:`lampyris.sim.world.waiting.Waiting`.
+        if fs[S] - fs[ANCHOR] > fs[STEP]:
+            fs[ANCHOR] = fs[S]
+            fs[STOOD] = 0.0
+            fs[WAITED] = 0.0
+            st[REPORTED] = 0
+        if fs[S] > fs[FAR]:
+            st[TRIES] = 0
+        if OF_MOVING_OBSTACLE <= st[CAUSE] <= OF_WAIT:
+            stood = fs[STOOD] + (fs[T] - fs[BEFORE])
+            waited = fs[WAITED] + (fs[T] - fs[BEFORE])
+            late = st[REPORTED] == 0 or waited > fs[GIVE_UP] or stood >= fs[PATIENCE] - 1e-9
+            if fs[V] == 0.0 and late:
+                return CAME
+            fs[STOOD] = stood
+            fs[WAITED] = waited
