@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel, stopped
-from lampyris.kernels.motion.curve_motion import ceiling_push, first_contact
+from lampyris.kernels.motion.curve_motion import ceiling_push
 from lampyris.kernels.motion.passive_safety import highest_push
 from lampyris.kernels.simulation.drive_obstacles import (
     A_MAX, ANCHOR, AT_GOAL, AT_X, AT_Y, BEFORE, CAUSE, CLOCK, DRAWN_UNTIL, D_MAX, END, END_X, END_Y, FAR, FROM, GIVE_UP, GOAL_X, GOAL_Y,
@@ -18,13 +18,14 @@ from lampyris.kernels.simulation.drive_obstacles import (
     LOGGED, MARGIN, NEAREST, NODE, NOW, NOWHERE, OBSTACLES, OF, PARKED, PATIENCE, PERIOD, PERIODS, PHASE, PIECE, PIECES,
     PUSH, QUICK, RADIUS, REACH, REPORTED, RESOLUTION, REST, ROBOT_X, ROBOT_Y, ROUNDING, SEEN_X, SEEN_Y, SEES, SEGMENTS,
     SINCE, SLACK, SPEED_X, SPEED_Y, STAMP, STEP, STOOD, STOP_AT, TICK, TIGHT, TIME_LIMIT, TO, TOP, TRAFFIC, TRIES, V_MAX,
-    VX, VY, WAITED, WALKING, WENT, WENT_ROOM, WALKS, WIDE, X, Y, YIELDS, T, S, V, after, begin_tick, route_at, walk,
+    VX, VY, WAITED, WALKING, WENT, WENT_ROOM, WALKS, WIDE, X, Y, YIELDS, T, S, V, SEG_S, SEG_V, SEG_A, _after, _begin_tick, _route_at, _walk,
 )  # fmt: skip
 
-PAUSED, DECIDE, DECIDE_TICK, CONTACT, CAME, FAULT = range(6)
+PAUSED, DECIDE, DECIDE_TICK, NEAR, CAME, FAULT = range(6)
 """What :func:`advance` returns: the period STOP_AT is over, or there is no room or no draw for
 the next; the law has to decide; the traffic has to begin
-a tick; obstacles touch the robot in this period, which is not written down yet; a period is over after which the drive may
+a tick; an obstacle may touch the robot in this period, which is not
+written down yet; a period is over after which the drive may
 end or the planner may be asked; the next message cannot be trusted."""
 LISTEN, DECIDED, MOVING, TICK_BEGUN = range(4)
 """Values of PHASE."""
@@ -35,7 +36,7 @@ OF_ACCELERATION, OF_LIMIT, OF_BRAKING, OF_TURN, OF_MOVING_OBSTACLE, OF_OBSTACLE,
 
 
 @kernel(out=("st",))
-def trusted(st, fs, each, t, x, y):
+def _trusted(st, fs, each, t, x, y):
     """Whether nothing is wrong with the positions of the obstacles now."""
     m = st[OBSTACLES]
     res = fs[RESOLUTION]
@@ -59,7 +60,7 @@ def trusted(st, fs, each, t, x, y):
 
 
 @kernel(out=("st", "fs", "each"))
-def take_in(st, fs, each, t):
+def _take_in(st, fs, each, t):
     """Take in where the obstacles are, and since when each has been there."""
     m = st[OBSTACLES]
     for one in range(m):
@@ -77,63 +78,12 @@ def take_in(st, fs, each, t):
     fs[STAMP] = t
 
 
-@kernel(out=("st",))
-def stands_beside(st, fs, px, py, hx, hy, begins, kappa, nodes, rail_x, rail_y, curvature, each, one, s0, s1, at):
-    """Whether an obstacle is in the way of a robot that is anywhere between two distances."""
-    m = st[OBSTACLES]
-    res = fs[RESOLUTION]
-    qx = each[SEEN_X * m + one] * res
-    qy = each[SEEN_Y * m + one] * res
-    ax, ay = route_at(st, fs, px, py, hx, hy, begins, kappa, s0)
-    ex, ey = route_at(st, fs, px, py, hx, hy, begins, kappa, s1)
-    ax *= res
-    ay *= res
-    ex *= res
-    ey *= res
-    k = at
-    while k > 0 and nodes[k] > s0:
-        k -= 1
-    count = len(nodes)
-    while k < count and nodes[k] <= s0:
-        k += 1
-    longest = 0.0
-    least = math.inf
-    last = at + 1
-    while True:
-        inside = k < count and nodes[k] < s1
-        bx = ex
-        by = ey
-        if inside:
-            bx = rail_x[k]
-            by = rail_y[k]
-            last = k + 1
-        dx = bx - ax
-        dy = by - ay
-        length = max(dx * dx + dy * dy, 1e-300)
-        longest = max(longest, length)
-        along = ((qx - ax) * dx + (qy - ay) * dy) / length
-        along = min(max(along, 0.0), 1.0)
-        fx = qx - ax - along * dx
-        fy = qy - ay - along * dy
-        least = min(least, fx * fx + fy * fy)
-        if not inside:
-            break
-        ax = bx
-        ay = by
-        k += 1
-    bend = 0.0
-    for n in range(at, min(last, count - 1) + 1):
-        bend = max(bend, curvature[n])
-    bend = 0.125 * bend * longest
-    return math.sqrt(least) - (each[WIDE * m + one] + fs[RADIUS] + bend) <= 0.0
-
-
 @kernel(out=("st", "fs", "near"))
-def decide(
-    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of, index_of, each, near,
-    x, y, period,
-):  # fmt: skip
-    """The push of the next period, under the ceiling and, by the law SAFE, passively safe."""
+def _decide(
+    st, fs, nodes, squares, above, rail_x, rail_y, cause_of, index_of, each, near, x, y, period
+):
+    """The push of the next period, under the ceiling and, by the law SAFE, passively safe; False: an obstacle stands so near
+    that the caller has to decide."""
     m = st[OBSTACLES]
     s = fs[S]
     v = fs[V]
@@ -153,7 +103,7 @@ def decide(
         st[INDEX] = index_of[node]
     fs[PUSH] = push
     if st[LAW] != SAFE or m == 0:
-        return
+        return True
     share = 1.25
     for _ in range(min(st[TRIES], 10)):
         share *= 0.8
@@ -162,30 +112,20 @@ def decide(
     slope = 1.0 + fs[A_MAX] / fs[D_MAX]
     fairly = period + 0.6 * fs[V_MAX] / fs[D_MAX]
     look = 0.5 * v * v / fs[D_MAX] + fs[V_MAX] * period
-    widest = 0.0
-    wait = False
     for one in range(m):
         ax = (each[SEEN_X * m + one] - x) * res
         ay = (each[SEEN_Y * m + one] - y) * res
         gap = math.sqrt(ax * ax + ay * ay) - (each[WIDE * m + one] + fs[RADIUS])
-        fair = share * each[QUICK * m + one] * fairly
-        widest = max(widest, fair)
-        wait = wait or (fs[STAMP] - each[SINCE * m + one] >= fs[PARKED] and gap < look + fair)
+        if fs[STAMP] - each[SINCE * m + one] >= fs[PARKED] and gap < look + share * each[QUICK * m + one] * fairly:
+            return False
         near[one] = near[m + one] = each[SEEN_X * m + one] * res
         near[2 * m + one] = near[3 * m + one] = each[SEEN_Y * m + one] * res
         reach = each[WIDE * m + one] + extra
         near[4 * m + one] = reach
-        near[5 * m + one] = gap - fs[MARGIN] - fs[SLACK]
+        berth = share * period * slope * each[QUICK * m + one]
+        near[5 * m + one] = reach + min(berth, gap - fs[MARGIN] - fs[SLACK])
         near[6 * m + one] = each[QUICK * m + one]
         near[7 * m + one] = 0.0
-    for one in range(m):
-        berth = share * period * slope * each[QUICK * m + one]
-        if wait and fs[STAMP] - each[SINCE * m + one] >= fs[PARKED]:
-            if stands_beside(
-                st, fs, px, py, hx, hy, begins, kappa, nodes, rail_x, rail_y, curvature, each, one, s, s + look + widest, k,
-            ):  # fmt: skip
-                berth = max(berth, share * each[QUICK * m + one] * fairly)
-        near[5 * m + one] = near[4 * m + one] + min(berth, near[5 * m + one])
     a, who = highest_push(
         nodes, rail_x, rail_y, above, s, v, period, push, fs[D_MAX],
         near[: 2 * m], near[2 * m : 4 * m], near[4 * m : 6 * m], near[6 * m : 8 * m],
@@ -195,104 +135,88 @@ def decide(
         st[CAUSE] = OF_MOVING_OBSTACLE
         st[INDEX] = who % m
         st[REST] = -1
+    return True
 
 
 @kernel(out=("st", "fs"))
-def at_goal(st, fs, px, py, hx, hy, begins, kappa, s):
+def _at_goal(st, fs, path, s):
     """Whether a robot that stands there has arrived."""
-    x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
+    x, y = _route_at(st, fs, path, s)
     return st[NOWHERE] == 0 and max(abs(x - fs[GOAL_X]), abs(y - fs[GOAL_Y])) <= fs[AT_GOAL]
 
 
-@kernel(out=("st", "fs", "seg_t", "seg_s", "seg_v", "seg_a"))
-def set_off(st, fs, px, py, hx, hy, begins, kappa, nodes, seg_t, seg_s, seg_v, seg_a):
+@kernel(out=("st", "fs", "seg"))
+def _set_off(st, fs, path, nodes, seg):
     """The stretches of the period by the decision, cut where the robot comes to rest; how far away obstacles matter in it."""
     t = fs[T]
     s = fs[S]
     v = fs[V]
     a = fs[PUSH]
     end = fs[END]
-    seg_t[0] = t
-    seg_s[0] = s
-    seg_v[0] = v
-    seg_a[0] = a
+    seg[0] = t
+    seg[SEG_S] = s
+    seg[SEG_V] = v
+    seg[SEG_A] = a
     st[SEGMENTS] = 1
     if v == 0.0 and a <= 0.0:
-        seg_v[0] = 0.0
-        seg_a[0] = 0.0
-        seg_t[1] = end
+        seg[SEG_V] = 0.0
+        seg[SEG_A] = 0.0
+        seg[1] = end
     else:
         rest = -v / a if a < 0.0 else math.inf
-        seg_t[1] = end
+        seg[1] = end
         if st[REST] >= 0 or rest < end - t:
-            seg_t[1] = min(t + rest, end)
-            seg_t[2] = end
-            seg_s[1] = nodes[st[REST]] if st[REST] >= 0 else s - 0.5 * v * v / a
-            seg_v[1] = 0.0
-            seg_a[1] = 0.0
+            seg[1] = min(t + rest, end)
+            seg[2] = end
+            seg[SEG_S + 1] = nodes[st[REST]] if st[REST] >= 0 else s - 0.5 * v * v / a
+            seg[SEG_V + 1] = 0.0
+            seg[SEG_A + 1] = 0.0
             st[SEGMENTS] = 2
-            if at_goal(st, fs, px, py, hx, hy, begins, kappa, seg_s[1]):
-                seg_t[2] = seg_t[1]
+            if _at_goal(st, fs, path, seg[SEG_S + 1]):
+                seg[2] = seg[1]
     n = st[SEGMENTS]
     fast = 0.0
     for k in range(n):
-        _, late = after(seg_t, seg_s, seg_v, seg_a, k, seg_t[k + 1])
-        fast = max(fast, max(seg_v[k], late))
+        _, late = _after(seg, k, seg[k + 1])
+        fast = max(fast, max(seg[SEG_V + k], late))
     # As in :meth:`lampyris.sim.traffic.continuous_traffic.RunningTraffic._begin_period`.
     quick = min(fast + fs[A_MAX] * fs[TICK], fs[V_MAX])
     seen = (quick * fs[TICK] + 0.5 * quick * quick / fs[D_MAX]) / fs[RESOLUTION] + 3.0
     step = min(end - t, fs[TICK])
     halts = (fs[TOP] + fast + fs[A_MAX] * step) * step / fs[RESOLUTION]
-    last, _ = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
+    last, _ = _after(seg, n - 1, seg[n])
     driven = (last - s) / fs[RESOLUTION] + fs[ROUNDING]
     fs[HALTS] = driven + halts
     fs[SEES] = driven + max(seen, halts)
-    fs[ROBOT_X], fs[ROBOT_Y] = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
+    fs[ROBOT_X], fs[ROBOT_Y] = _route_at(st, fs, path, s)
     fs[NEAREST] = -math.inf
 
 
-@kernel(out=("st", "contacts", "found"))
-def meet(
-    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, legs, contacts, fresh, found,
-):  # fmt: skip
-    """Whether an obstacle comes to touch the robot in this period."""
+@kernel()
+def _in_reach(st, fs, seg, each, legs):
+    """Whether an obstacle may come to touch the robot in this period, wherever on its way it is."""
     m = st[OBSTACLES]
     room = st[LEG_ROOM]
     n = st[SEGMENTS]
-    last, _ = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
-    driven = (last - seg_s[0]) / fs[RESOLUTION] + fs[ROUNDING]
-    count = 0
+    last, _ = _after(seg, n - 1, seg[n])
+    driven = (last - seg[SEG_S]) / fs[RESOLUTION] + fs[ROUNDING]
     for k in range(st[LEGS]):
         one = int(legs[OF * room + k])
         seconds = legs[TO * room + k] - legs[FROM * room + k]
         reach = (each[WIDE * m + one] + fs[RADIUS]) / fs[RESOLUTION] + driven
-        if abs(legs[X * room + k] - fs[ROBOT_X]) > reach + abs(legs[VX * room + k]) * seconds:
-            continue
-        if abs(legs[Y * room + k] - fs[ROBOT_Y]) > reach + abs(legs[VY * room + k]) * seconds:
-            continue
-        for column in range(6):
-            contacts[column * room + count] = legs[(FROM + column) * room + k]
-        contacts[6 * room + count] = each[WIDE * m + one] + fs[RADIUS]
-        count += 1
-    if count == 0:
-        return False
-    first_contact(
-        px, py, hx, hy, begins, kappa, st[PIECES], fs[RESOLUTION], seg_t, seg_s[:n], seg_v[:n], seg_a[:n], st[PIECE],
-        contacts[:count], contacts[room : room + count], contacts[2 * room : 2 * room + count],
-        contacts[3 * room : 3 * room + count], contacts[4 * room : 4 * room + count],
-        contacts[5 * room : 5 * room + count], contacts[6 * room : 6 * room + count],
-        fresh[:count], found,
-    )  # fmt: skip
-    return found[0] >= 0.0
+        if abs(legs[X * room + k] - fs[ROBOT_X]) <= reach + abs(legs[VX * room + k]) * seconds:
+            if abs(legs[Y * room + k] - fs[ROBOT_Y]) <= reach + abs(legs[VY * room + k]) * seconds:
+                return True
+    return False
 
 
 @kernel(out=("st", "fs", "log", "reasons"))
-def write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons):
+def _write_down(st, fs, seg, log, reasons):
     """Log the period's stretches; a robot that goes on standing for the same reason is logged once."""
     room = st[LOG_ROOM]
     for k in range(st[SEGMENTS]):
-        v = seg_v[k]
-        a = seg_a[k]
+        v = seg[SEG_V + k]
+        a = seg[SEG_A + k]
         still = v == 0.0 and a == 0.0
         cause = st[CAUSE]
         if still and cause <= OF_BRAKING:
@@ -300,10 +224,10 @@ def write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons):
         if still and st[LAST_CAUSE] == cause and st[LAST_INDEX] == st[INDEX]:
             if fs[LAST_V] == 0.0 and fs[LAST_A] == 0.0:
                 continue
-        if seg_t[k + 1] > seg_t[k]:
+        if seg[k + 1] > seg[k]:
             n = st[LOGGED]
-            log[n] = seg_t[k]
-            log[room + n] = seg_s[k]
+            log[n] = seg[k]
+            log[room + n] = seg[SEG_S + k]
             log[2 * room + n] = v
             log[3 * room + n] = a
             reasons[n] = cause
@@ -316,7 +240,7 @@ def write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons):
 
 
 @kernel(out=("fs", "each"))
-def arrive(st, fs, each, legs):
+def _arrive(st, fs, each, legs):
     """Put every obstacle where it is when the robot's period is over."""
     m = st[OBSTACLES]
     room = st[LEG_ROOM]
@@ -332,7 +256,7 @@ def arrive(st, fs, each, legs):
 
 
 @kernel()
-def nearest(st, fs, each, flags):
+def _nearest(st, fs, each, flags):
     """Distance along an axis from the nearest obstacle that yields to the robot, beyond both radii; any below HALTS will do."""
     m = st[OBSTACLES]
     least = math.inf
@@ -348,15 +272,15 @@ def nearest(st, fs, each, flags):
 
 @kernel(
     out=(
-        "st", "fs", "each", "flags", "near", "legs", "contacts", "seg_t", "seg_s", "seg_v", "seg_a", "found", "log", "reasons",
+        "st", "fs", "each", "flags", "near", "legs", "seg", "log", "reasons",
         "went", "taken", "left", "gone", "soon",
     ),
     each=60_000,
     of="reasons",
 )  # fmt: skip
 def advance(
-    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of, index_of,
-    each, flags, near, legs, contacts, fresh, seg_t, seg_s, seg_v, seg_a, found, log, reasons, went,
+    st, fs, path, nodes, squares, above, rail_x, rail_y, cause_of, index_of,
+    each, flags, near, legs, seg, log, reasons, went,
     taken, left, gone, draws, walkers, own, open_steps, soon, halt,
 ):  # fmt: skip
     """Drive on until Python has something to do, or the period STOP_AT is over.
@@ -364,13 +288,12 @@ def advance(
     Parameters
     ----------
     st, fs : int64 (STATE,) and float64 (NUMBERS,).
-    px .. kappa : the curve.
+    path : the curve's pieces: x, y, heading (2), where they begin, curvature; PIECES + 1 of each.
     nodes, squares, above : distance and squared speed of the ceiling at each node; a ceiling above all speeds.
-    rail_x, rail_y, curvature : of the nodes, metres and 1/metres.
+    rail_x, rail_y : of the nodes, metres.
     cause_of, index_of : what limits the ceiling at each node: number of the cause, and what it is about.
     each, flags : float64 (EACH * m,) and int64 (FLAGS * m,): the obstacles, row by row.
-    near : float64 (8 * m,). Work space, as ``contacts`` (7 * LEG_ROOM,), ``fresh`` (LEG_ROOM,), zeros, ``seg_t`` (3,), ``seg_s`` .. ``seg_a`` (2,) and ``found``
-        (1,).
+    near : float64 (8 * m,). Work space, as ``seg`` (9,).
     legs : float64 (7 * LEG_ROOM,), out: how the obstacles move in this period, column by column.
     log, reasons : out: t, s, v, a and cause, index of stretches, column by column.
     went : out: obstacle, t, x, y of the ends of straight motions.
@@ -385,10 +308,10 @@ def advance(
             if st[PERIODS] >= st[STOP_AT] or full or stopped(halt):
                 return PAUSED
             t = fs[T]
-            x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, fs[S])
-            if not trusted(st, fs, each, t, x, y):
+            x, y = _route_at(st, fs, path, fs[S])
+            if not _trusted(st, fs, each, t, x, y):
                 return FAULT
-            take_in(st, fs, each, t)
+            _take_in(st, fs, each, t)
             st[PERIODS] += 1
             fs[END] = st[PERIODS] * fs[PERIOD]
             st[PHASE] = DECIDED
@@ -399,48 +322,45 @@ def advance(
                 st[CAUSE] = OF_WAIT
                 st[INDEX] = -1
                 st[REST] = -1
-            elif st[LAW] == OUTSIDE:
+            elif st[LAW] == OUTSIDE or not _decide(
+                st, fs, nodes, squares, above, rail_x, rail_y, cause_of, index_of, each, near, x, y, fs[END] - t
+            ):
                 return DECIDE
-            else:
-                decide(
-                    st, fs, px, py, hx, hy, begins, kappa, nodes, squares, above, rail_x, rail_y, curvature, cause_of,
-                    index_of, each, near, x, y, fs[END] - t,
-                )  # fmt: skip
         if st[PHASE] == DECIDED:
-            set_off(st, fs, px, py, hx, hy, begins, kappa, nodes, seg_t, seg_s, seg_v, seg_a)
+            _set_off(st, fs, path, nodes, seg)
             st[PHASE] = MOVING
         while st[TRAFFIC] and fs[CLOCK] < fs[END]:
             t = fs[CLOCK]
             if st[PHASE] == MOVING:
                 if fs[NEAREST] < fs[SEES]:
-                    fs[NEAREST] = nearest(st, fs, each, flags)
+                    fs[NEAREST] = _nearest(st, fs, each, flags)
                 if st[NOW] * fs[TICK] <= t:
                     if st[WALKING] == 0:
                         return DECIDE_TICK
-                    begin_tick(
-                        st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, taken, left, gone,
+                    _begin_tick(
+                        st, fs, path, seg, each, flags, taken, left, gone,
                         draws, walkers, own, open_steps, soon, st[NOW] * fs[TICK],
                     )  # fmt: skip
             st[PHASE] = MOVING
             until = min(st[NOW] * fs[TICK], fs[END])
             if until > t and st[OBSTACLES] > 0:
-                walk(
-                    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, legs, went, t, until,
+                _walk(
+                    st, fs, path, seg, each, flags, legs, went, t, until,
                 )  # fmt: skip
             fs[CLOCK] = until
             fs[NEAREST] -= 1.0 + 1e-9
-        if meet(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, legs, contacts, fresh, found):
-            return CONTACT
-        write_down(st, fs, seg_t, seg_s, seg_v, seg_a, log, reasons)
+        if _in_reach(st, fs, seg, each, legs):
+            return NEAR
+        _write_down(st, fs, seg, log, reasons)
         n = st[SEGMENTS]
         fs[BEFORE] = fs[T]
-        fs[T] = seg_t[n]
-        fs[S], fs[V] = after(seg_t, seg_s, seg_v, seg_a, n - 1, seg_t[n])
-        arrive(st, fs, each, legs)
+        fs[T] = seg[n]
+        fs[S], fs[V] = _after(seg, n - 1, seg[n])
+        _arrive(st, fs, each, legs)
         st[PHASE] = LISTEN
         if fs[T] >= fs[TIME_LIMIT]:
             return CAME
-        if fs[V] == 0.0 and at_goal(st, fs, px, py, hx, hy, begins, kappa, fs[S]):
+        if fs[V] == 0.0 and _at_goal(st, fs, path, fs[S]):
             return CAME
         # As in :class:`lampyris.sim.world.waiting.Waiting`.
         if fs[S] - fs[ANCHOR] > fs[STEP]:

@@ -11,7 +11,7 @@ import math
 
 from lampyris.kernels._jit import kernel
 from lampyris.kernels.adgso.simulate import crosses
-from lampyris.kernels.motion.curve_motion import piece_of, place
+from lampyris.kernels.motion.curve_motion import chord
 
 (
     PERIODS, STOP_AT, PHASE, OBSTACLES, PIECES, PIECE, NODE, NOW, NOWHERE, LAW, TRIES, REPORTED, CAUSE, INDEX, REST,
@@ -57,41 +57,59 @@ OF, FROM, TO, X, Y, VX, VY = range(7)
 WALKER_TABLE, WALKER_FIRST, WALKER_COUNT, WALKER_DRAW = range(4)
 """Places in ``walkers``, WALKER a specification."""
 WALKER = 4
+SEG_S, SEG_V, SEG_A = 3, 5, 7
+"""Where in ``seg`` distances, speeds and pushes of the period's stretches begin, after their times: two stretches at most."""
 DIAGONAL = math.sqrt(2.0)
 SLACK_SHARE = 1e-10
 
 
 @kernel(out=("st",))
-def route_at(st, fs, px, py, hx, hy, begins, kappa, s):
+def _route_at(st, fs, path, s):
     """Where a distance along the path lies, cells."""
     if s >= fs[LENGTH]:
         return fs[END_X], fs[END_Y]
-    k = piece_of(begins, st[PIECES], s, st[PIECE])
+    w = st[PIECES] + 1
+    k = st[PIECE]
+    while k > 0 and s < path[4 * w + k]:
+        k -= 1
+    while k + 2 < w and s >= path[4 * w + k + 1]:
+        k += 1
     st[PIECE] = k
-    return place(px, py, hx, hy, begins, kappa, fs[RESOLUTION], k, s if s > 0.0 else 0.0)
+    # As kernels.motion.curve_motion.place.
+    along = max(s, 0.0) - path[4 * w + k]
+    bend = path[5 * w + k]
+    x = path[k]
+    y = path[w + k]
+    hx = path[2 * w + k]
+    hy = path[3 * w + k]
+    if bend == 0.0:
+        return x + along * hx / fs[RESOLUTION], y + along * hy / fs[RESOLUTION]
+    ratio, sine, cosine = chord(0.5 * bend * along)
+    far = along * ratio / fs[RESOLUTION]
+    return x + far * (hx * cosine - hy * sine), y + far * (hx * sine + hy * cosine)
 
 
 @kernel()
-def after(seg_t, seg_s, seg_v, seg_a, k, t):
+def _after(seg, k, t):
     """Distance and speed at a time of stretch ``k``."""
-    d = t - seg_t[k]
-    v = seg_v[k] + seg_a[k] * d
+    d = t - seg[k]
+    v = seg[SEG_V + k] + seg[SEG_A + k] * d
     if v < 0.0:
         v = 0.0
-    return seg_s[k] + d * (seg_v[k] + 0.5 * seg_a[k] * d), v
+    return seg[SEG_S + k] + d * (seg[SEG_V + k] + 0.5 * seg[SEG_A + k] * d), v
 
 
 @kernel()
-def motion_at(seg_t, seg_s, seg_v, seg_a, count, t):
+def _motion_at(seg, count, t):
     """Distance and speed at a time; the ends answer for times outside."""
     for k in range(count):
-        if t < seg_t[k + 1]:
-            return after(seg_t, seg_s, seg_v, seg_a, k, max(t, seg_t[k]))
-    return after(seg_t, seg_s, seg_v, seg_a, count - 1, seg_t[count])
+        if t < seg[k + 1]:
+            return _after(seg, k, max(t, seg[k]))
+    return _after(seg, count - 1, seg[count])
 
 
 @kernel()
-def keeps_apart(each, m, one, x, y, other):
+def _keeps_apart(each, m, one, x, y, other):
     """Whether an obstacle that moves to (x, y) keeps clear of another one's motion to its MEANT place."""
     px = each[AT_X * m + one] - each[AT_X * m + other]
     py = each[AT_Y * m + one] - each[AT_Y * m + other]
@@ -109,7 +127,7 @@ def keeps_apart(each, m, one, x, y, other):
 
 
 @kernel(out=("flags",))
-def list_near(each, flags, m, one):
+def _list_near(each, flags, m, one):
     """List in MARK the obstacles that a step of this one might come too near to; how many."""
     count = 0
     x = each[AT_X * m + one]
@@ -125,16 +143,16 @@ def list_near(each, flags, m, one):
 
 
 @kernel()
-def may_go(each, flags, m, one, x, y, count):
+def _may_go(each, flags, m, one, x, y, count):
     """Whether an obstacle may move to (x, y), as far as the motions of the ``count`` in MARK go."""
     for n in range(count):
-        if not keeps_apart(each, m, one, x, y, flags[MARK * m + n]):
+        if not _keeps_apart(each, m, one, x, y, flags[MARK * m + n]):
             return False
     return True
 
 
 @kernel(out=("each", "flags"))
-def settle(fs, each, flags, m):
+def _settle(fs, each, flags, m):
     """Halt those that would meet an obstacle that is late or halts: HALTING grows."""
     queued = 0
     for one in range(m):
@@ -144,7 +162,7 @@ def settle(fs, each, flags, m):
     while queued > 0:
         queued -= 1
         one = flags[QUEUE * m + queued]
-        count = list_near(each, flags, m, one)
+        count = _list_near(each, flags, m, one)
         # In order of buckets, column by column: who halts first may decide who else has to.
         for n in range(1, count):
             k = flags[MARK * m + n]
@@ -163,7 +181,7 @@ def settle(fs, each, flags, m):
             other = flags[MARK * m + n]
             x = each[MEANT_X * m + one]
             y = each[MEANT_Y * m + one]
-            if keeps_apart(each, m, one, x, y, other):
+            if _keeps_apart(each, m, one, x, y, other):
                 continue
             who = one
             if x == each[AT_X * m + one] and y == each[AT_Y * m + one]:
@@ -176,7 +194,7 @@ def settle(fs, each, flags, m):
 
 
 @kernel(out=("st", "went"))
-def went_to(st, went, one, t, x, y):
+def _went_to(st, went, one, t, x, y):
     """Write down that an obstacle was at (x, y) at a time."""
     k = 4 * st[WENT]
     went[k] = one
@@ -187,8 +205,8 @@ def went_to(st, went, one, t, x, y):
 
 
 @kernel(out=("st", "each", "flags", "legs", "went"))
-def walk(
-    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, legs, went, t, end,
+def _walk(
+    st, fs, path, seg, each, flags, legs, went, t, end,
 ):  # fmt: skip
     """Every obstacle moves on from ``t`` to ``end``, which is no later than the tick's end."""
     m = st[OBSTACLES]
@@ -196,10 +214,10 @@ def walk(
     for one in range(m):
         flags[HALTING * m + one] = 0
     if fs[NEAREST] < fs[HALTS]:
-        s0, v0 = motion_at(seg_t, seg_s, seg_v, seg_a, st[SEGMENTS], t)
-        s1, v1 = motion_at(seg_t, seg_s, seg_v, seg_a, st[SEGMENTS], end)
-        x0, y0 = route_at(st, fs, px, py, hx, hy, begins, kappa, s0)
-        x1, y1 = route_at(st, fs, px, py, hx, hy, begins, kappa, s1)
+        s0, v0 = _motion_at(seg, st[SEGMENTS], t)
+        s1, v1 = _motion_at(seg, st[SEGMENTS], end)
+        x0, y0 = _route_at(st, fs, path, s0)
+        x1, y1 = _route_at(st, fs, path, s1)
         both = fs[TOP] + max(v0, v1) + fs[A_MAX] * (end - t)
         for one in range(m):
             if flags[YIELDS * m + one] == 0:
@@ -223,14 +241,14 @@ def walk(
                 y = y + each[GO_Y * m + one] * (end - t)
             each[MEANT_X * m + one] = x
             each[MEANT_Y * m + one] = y
-        settle(fs, each, flags, m)
+        _settle(fs, each, flags, m)
         halting = 0
         for one in range(m):
             halting += flags[HALTING * m + one]
     if halting > 0 or st[HALTED_ONES] > 0:
         for one in range(m):
             if flags[HALTING * m + one] != flags[HALTED * m + one]:
-                went_to(st, went, one, t, each[AT_X * m + one], each[AT_Y * m + one])
+                _went_to(st, went, one, t, each[AT_X * m + one], each[AT_Y * m + one])
             flags[HALTED * m + one] = flags[HALTING * m + one]
             if flags[HALTING * m + one] and flags[LATE * m + one] == 0:
                 flags[LATE * m + one] = 1
@@ -260,21 +278,21 @@ def walk(
             if flags[LATE * m + one] == 0:
                 each[AT_X * m + one] = each[TO_X * m + one]
                 each[AT_Y * m + one] = each[TO_Y * m + one]
-            went_to(st, went, one, end, each[AT_X * m + one], each[AT_Y * m + one])
+            _went_to(st, went, one, end, each[AT_X * m + one], each[AT_Y * m + one])
 
 
 @kernel(out=("st", "fs", "soon"))
-def look_ahead(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, soon, t):
+def _look_ahead(st, fs, path, seg, each, flags, soon, t):
     """The points that the robot soon comes to by its present speed; none if nobody near would yield."""
     st[SOON] = 0
     fs[APART] = 0.0
     if fs[NEAREST] >= fs[SEES]:
         return
     m = st[OBSTACLES]
-    s, v = motion_at(seg_t, seg_s, seg_v, seg_a, st[SEGMENTS], t)
+    s, v = _motion_at(seg, st[SEGMENTS], t)
     quick = min(v + fs[A_MAX] * fs[TICK], fs[V_MAX])
     ahead = min(quick * fs[TICK] + 0.5 * quick * quick / fs[D_MAX], fs[LENGTH] - s)
-    x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
+    x, y = _route_at(st, fs, path, s)
     far = ahead / fs[RESOLUTION] + 3.0
     seen = False
     for one in range(m):
@@ -291,7 +309,7 @@ def look_ahead(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a
     soon[0] = x
     soon[1] = y
     for k in range(1, count):
-        x, y = route_at(st, fs, px, py, hx, hy, begins, kappa, s + ahead * k / steps)
+        x, y = _route_at(st, fs, path, s + ahead * k / steps)
         soon[2 * k] = x
         soon[2 * k + 1] = y
     st[SOON] = count
@@ -299,7 +317,7 @@ def look_ahead(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a
 
 
 @kernel()
-def meets(st, fs, soon, far, x, y, dx, dy):
+def _meets(st, fs, soon, far, x, y, dx, dy):
     """Whether a step from a cell comes nearer than ``far`` to where the robot soon is; going away never does."""
     length = dx * dx + dy * dy
     squared = far * far
@@ -318,7 +336,7 @@ def meets(st, fs, soon, far, x, y, dx, dy):
 
 
 @kernel(out=("st", "each", "flags", "taken", "left", "gone"))
-def step_to(st, each, flags, taken, left, gone, one, to, dx, dy):
+def _step_to(st, each, flags, taken, left, gone, one, to, dx, dy):
     """Move an obstacle to a cell, from the middle of which the tick leads on."""
     m = st[OBSTACLES]
     at = flags[CELL * m + one]
@@ -335,7 +353,7 @@ def step_to(st, each, flags, taken, left, gone, one, to, dx, dy):
 
 
 @kernel(out=("st", "each", "flags", "taken", "left", "gone"))
-def bring_back(st, fs, each, flags, taken, left, gone, qx, qy):
+def _bring_back(st, fs, each, flags, taken, left, gone, qx, qy):
     """Those that are late finish their step, or go back if that is towards a robot that is near: LATE 2 is to stay late."""
     m = st[OBSTACLES]
     stride = st[STRIDE]
@@ -352,8 +370,8 @@ def bring_back(st, fs, each, flags, taken, left, gone, qx, qy):
         met = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
         met = met and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
         met = met and flags[YIELDS * m + one] != 0
-        count = list_near(each, flags, m, one)
-        on = may_go(each, flags, m, one, x1, y1, count)
+        count = _list_near(each, flags, m, one)
+        on = _may_go(each, flags, m, one, x1, y1, count)
         may = False
         dx = came % stride - number % stride
         dy = came // stride - number // stride
@@ -364,7 +382,7 @@ def bring_back(st, fs, each, flags, taken, left, gone, qx, qy):
         if may:
             x0 = float(came % stride - 1)
             y0 = float(came // stride - 1)
-            may = may_go(each, flags, m, one, x0, y0, count)
+            may = _may_go(each, flags, m, one, x0, y0, count)
         if not may:
             if on:
                 each[MEANT_X * m + one] = x1
@@ -372,13 +390,13 @@ def bring_back(st, fs, each, flags, taken, left, gone, qx, qy):
             else:
                 flags[LATE * m + one] = 2
             continue
-        step_to(st, each, flags, taken, left, gone, one, came, dx, dy)
+        _step_to(st, each, flags, taken, left, gone, one, came, dx, dy)
         flags[CAME * m + one] = number
 
 
 @kernel(out=("st", "fs", "each", "flags", "taken", "left", "gone", "soon"))
-def begin_tick(
-    st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, taken, left, gone, draws, walkers, own,
+def _begin_tick(
+    st, fs, path, seg, each, flags, taken, left, gone, draws, walkers, own,
     open_steps, soon, t,
 ):  # fmt: skip
     """A tick begins: who is late goes on or back, all random walkers choose a step."""
@@ -386,14 +404,14 @@ def begin_tick(
     stride = st[STRIDE]
     room = len(taken)
     st[NOW] += 1
-    look_ahead(st, fs, px, py, hx, hy, begins, kappa, seg_t, seg_s, seg_v, seg_a, each, flags, soon, t)
+    _look_ahead(st, fs, path, seg, each, flags, soon, t)
     for one in range(m):
         each[MEANT_X * m + one] = each[AT_X * m + one]
         each[MEANT_Y * m + one] = each[AT_Y * m + one]
     if st[LATE_ONES] > 0:
-        s, _ = motion_at(seg_t, seg_s, seg_v, seg_a, st[SEGMENTS], t)
-        qx, qy = route_at(st, fs, px, py, hx, hy, begins, kappa, s)
-        bring_back(st, fs, each, flags, taken, left, gone, qx, qy)
+        s, _ = _motion_at(seg, st[SEGMENTS], t)
+        qx, qy = _route_at(st, fs, path, s)
+        _bring_back(st, fs, each, flags, taken, left, gone, qx, qy)
     for k in range(st[LEFT]):
         left[gone[k]] = 0
     st[LEFT] = 0
@@ -415,7 +433,7 @@ def begin_tick(
             x = at % stride - 1
             y = at // stride - 1
             far = fs[RADIUS] / fs[RESOLUTION] + each[DISC * m + one] + 0.5 * fs[APART]
-            near = list_near(each, flags, m, one)
+            near = _list_near(each, flags, m, one)
             may = 0
             options = 0
             for j in range(8):
@@ -428,9 +446,9 @@ def begin_tick(
                     continue
                 if dx != 0 and dy != 0 and crosses(at, dx, dy, stride, left, steps_x, steps_y):
                     continue
-                if not may_go(each, flags, m, one, float(x + dx), float(y + dy), near):
+                if not _may_go(each, flags, m, one, float(x + dx), float(y + dy), near):
                     continue
-                if st[SOON] > 0 and meets(st, fs, soon, far, x, y, dx, dy):
+                if st[SOON] > 0 and _meets(st, fs, soon, far, x, y, dx, dy):
                     continue
                 may |= 1 << j
                 options += 1
@@ -445,7 +463,7 @@ def begin_tick(
                         dy = i // 3 - 1
                         dx = i - 3 * dy - 4
                         flags[CAME * m + one] = at
-                        step_to(st, each, flags, taken, left, gone, one, at + dy * stride + dx, dx, dy)
+                        _step_to(st, each, flags, taken, left, gone, one, at + dy * stride + dx, dx, dy)
                         steps_x[one] = dx
                         steps_y[one] = dy
                         break

@@ -2,8 +2,8 @@
 
 The rules are those of :mod:`lampyris.sim.continuous.drive`, which tests hold equal to the kernel. The arrays are made of a
 drive between two periods, and written back before Python looks at it. The kernel comes back where Python has something to
-do: a law that it does not know decides, traffic that it does not know begins a tick, obstacles touch the robot, the drive
-may end or the planner has to be asked.
+do: a law that it does not know decides, traffic that it does not know begins a tick, an obstacle is so near that it stands in
+the way or may touch the robot, the drive may end or the planner has to be asked.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ class CompiledPeriods:
             fs[o.LAST_V], fs[o.LAST_A] = log.v[-1], log.a[-1]
 
     def _pack_path(self) -> tuple[Any, ...]:
-        """The path, its nodes and their ceiling: ``px`` to ``index_of`` of the kernel."""
+        """The path, its nodes and their ceiling: ``path`` to ``index_of`` of the kernel."""
         run, leg = self._run, self._run.state.leg
         controller = run.wheel.controller
         law = k.OUTSIDE
@@ -198,10 +198,11 @@ class CompiledPeriods:
             rests = cause in _RESTING
             codes.append(self._code("braking" if rests else cause))
             about.append(node if rests else index)
-        curvature = np.ascontiguousarray(leg.samples.curvature)
         above = np.full(len(rails.s), 1e30)
+        pieces = len(leg.route) + 1
+        path = frozen(np.concatenate([np.resize(one, pieces) for one in leg.route.lines]))
         return (
-            *leg.route.lines, rails.s, leg.squares, above, rails.x, rails.y, frozen(curvature), _ints(codes), _ints(about),
+            path, rails.s, leg.squares, above, rails.x, rails.y, _ints(codes), _ints(about),
         )  # fmt: skip
 
     def _pack_obstacles(self) -> tuple[Floats, Ints]:
@@ -281,12 +282,10 @@ class CompiledPeriods:
         st[o.LEG_ROOM], st[o.LOG_ROOM], st[o.WENT_ROOM] = legs, log, went
         self._legs, self._log = np.zeros(7 * legs), np.zeros(4 * log)
         self._reasons, self._went = np.zeros(2 * log, dtype=np.int64), np.zeros(4 * went)
-        self._seg = np.zeros(3), np.zeros(2), np.zeros(2), np.zeros(2)
+        self._seg = np.zeros(9)
         self._soon = np.zeros(2 * int(_points(self._run)) + 2 if st[o.WALKING] else 2)
-        fresh = np.zeros(legs, dtype=np.int64)
         return (
-            np.zeros(8 * m), self._legs, np.zeros(7 * legs), fresh, *self._seg, np.zeros(1), self._log, self._reasons,
-            self._went,
+            np.zeros(8 * m), self._legs, self._seg, self._log, self._reasons, self._went,
         )  # fmt: skip
 
     def _code(self, word: str) -> int:
@@ -324,7 +323,7 @@ class CompiledPeriods:
                 continue
             else:
                 self._write_back()
-                if code == k.CONTACT:
+                if code == k.NEAR:
                     run.finish(self._trajectory())
                 elif code == k.CAME:
                     run.afterwards(float(fs[o.BEFORE]))
@@ -435,7 +434,8 @@ class CompiledPeriods:
 
     def _trajectory(self) -> Trajectory:
         """What the robot does in this period."""
-        t, s, v, a = (one.tolist() for one in self._seg)
+        seg = self._seg.tolist()
+        t, s, v, a = seg[: o.SEG_S], seg[o.SEG_S :], seg[o.SEG_V :], seg[o.SEG_A :]
         count = int(self._st[o.SEGMENTS])
         made = [Segment(t[n], t[n + 1], s[n], v[n], a[n]) for n in range(count)]
         return Trajectory(self._run.state.leg.route, made)
