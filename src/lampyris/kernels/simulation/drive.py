@@ -13,12 +13,101 @@ from lampyris.kernels._jit import kernel, stopped
 from lampyris.kernels.motion.curve_motion import ceiling_push
 from lampyris.kernels.motion.passive_safety import highest_push
 from lampyris.kernels.simulation.drive_obstacles import (
-    A_MAX, ANCHOR, AT_GOAL, AT_X, AT_Y, BEFORE, CAUSE, CLOCK, DRAWN_UNTIL, D_MAX, END, END_X, END_Y, FAR, FROM, GIVE_UP, GOAL_X, GOAL_Y,
-    HALTS, HEARD_X, HEARD_Y, INDEX, KNOWN, LAST_A, LAST_CAUSE, LAST_INDEX, LAST_V, LAST_X, LAST_Y, LAW, LEG_ROOM, LEGS, LENGTH, LOG_ROOM,
-    LOGGED, MARGIN, NEAREST, NODE, NOW, NOWHERE, OBSTACLES, OF, PARKED, PATIENCE, PERIOD, PERIODS, PHASE, PIECE, PIECES,
-    PUSH, QUICK, RADIUS, REACH, REPORTED, RESOLUTION, REST, ROBOT_X, ROBOT_Y, ROUNDING, SEEN_X, SEEN_Y, SEES, SEGMENTS,
-    SINCE, SLACK, SPEED_X, SPEED_Y, STAMP, STEP, STOOD, STOP_AT, TICK, TIGHT, TIME_LIMIT, TO, TOP, TRAFFIC, TRIES, V_MAX,
-    VX, VY, WAITED, WALKING, WENT, WENT_ROOM, WALKS, WIDE, X, Y, YIELDS, T, S, V, SEG_S, SEG_V, SEG_A, _after, _begin_tick, _route_at, _walk,
+    A_MAX,
+    ANCHOR,
+    AT_GOAL,
+    AT_X,
+    AT_Y,
+    BEFORE,
+    CAUSE,
+    CLOCK,
+    D_MAX,
+    DRAWN_UNTIL,
+    END,
+    FAR,
+    FROM,
+    GIVE_UP,
+    GOAL_X,
+    GOAL_Y,
+    HALTS,
+    HEARD_X,
+    HEARD_Y,
+    INDEX,
+    KNOWN,
+    LAST_A,
+    LAST_CAUSE,
+    LAST_INDEX,
+    LAST_V,
+    LAST_X,
+    LAST_Y,
+    LAW,
+    LEG_ROOM,
+    LEGS,
+    LOG_ROOM,
+    LOGGED,
+    MARGIN,
+    NEAREST,
+    NODE,
+    NOW,
+    NOWHERE,
+    OBSTACLES,
+    OF,
+    PARKED,
+    PATIENCE,
+    PERIOD,
+    PERIODS,
+    PHASE,
+    PUSH,
+    QUICK,
+    RADIUS,
+    REACH,
+    REPORTED,
+    RESOLUTION,
+    REST,
+    ROBOT_X,
+    ROBOT_Y,
+    ROUNDING,
+    SEEN_X,
+    SEEN_Y,
+    SEES,
+    SEG_A,
+    SEG_S,
+    SEG_V,
+    SEGMENTS,
+    SINCE,
+    SLACK,
+    SPEED_X,
+    SPEED_Y,
+    STAMP,
+    STEP,
+    STOOD,
+    STOP_AT,
+    TICK,
+    TIGHT,
+    TIME_LIMIT,
+    TO,
+    TOP,
+    TRAFFIC,
+    TRIES,
+    V_MAX,
+    VX,
+    VY,
+    WAITED,
+    WALKING,
+    WALKS,
+    WENT,
+    WENT_ROOM,
+    WIDE,
+    YIELDS,
+    S,
+    T,
+    V,
+    X,
+    Y,
+    _after,
+    _begin_tick,
+    _route_at,
+    _walk,
 )  # fmt: skip
 
 PAUSED, DECIDE, DECIDE_TICK, NEAR, CAME, FAULT = range(6)
@@ -79,9 +168,7 @@ def _take_in(st, fs, each, t):
 
 
 @kernel(out=("st", "fs", "near"))
-def _decide(
-    st, fs, nodes, squares, above, rail_x, rail_y, cause_of, index_of, each, near, x, y, period
-):
+def _decide(st, fs, nodes, squares, above, rail_x, rail_y, cause_of, index_of, each, near, x, y, period):
     """The push of the next period, under the ceiling and, by the law SAFE, passively safe; False: an obstacle stands so near
     that the caller has to decide."""
     m = st[OBSTACLES]
@@ -116,7 +203,10 @@ def _decide(
         ax = (each[SEEN_X * m + one] - x) * res
         ay = (each[SEEN_Y * m + one] - y) * res
         gap = math.sqrt(ax * ax + ay * ay) - (each[WIDE * m + one] + fs[RADIUS])
-        if fs[STAMP] - each[SINCE * m + one] >= fs[PARKED] and gap < look + share * each[QUICK * m + one] * fairly:
+        if (
+            fs[STAMP] - each[SINCE * m + one] >= fs[PARKED]
+            and gap < look + share * each[QUICK * m + one] * fairly
+        ):
             return False
         near[one] = near[m + one] = each[SEEN_X * m + one] * res
         near[2 * m + one] = near[3 * m + one] = each[SEEN_Y * m + one] * res
@@ -323,7 +413,20 @@ def advance(
                 st[INDEX] = -1
                 st[REST] = -1
             elif st[LAW] == OUTSIDE or not _decide(
-                st, fs, nodes, squares, above, rail_x, rail_y, cause_of, index_of, each, near, x, y, fs[END] - t
+                st,
+                fs,
+                nodes,
+                squares,
+                above,
+                rail_x,
+                rail_y,
+                cause_of,
+                index_of,
+                each,
+                near,
+                x,
+                y,
+                fs[END] - t,
             ):
                 return DECIDE
         if st[PHASE] == DECIDED:

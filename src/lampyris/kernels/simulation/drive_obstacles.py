@@ -2,7 +2,7 @@
 
 The rules are those of :mod:`lampyris.sim.traffic.continuous_traffic` and :mod:`lampyris.sim.traffic.separation`, number for
 number. Positions are in cells, lengths along the path in metres, times in seconds. ``st`` and ``fs`` hold the state of the
-drive; what each place of them is stands here, because everything that drives uses it.
+drive; their places are defined here.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from lampyris.kernels.motion.curve_motion import chord
 
 (
     PERIODS, STOP_AT, PHASE, OBSTACLES, PIECES, PIECE, NODE, NOW, NOWHERE, LAW, TRIES, REPORTED, CAUSE, INDEX, REST,
-    SEGMENTS, TRAFFIC, WALKING, LOGGED, LOG_ROOM, LEGS, LEG_ROOM, WENT, WENT_ROOM, WALKS, LATE_ONES, HALTED_ONES, KNOWN,
+    SEGMENTS, TRAFFIC, WALKING, LOGGED, LOG_ROOM, LEGS, LEG_ROOM, WENT, WENT_ROOM, WALKS, LATE_ONES, STOPPED_ONES, KNOWN,
     LAST_CAUSE, LAST_INDEX, LEFT, STRIDE, WALKERS, PER_TICK, DRAWN_FROM, DRAWN_UNTIL, SOON,
 ) = range(37)  # fmt: skip
 """Places in ``st``. Periods over, and to stop at; which part of a period is next; obstacles; pieces of the curve, and the
 piece and the node found last; ticks begun; whether the path has no length; the law; of :class:`Waiting` tries and reported;
 the decision's cause, index and node to rest at. Stretches of the period; whether there is traffic, and whether its ticks are
-decided here; rows of ``log``, ``legs`` and ``went``, room for them, and parts that the traffic may divide a period into; obstacles
-that are late and that are halted; whether a message has been received; cause and index of the last row of the log, -1
+decided here; rows of ``log``, ``legs`` and ``went``, room for them, and parts that the traffic may divide a period into;
+obstacles that are late and that are halted; whether a message has been received; cause and index of the last row of the log, -1
 before the first of a path; of the walkers' world the cells left, the map's stride, specifications, draws a tick, ticks of the
 first row of draws and after the last; points that the robot may soon be at."""
 STATE = 37
@@ -48,7 +48,7 @@ period ended, and its velocity (m/s); the message before, since when it stands; 
 radii, radius (cells); where it is at the end of a part of a period; its velocity when the
 message before was sent."""
 EACH = 21
-YIELDS, FIXED, LATE, HALTED, HALTING, CELL, CAME, STEP_X, STEP_Y, MARK, QUEUE = range(11)
+YIELDS, FIXED, LATE, STOPPED, STOPPING, CELL, CAME, STEP_X, STEP_Y, MARK, QUEUE = range(11)
 """Rows of ``flags``: whether it yields, is recorded, is late, was and is halted; its cell, the one before, its last step; lists
 of obstacles. QUEUE has two rows."""
 FLAGS = 13
@@ -60,7 +60,9 @@ WALKER = 4
 SEG_S, SEG_V, SEG_A = 3, 5, 7
 """Where in ``seg`` distances, speeds and pushes of the period's stretches begin, after their times: two stretches at most."""
 DIAGONAL = math.sqrt(2.0)
+"""The longest step, cells."""
 SLACK_SHARE = 1e-10
+"""As :data:`lampyris.sim.traffic.separation.SLACK`."""
 
 
 @kernel(out=("st",))
@@ -153,10 +155,10 @@ def _may_go(each, flags, m, one, x, y, count):
 
 @kernel(out=("each", "flags"))
 def _settle(fs, each, flags, m):
-    """Halt those that would meet an obstacle that is late or halts: HALTING grows."""
+    """Halt those that would meet an obstacle that is late or halts: STOPPING grows."""
     queued = 0
     for one in range(m):
-        if flags[LATE * m + one] or flags[HALTING * m + one]:
+        if flags[LATE * m + one] or flags[STOPPING * m + one]:
             flags[QUEUE * m + queued] = one
             queued += 1
     while queued > 0:
@@ -188,7 +190,7 @@ def _settle(fs, each, flags, m):
                 who = other
             each[MEANT_X * m + who] = each[AT_X * m + who]
             each[MEANT_Y * m + who] = each[AT_Y * m + who]
-            flags[HALTING * m + who] = 1
+            flags[STOPPING * m + who] = 1
             flags[QUEUE * m + queued] = who
             queued += 1
 
@@ -210,9 +212,9 @@ def _walk(
 ):  # fmt: skip
     """Every obstacle moves on from ``t`` to ``end``, which is no later than the tick's end."""
     m = st[OBSTACLES]
-    halting = 0
+    stopping = 0
     for one in range(m):
-        flags[HALTING * m + one] = 0
+        flags[STOPPING * m + one] = 0
     if fs[NEAREST] < fs[HALTS]:
         s0, v0 = _motion_at(seg, st[SEGMENTS], t)
         s1, v1 = _motion_at(seg, st[SEGMENTS], end)
@@ -230,36 +232,36 @@ def _walk(
                 vy = each[GO_Y * m + one]
                 later = (x1 - each[AT_X * m + one]) * vx + (y1 - each[AT_Y * m + one]) * vy
                 if ax * vx + ay * vy > 0.0 or later > 0.0:
-                    flags[HALTING * m + one] = 1
-                    halting += 1
-    if halting > 0 or st[LATE_ONES] > 0:
+                    flags[STOPPING * m + one] = 1
+                    stopping += 1
+    if stopping > 0 or st[LATE_ONES] > 0:
         for one in range(m):
             x = each[AT_X * m + one]
             y = each[AT_Y * m + one]
-            if flags[HALTING * m + one] == 0:
+            if flags[STOPPING * m + one] == 0:
                 x = x + each[GO_X * m + one] * (end - t)
                 y = y + each[GO_Y * m + one] * (end - t)
             each[MEANT_X * m + one] = x
             each[MEANT_Y * m + one] = y
         _settle(fs, each, flags, m)
-        halting = 0
+        stopping = 0
         for one in range(m):
-            halting += flags[HALTING * m + one]
-    if halting > 0 or st[HALTED_ONES] > 0:
+            stopping += flags[STOPPING * m + one]
+    if stopping > 0 or st[STOPPED_ONES] > 0:
         for one in range(m):
-            if flags[HALTING * m + one] != flags[HALTED * m + one]:
+            if flags[STOPPING * m + one] != flags[STOPPED * m + one]:
                 _went_to(st, went, one, t, each[AT_X * m + one], each[AT_Y * m + one])
-            flags[HALTED * m + one] = flags[HALTING * m + one]
-            if flags[HALTING * m + one] and flags[LATE * m + one] == 0:
+            flags[STOPPED * m + one] = flags[STOPPING * m + one]
+            if flags[STOPPING * m + one] and flags[LATE * m + one] == 0:
                 flags[LATE * m + one] = 1
                 st[LATE_ONES] += 1
-        st[HALTED_ONES] = halting
+        st[STOPPED_ONES] = stopping
     room = st[LEG_ROOM]
     n = st[LEGS]
     for one in range(m):
         vx = each[GO_X * m + one]
         vy = each[GO_Y * m + one]
-        if flags[HALTING * m + one]:
+        if flags[STOPPING * m + one]:
             vx = 0.0
             vy = 0.0
         legs[OF * room + n] = one

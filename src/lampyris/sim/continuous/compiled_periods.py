@@ -23,10 +23,9 @@ from lampyris.model.settings.drive import DriveSettings
 from lampyris.motion.safety.passive_acceleration import rails_of
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.controllers import Follow, Wheel
-from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.safe_controller import MARGIN, PARKED, SafeController
 from lampyris.sim.continuous.sight import Sight
-from lampyris.sim.continuous.state import DriveState
+from lampyris.sim.continuous.state import DriveState, Log
 from lampyris.sim.continuous.tracking import Perfect, Train
 from lampyris.sim.sensor import ObstacleMessage, ObstacleSensor, PerfectSensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import ROUNDING
@@ -56,7 +55,7 @@ _RESTING = ("goal", "turn", "start")
 Ints = NDArray[np.int64]
 
 
-class Running(Protocol):
+class RunningDrive(Protocol):
     """What is needed of a drive; see :class:`lampyris.sim.continuous.drive.DriveSimulation`."""
 
     scene: Scene
@@ -90,7 +89,7 @@ class Running(Protocol):
         ...
 
 
-def supported(run: Running) -> bool:
+def supported(run: RunningDrive) -> bool:
     """Whether the kernel knows the rules of the next period: a robot that follows its path exactly by a known map, discs
     that the scene's traffic moves, and data that can be trusted."""
     state, others = run.state, run.others
@@ -113,12 +112,12 @@ def supported(run: Running) -> bool:
     return _points(run) <= MOST_POINTS and 20 * _parts(run) * max(len(others.xy), 1) <= MOST_WORK
 
 
-def _parts(run: Running) -> int:
+def _parts(run: RunningDrive) -> int:
     """Parts that ticks may divide a period into."""
     return math.ceil(run.settings.decision_period / run.others.traffic.tick) + 2
 
 
-def _points(run: Running) -> float:
+def _points(run: RunningDrive) -> float:
     """Points ahead of the robot, at most."""
     robot, tick = run.scene.robot, run.others.traffic.tick
     ahead = robot.v_max * tick + 0.5 * robot.v_max * robot.v_max / robot.d_max
@@ -134,7 +133,7 @@ class CompiledPeriods:
     last : the period to stop at.
     """
 
-    def __init__(self, run: Running, last: int) -> None:
+    def __init__(self, run: RunningDrive, last: int) -> None:
         self._run, self._last = run, last
         self._st = np.zeros(o.STATE, dtype=np.int64)
         self._fs = np.zeros(o.NUMBERS)
@@ -159,7 +158,12 @@ class CompiledPeriods:
         st[o.TRIES], st[o.REPORTED], st[o.WALKS] = waiting.tries, waiting.reported, _parts(run)
         st[o.TRAFFIC] = bool(traffic.traffic.obstacles or traffic.traffic.walkers)
         made = state.decision
-        fs[o.PUSH], st[o.CAUSE], st[o.INDEX], st[o.REST] = made.a, self._code(made.cause), made.cause_index, made.rest
+        fs[o.PUSH], st[o.CAUSE], st[o.INDEX], st[o.REST] = (
+            made.a,
+            self._code(made.cause),
+            made.cause_index,
+            made.rest,
+        )
         fs[[o.T, o.S, o.V, o.PERIOD]] = state.t, state.s, state.v, settings.decision_period
         fs[[o.TICK, o.TOP, o.RESOLUTION, o.RADIUS]] = (
             traffic.tick, traffic.top_speed, run.scene.grid.resolution, robot.radius,
@@ -222,10 +226,10 @@ class CompiledPeriods:
             each[o.DISC] = traffic.world.motions.radii
             flags[o.YIELDS] = traffic.yields
             for row, which in (
-                (o.FIXED, traffic.world.motions.fixed), (o.LATE, traffic.world.late), (o.HALTED, traffic.stopped),
+                (o.FIXED, traffic.world.motions.fixed), (o.LATE, traffic.world.late), (o.STOPPED, traffic.stopped),
             ):  # fmt: skip
                 flags[row, sorted(which)] = 1
-        self._st[o.LATE_ONES], self._st[o.HALTED_ONES] = len(traffic.world.late), len(traffic.stopped)
+        self._st[o.LATE_ONES], self._st[o.STOPPED_ONES] = len(traffic.world.late), len(traffic.stopped)
         if last is not None:
             heard = others.velocity if last.velocity is None else last.velocity
             self._st[o.KNOWN], self._fs[o.STAMP] = 1, last.stamp
@@ -299,7 +303,7 @@ class CompiledPeriods:
     # ---- periods --------------------
 
     def go(self) -> None:
-        """Drive on until the period to stop at is over, or something has changed that arrays have to be made for anew."""
+        """Drive on until the period to stop at is over, or something has changed that arrays have to be made again."""
         st, fs, run = self._st, self._fs, self._run
         taken, left, gone, walkers, own, open_steps = self._world
         while True:
@@ -337,7 +341,9 @@ class CompiledPeriods:
         st[o.STOP_AT] = min(self._last, int(st[o.PERIODS]) + CHUNK)
         if st[o.WALKING] and st[o.PHASE] == k.LISTEN and st[o.NOW] + st[o.WALKS] > st[o.DRAWN_UNTIL]:
             first, count = int(st[o.NOW]) + 1, max(TICKS, int(st[o.WALKS]))
-            parts = [steps(w.key, w.spec.count, first, count) for w in self._run.others.traffic.traffic.walkers]
+            parts = [
+                steps(w.key, w.spec.count, first, count) for w in self._run.others.traffic.traffic.walkers
+            ]
             if parts:
                 self._draws = (parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)).reshape(-1)
             st[o.DRAWN_FROM], st[o.DRAWN_UNTIL] = first, first + count - 1
@@ -383,7 +389,11 @@ class CompiledPeriods:
         waiting.tries, waiting.reported = int(st[o.TRIES]), bool(st[o.REPORTED])
         if st[o.KNOWN]:
             run.watch.last = ObstacleMessage(
-                float(fs[o.STAMP]), self._rows(o.LAST_X), others.radius, others.top_speed, self._rows(o.HEARD_X)
+                float(fs[o.STAMP]),
+                self._rows(o.LAST_X),
+                others.radius,
+                others.top_speed,
+                self._rows(o.HEARD_X),
             )
             run.watch.since = self._row(o.SINCE)
 
@@ -397,8 +407,12 @@ class CompiledPeriods:
         others.legs[:, o.OF] = traffic.numbers[others.legs[:, o.OF].astype(np.int64)]
         traffic.at, traffic.going, traffic.to = self._rows(o.AT_X), self._rows(o.GO_X), self._rows(o.TO_X)
         traffic.ticks = int(st[o.NOW])
-        traffic.stopped, traffic.world.late = set(self._which(o.HALTED)), set(self._which(o.LATE))
-        traffic.nearest, traffic.halts, traffic.sees = float(fs[o.NEAREST]), float(fs[o.HALTS]), float(fs[o.SEES])
+        traffic.stopped, traffic.world.late = set(self._which(o.STOPPED)), set(self._which(o.LATE))
+        traffic.nearest, traffic.halts, traffic.sees = (
+            float(fs[o.NEAREST]),
+            float(fs[o.HALTS]),
+            float(fs[o.SEES]),
+        )
 
     def _write_world(self) -> None:
         """Bring the world of the random walkers up to the arrays."""
@@ -445,7 +459,12 @@ class CompiledPeriods:
         st, fs = self._st, self._fs
         self._write_robot()
         made = self._run.decide(float(fs[o.END] - fs[o.T]))
-        fs[o.PUSH], st[o.CAUSE], st[o.INDEX], st[o.REST] = made.a, self._code(made.cause), made.cause_index, made.rest
+        fs[o.PUSH], st[o.CAUSE], st[o.INDEX], st[o.REST] = (
+            made.a,
+            self._code(made.cause),
+            made.cause_index,
+            made.rest,
+        )
 
     def _begin_tick(self) -> None:
         """Have the traffic begin a tick."""

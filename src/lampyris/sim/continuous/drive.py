@@ -41,11 +41,10 @@ from lampyris.sim.continuous.compiled_periods import CompiledPeriods, supported
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
-from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.sight import Sight
-from lampyris.sim.continuous.state import DriveState
+from lampyris.sim.continuous.state import DriveState, Log
 from lampyris.sim.continuous.timed_replanner import TimedReplanner
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, ObstacleSensor, PerfectSensor, SensorMonitor
@@ -62,7 +61,7 @@ UNKNOWING_LAWS = ("dissertation", "rpp")
 UNTIMED_LAWS = ("rpp",)
 """Laws whose controllers look at no planned times."""
 MANY, FEW = 1 << 40, 20
-"""Periods that are driven between two reports of progress, without and with somebody who wants them."""
+"""Periods that are driven between two reports of progress, without and with a function that is called."""
 _LONGER = "choose a longer period"
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,

@@ -28,7 +28,7 @@ from lampyris.sim.grid import fast_simulation, loop
 from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally, each
 from lampyris_selfcheck.check import Outcome as Seen
 from lampyris_selfcheck.checks.paths.answers import own
-from lampyris_selfcheck.checks.traffic import compiled_drives
+from lampyris_selfcheck.checks.speed import compiled_drives
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
 from lampyris_selfcheck.reference.motion.drive_monitor import watch
 from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
