@@ -365,8 +365,8 @@ def _nearest(st, fs, each, flags):
         "st", "fs", "each", "flags", "near", "legs", "seg", "log", "reasons",
         "went", "taken", "left", "gone", "soon",
     ),
-    each=60_000,
-    of="reasons",
+    each=4000,
+    of="went",
 )  # fmt: skip
 def advance(
     st, fs, path, nodes, squares, above, rail_x, rail_y, cause_of, index_of,

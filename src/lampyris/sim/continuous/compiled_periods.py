@@ -282,7 +282,8 @@ class CompiledPeriods:
         st, m = self._st, self._m
         legs = max(int(st[o.WALKS]) * m, 1)
         log = 2 * CHUNK + 2
-        went = 2 * m * (int(st[o.WALKS]) + CHUNK) + 1
+        # Its size stands for the work, also where there are few obstacles.
+        went = 2 * max(m, 4) * (int(st[o.WALKS]) + CHUNK)
         st[o.LEG_ROOM], st[o.LOG_ROOM], st[o.WENT_ROOM] = legs, log, went
         self._legs, self._log = np.zeros(7 * legs), np.zeros(4 * log)
         self._reasons, self._went = np.zeros(2 * log, dtype=np.int64), np.zeros(4 * went)
