@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -206,7 +207,7 @@ def _of_driving(figures: list[Figure], quick: bool) -> Table:
             while made[0].outcome is None:
                 made[0].step()
 
-        calls = {
+        calls: dict[str, Callable[[], Any]] = {
             "whole call": partial(lampyris.drive, scene, "ad-gso", seed=1),
             "periods alone, compiled": lambda made=made: made[0].run(),
             "periods alone, the loop in Python": loop,

@@ -118,8 +118,13 @@ def test_progress_is_reported_now_and_then(codes: list[int]) -> None:
 
 def test_what_the_kernel_does_not_know_is_left_to_the_loop(codes: list[int]) -> None:
     assert compiled_periods.supported(simulation("walkers", 1))
-    for settings in ({"noise": 0.1}, {"tracking": "velocity"}, {"sensor": FaultySensor("nan", 1.0)}):
-        run = simulation("walkers", 1, **{"time_limit": 1.0, **settings})
+    unknown: list[dict[str, Any]] = [
+        {"noise": 0.1},
+        {"tracking": "velocity"},
+        {"sensor": FaultySensor("nan", 1.0)},
+    ]
+    for settings in unknown:
+        run = simulation("walkers", 1, time_limit=1.0, **settings)
         assert not compiled_periods.supported(run)
         run.run()
     assert not codes

@@ -31,7 +31,7 @@ from lampyris.sim.sensor import ObstacleMessage, ObstacleSensor, PerfectSensor, 
 from lampyris.sim.traffic.motion_sources import ROUNDING
 from lampyris.sim.traffic.obstacle_draws import steps
 from lampyris.sim.traffic.obstacle_set import ObstacleSet
-from lampyris.sim.world.cell_index import Shape
+from lampyris.sim.world.cell_index import SMALL_CELLS, Shape
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.trajectory import CurveLookup, Segment, Trajectory
 from lampyris.sim.world.waiting import Waiting
@@ -244,6 +244,7 @@ class CompiledPeriods:
         running = self._run.others.traffic
         traffic, world = running.traffic, running.world
         walks = len(traffic.drivers) == len(traffic.walkers) and traffic.recording is None
+        walks = walks and self._run.scene.grid.blocked.size <= SMALL_CELLS
         walks = walks and all(shape.single for shape in world.shapes)
         st[o.WALKING] = walks
         one, none = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int32)
@@ -309,12 +310,17 @@ class CompiledPeriods:
         taken, left, gone, walkers, own, open_steps = self._world
         while True:
             self._prepare()
-            code = int(
-                k.advance(
-                    st, fs, *self._path, self._each, self._flags, *self._buffers, taken, left, gone, self._draws, walkers,
-                    own, open_steps, self._soon,
-                )
-            )  # fmt: skip
+            try:
+                code = int(
+                    k.advance(
+                        st, fs, *self._path, self._each, self._flags, *self._buffers, taken, left, gone, self._draws,
+                        walkers, own, open_steps, self._soon,
+                    )
+                )  # fmt: skip
+            except BaseException:  # interrupted between two periods, from where a caller may go on
+                if st[o.PHASE] == k.LISTEN:
+                    self._write_back()
+                raise
             if code == k.PAUSED:
                 self._drain()
                 if st[o.PERIODS] < self._last:
