@@ -84,8 +84,10 @@ def _without_linear_algebra() -> None:
     name = "numba.np.arraymath"
     if name in sys.modules or "scipy.linalg" in sys.modules:
         return
-    from numba.np import linalg
-
+    try:
+        from numba.np import linalg
+    except ImportError:  # another version of numba
+        return
     sound = getattr(linalg, "ensure_blas", None)
     if sound is None or name in sys.modules:
         return
