@@ -17,6 +17,7 @@ from toppra import algorithm, constraint
 
 import lampyris
 from lampyris.kernels._jit import prefer_compiled
+from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
@@ -203,13 +204,16 @@ def _of_driving(figures: list[Figure], quick: bool) -> Table:
         def ready(scene: Scene = scene, made: list[DriveSimulation] = made) -> None:
             made[:] = [DriveSimulation(scene, AdGso(), seed=1)]
 
+        def compiled(made: list[DriveSimulation] = made) -> Drive:
+            return made[0].run()
+
         def loop(made: list[DriveSimulation] = made) -> None:
             while made[0].outcome is None:
                 made[0].step()
 
         calls: dict[str, Callable[[], Any]] = {
             "whole call": partial(lampyris.drive, scene, "ad-gso", seed=1),
-            "periods alone, compiled": lambda made=made: made[0].run(),
+            "periods alone, compiled": compiled,
             "periods alone, the loop in Python": loop,
         }
         found = calls["whole call"]()
