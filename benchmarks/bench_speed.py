@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -16,6 +17,7 @@ from toppra import algorithm, constraint
 
 import lampyris
 from lampyris.kernels._jit import prefer_compiled
+from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
@@ -26,6 +28,8 @@ from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.profile import feasible_profile
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.sim.continuous.drive import DriveSimulation
 
 TITLE = "Speed profiles"
 HOW = """Milliseconds of this thread's processor time, code compiled.
@@ -39,8 +43,9 @@ HOW = """Milliseconds of this thread's processor time, code compiled.
 - laws: `motion.laws.profile` on a course of 1,000 nodes among the walls of a random map: the law as it
   stands; then among ten moving obstacles; then with zones, the same obstacles and the approach to the goal;
   then each rule of the related work besides.
-- driving: a whole drive of `lampyris.drive` on 50 x 50 cells among ten walkers, planning and placing of the
-  obstacles and the referee included, by its periods of 0.1 s.
+- driving: a whole drive of `lampyris.drive` on 50 x 50 cells among 10 and 20 walkers, planning and placing of the
+  obstacles and the referee included, by its periods of 0.1 s; then its periods alone, by compiled code and by the loop in
+  Python, whose drives are equal to the last bit.
 
 By turns with TOPP-RA, everybody once a round; jerk and laws each by itself, again and again.
 
@@ -186,15 +191,48 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
 
 
 def _of_driving(figures: list[Figure], quick: bool) -> Table:
-    """A period of a whole drive."""
+    """A period of a whole drive: by the public call, and its periods alone, compiled and by the loop in Python."""
     free = random_map(50, 0.1)
     free[:2, :2] = free[-2:, -2:] = True
-    scene = Scene(Grid(~free), (0, 0), (49, 49), robot=Robot(a_max=A_MAX, d_max=D_MAX))
-    call = partial(lampyris.drive, scene, "ad-gso", traffic=RandomWalk(10), seed=1)
-    found = call()
-    periods = float(found.t[-1]) / found.period
-    spent = take_turns({"drive": call}, rounds=3 if quick else 9, per=1e6 * periods)["drive"]
-    figures.append(Figure("a period of a drive, 50 x 50 among 10", "ms", spent))
-    told = f"{spent.middle:.3f} ({spent.low:.3f} to {spent.high:.3f})"
-    row = (f"{periods:.0f}", f"{float(found.t[-1]):.1f}", told)
-    return Table(("periods", "seconds driven", "ms a period"), (row,), "A drive on 50 x 50 among ten walkers")
+    rows = []
+    for count in (10, 20):
+        scene = Scene(
+            Grid(~free), (0, 0), (49, 49), robot=Robot(a_max=A_MAX, d_max=D_MAX), traffic=(RandomWalk(count),)
+        )
+        made: list[DriveSimulation] = []
+
+        def ready(scene: Scene = scene, made: list[DriveSimulation] = made) -> None:
+            made[:] = [DriveSimulation(scene, AdGso(), seed=1)]
+
+        def compiled(made: list[DriveSimulation] = made) -> Drive:
+            return made[0].run()
+
+        def loop(made: list[DriveSimulation] = made) -> None:
+            while made[0].outcome is None:
+                made[0].step()
+
+        calls: dict[str, Callable[[], Any]] = {
+            "whole call": partial(lampyris.drive, scene, "ad-gso", seed=1),
+            "periods alone, compiled": compiled,
+            "periods alone, the loop in Python": loop,
+        }
+        found = calls["whole call"]()
+        periods = float(found.t[-1]) / found.period
+        spent = take_turns(
+            calls, rounds=3 if quick else 9, per=1e6 * periods, before=dict.fromkeys(list(calls)[1:], ready)
+        )
+        slow = spent["periods alone, the loop in Python"]
+        for name, one in spent.items():
+            figures.append(Figure(f"a period of a drive, 50 x 50 among {count}: {name}", "ms", one))
+            told = f"{one.middle:.4f} ({one.low:.4f} to {one.high:.4f})"
+            each = f"{found.period / one.middle * 1e3:,.0f}"
+            rows.append((f"{count}", name, f"{periods:.0f}", told, each, f"{slow.middle / one.middle:.1f}"))
+    heads = (
+        "walkers",
+        "what",
+        "periods",
+        "ms a period",
+        "seconds driven a CPU second",
+        "times the loop's periods",
+    )
+    return Table(heads, tuple(rows), "Drives on 50 x 50 among random walkers")

@@ -41,7 +41,7 @@ def test_a_drive_that_leaves_nothing_out_is_the_same(
         return -math.inf
 
     monkeypatch.setattr(RunningTraffic, "_to_robot", always_near)
-    monkeypatch.setattr(ObstacleSet, "_in_reach", lambda others, going: others._legs)
+    monkeypatch.setattr(ObstacleSet, "_in_reach", lambda others, going: others.legs)
     whole = driven(seed, speed)
     assert asked
     assert made.outcome is whole.outcome

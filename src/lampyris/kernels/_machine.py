@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -63,6 +64,8 @@ def load() -> None:
         before = set(sys.modules)
         try:
             import numba  # noqa: F401
+
+            _without_linear_algebra()
         except BaseException:
             # Memory or the stack has run out. What is complete of it must go, too: a second import would take
             # it as it is, without its place in its package.
@@ -70,6 +73,34 @@ def load() -> None:
                 if name.partition(".")[0] in ("numba", "llvmlite", "yaml"):
                     sys.modules.pop(name, None)
             raise
+
+
+def _without_linear_algebra() -> None:
+    """Import the part of numba that looks for SciPy's linear algebra without importing that.
+
+    No kernel uses it, and its import takes a third of the time of the first call. Other code of this process that has numba
+    compile a product of matrices works as before: numba imports it where it is used.
+    """
+    name = "numba.np.arraymath"
+    if name in sys.modules or "scipy.linalg" in sys.modules:
+        return
+    try:
+        from numba.np import linalg
+    except ImportError:  # another version of numba
+        return
+    sound = getattr(linalg, "ensure_blas", None)
+    if sound is None or name in sys.modules:
+        return
+
+    def missing() -> None:
+        raise ImportError("not looked for yet")
+
+    linalg.ensure_blas = missing
+    try:
+        from numba.np import arraymath
+    finally:
+        linalg.ensure_blas = sound
+    vars(arraymath).update(ensure_blas=sound, _HAVE_BLAS=find_spec("scipy") is not None)
 
 
 def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool) -> Any:

@@ -37,14 +37,14 @@ from lampyris.motion.laws.registry import SpeedLaw, name_of
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.least_steps import demand_at_least, least_metres
 from lampyris.planning.selection import plans_times
+from lampyris.sim.continuous.compiled_periods import CompiledPeriods, supported
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
-from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.pose_replanner import PoseReplanner
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.sight import Sight
-from lampyris.sim.continuous.state import DriveState
+from lampyris.sim.continuous.state import DriveState, Log
 from lampyris.sim.continuous.timed_replanner import TimedReplanner
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, ObstacleSensor, PerfectSensor, SensorMonitor
@@ -60,6 +60,8 @@ UNKNOWING_LAWS = ("dissertation", "rpp")
 """Laws whose controllers look at all walls."""
 UNTIMED_LAWS = ("rpp",)
 """Laws whose controllers look at no planned times."""
+MANY, FEW = 1 << 40, 20
+"""Periods that are driven between two reports of progress, without and with a function that is called."""
 _LONGER = "choose a longer period"
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
@@ -92,7 +94,7 @@ def drive(
     sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
     sensor : what reports obstacles to the robot; None: a perfect sensor.
     budget : of every single call of the planner; None: no limit.
-    progress : called after each period with the seconds that are over.
+    progress : called after every few periods with the seconds that are over.
     settings : those of :class:`lampyris.model.settings.drive.DriveSettings`.
 
     Raises
@@ -105,11 +107,7 @@ def drive(
     simulation = DriveSimulation(
         scene, planner, law=law, seed=seed, sources=sources, sensor=sensor, budget=budget, **settings
     )
-    while simulation.outcome is None:
-        simulation.step()
-        if progress is not None:
-            progress(simulation.t)
-    return simulation.drive()
+    return simulation.run(progress)
 
 
 class DriveSimulation(Exclusive):
@@ -427,6 +425,44 @@ class DriveSimulation(Exclusive):
         if self.state.outcome is not None:
             return
         began, loaded = time.perf_counter(), loading.seconds()
+        self.period()
+        self.state.total_s += time.perf_counter() - began
+        self.state.loading_s += loading.seconds() - loaded
+
+    @one_call
+    def advance(self, periods: int) -> None:
+        """So many periods, or all that are left until there is an outcome: what as many calls of :meth:`step` do, by
+        compiled code where that knows the rules (:mod:`lampyris.sim.continuous.compiled_periods`).
+
+        Raises
+        ------
+        BusyError : another call is at work on this drive.
+        """
+        began, loaded = time.perf_counter(), loading.seconds()
+        last = self.state.periods + periods
+        while self.state.outcome is None and self.state.periods < last:
+            if not self.steers and supported(self):
+                CompiledPeriods(self, last).go()
+            else:
+                self.period()
+        self.state.total_s += time.perf_counter() - began
+        self.state.loading_s += loading.seconds() - loaded
+
+    def run(self, progress: Callable[[float], None] | None = None) -> Drive:
+        """Drive to the end; the whole story.
+
+        Parameters
+        ----------
+        progress : called after every few periods with the seconds that are over.
+        """
+        while self.outcome is None:
+            self.advance(MANY if progress is None else FEW)
+            if progress is not None:
+                progress(self.t)
+        return self.drive()
+
+    def period(self) -> None:
+        """One period; to be called between two periods alone."""
         self.state.periods += 1
         end = self.state.periods * self.settings.decision_period
         self._listen()
@@ -436,10 +472,12 @@ class DriveSimulation(Exclusive):
             for obstacle in self.others.move(self.state.t, end, trajectory):
                 at, x, y, _ = self.others.roster.corners[obstacle][0]
                 self.log.tell(max(at, self.state.t), "appear", (x, y), "An obstacle appeared.", obstacle)
-            self._contacts(trajectory)
-            self._go(trajectory)
-        self.state.total_s += time.perf_counter() - began
-        self.state.loading_s += loading.seconds() - loaded
+            self.finish(trajectory)
+
+    def finish(self, trajectory: Trajectory) -> None:
+        """Look for contacts, write down what was driven and go to its end."""
+        self._contacts(trajectory)
+        self._go(trajectory)
 
     def _move(self, end: float) -> Trajectory:
         """Decide, and drive until ``end``."""
@@ -490,6 +528,10 @@ class DriveSimulation(Exclusive):
         if self.state.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
         return None
+
+    def decide(self, period: float) -> Decision:
+        """What to do until the next period."""
+        return self._decide(period)
 
     def _decide(self, period: float) -> Decision:
         brake = self._must_brake()
@@ -583,8 +625,16 @@ class DriveSimulation(Exclusive):
         self.state.s, self.state.v = last.after(self.state.t)
         self.others.arrive(self.state.t)
         self.others.let_go(self.state.leg.route, self.state.s)
-        if self.state.outcome is not None:
-            return
+        if self.state.outcome is None:
+            self.afterwards(before)
+
+    def afterwards(self, before: float) -> None:
+        """End the drive or ask the planner, where that is due after a period.
+
+        Parameters
+        ----------
+        before : seconds that were over before it.
+        """
         if self.state.v == 0.0 and self._at_goal(self.state.s):
             if self.visits.done:
                 self._arrive()

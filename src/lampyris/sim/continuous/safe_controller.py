@@ -232,6 +232,11 @@ class SafeController:
         if self.law.three_speed is not None:
             self._speeds = ThreeSpeedControl(self.law.three_speed)
 
+    @property
+    def simple(self) -> bool:
+        """Whether it looks at nothing but the ceiling and room to stand."""
+        return self.law.cloud is None and self._speeds is None and self.foresight is None
+
     def decide(self, state: State) -> Decision:
         """The least of: the ceiling, what the variant's rule says here and now, room to stand."""
         if state.leg is not self._leg:

@@ -62,9 +62,4 @@ def drive(
     ------
     UsageError : ``CONTROLLER``: a controller that steers and a planner without headings; and what that function raises.
     """
-    simulation = simulation_of(scene, planner, **given)
-    while simulation.outcome is None:
-        simulation.step()
-        if progress is not None:
-            progress(simulation.t)
-    return simulation.drive()
+    return simulation_of(scene, planner, **given).run(progress)

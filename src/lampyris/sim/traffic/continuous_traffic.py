@@ -230,63 +230,63 @@ class RunningTraffic:
         self.resolution = scene.grid.resolution
         self.tick = self.resolution / speed
         self.top_speed = DIAGONAL * speed
-        self._now = 0
-        self._numbers = np.zeros(0, dtype=np.int64)
-        self._at, self._go = np.zeros((0, 2)), np.zeros((0, 2))  # cells, and cells a second
-        self._came: list[int] = []  # the cell before the last step
-        self._reach = np.zeros(0)  # of both discs, cells
-        self._yields = np.zeros(0, dtype=np.bool_)
+        self.ticks = 0
+        self.numbers = np.zeros(0, dtype=np.int64)
+        self.at, self.going = np.zeros((0, 2)), np.zeros((0, 2))  # cells, and cells a second
+        self.came: list[int] = []  # the cell before the last step
+        self.reach = np.zeros(0)  # of both discs, cells
+        self.yields = np.zeros(0, dtype=np.bool_)
         # Of polygons, radians counterclockwise: heading, yaw rate, and heading at the end of the tick.
         self._yaw, self._spin, self._to_yaw = np.zeros(0), np.zeros(0), np.zeros(0)
-        self._turning = np.zeros(0, dtype=np.bool_)
-        self._stopped: set[int] = set()
-        self._to = self._at  # where each is when the tick is over, if nothing halts it
-        self._robot = (0.0, 0.0)  # where the robot is at the beginning of the period
-        self._nearest = self._halts = self._sees = 0.0  # see _begin_period and _to_robot
+        self.turning = np.zeros(0, dtype=np.bool_)
+        self.stopped: set[int] = set()
+        self.to = self.at  # where each is when the tick is over, if nothing halts it
+        self.robot = (0.0, 0.0)  # where the robot is at the beginning of the period
+        self.nearest = self.halts = self.sees = 0.0  # see _begin_period and _to_robot
         self._minds: list[tuple[float, bool]] = []  # both radii, and whether it yields
-        self._appears = any(w.spec.rate is not None for w in traffic.walkers)
+        self.appears = any(w.spec.rate is not None for w in traffic.walkers)
         self._admit(0.0)
         for obstacle, spec in [] if traffic.recording is None else traffic.recording.tracks:
-            self.roster.whole[int(self._numbers[obstacle])] = self._whole(spec)
+            self.roster.whole[int(self.numbers[obstacle])] = self._whole(spec)
 
     def _admit(self, t: float) -> None:
         """Take in the obstacles that are new in the traffic."""
-        known = len(self._numbers)
+        known = len(self.numbers)
         if known == len(self.traffic.obstacles):
             return
-        self._nearest = -math.inf
+        self.nearest = -math.inf
         headed = known == 0 and any(one.outline is not None for one in self.traffic.obstacles)
         yaws = first_headings(self.traffic, self.scene.grid) if headed else {}  # only walkers appear later
         for one, number in zip(self.traffic.obstacles[known:], self.world.where[known:], strict=True):
             radius = max(one.radius, 0.5 * self.resolution)
             x, y = self.world.space.cell(number)
-            yaw = yaws.get(len(self._came), 0.0) if one.outline is not None else 0.0
+            yaw = yaws.get(len(self.came), 0.0) if one.outline is not None else 0.0
             added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y), yaw)
             self._yaw, self._to_yaw = np.append(self._yaw, yaw), np.append(self._to_yaw, yaw)
             self._spin = np.append(self._spin, 0.0)
-            self._turning = np.append(self._turning, one.outline is not None)
-            self._numbers = np.append(self._numbers, added)
-            self._at = np.concatenate((self._at, np.array([[x, y]], dtype=np.float64)))
-            self._go = np.concatenate((self._go, np.zeros((1, 2))))
-            self._came.append(number)
+            self.turning = np.append(self.turning, one.outline is not None)
+            self.numbers = np.append(self.numbers, added)
+            self.at = np.concatenate((self.at, np.array([[x, y]], dtype=np.float64)))
+            self.going = np.concatenate((self.going, np.zeros((1, 2))))
+            self.came.append(number)
             reach = (radius + self.scene.robot.radius) / self.resolution
-            self._reach = np.append(self._reach, reach)
-            self._yields = np.append(self._yields, one.yields)
+            self.reach = np.append(self.reach, reach)
+            self.yields = np.append(self.yields, one.yields)
             self._minds.append((reach, one.yields))
             if one.kind == "recorded":
-                self.world.motions.fixed.add(len(self._came) - 1)
+                self.world.motions.fixed.add(len(self.came) - 1)
 
     def _turn(self) -> None:
         """A tick begins: where polygons turn to, the shorter way."""
         self._to_yaw = self._yaw.copy()
-        moving = np.flatnonzero(self._turning & (self._go != 0.0).any(axis=1))
-        ahead = elementary.atan2(0.0 - self._go[moving, 1], self._go[moving, 0])
+        moving = np.flatnonzero(self.turning & (self.going != 0.0).any(axis=1))
+        ahead = elementary.atan2(0.0 - self.going[moving, 1], self.going[moving, 0])
         for obstacle, yaw in zip(moving.tolist(), ahead.tolist(), strict=True):
             self._turn_to(obstacle, yaw)
         for obstacle, spec in () if self.traffic.recording is None else self.traffic.recording.tracks:
             if spec.yaw:
                 self._turn_to(
-                    obstacle, in_cells(spec.yaw[min(self._now, len(spec.yaw) - 1)], self.scene.grid)
+                    obstacle, in_cells(spec.yaw[min(self.ticks, len(spec.yaw) - 1)], self.scene.grid)
                 )
         self._spin = (self._to_yaw - self._yaw) / self.tick
 
@@ -307,20 +307,20 @@ class RunningTraffic:
         t = t0
         self._begin_period(t1 - t0, trajectory)
         while t < t1:
-            if self._nearest < self._sees:
-                self._nearest = self._to_robot()
-            if self._now * self.tick <= t:
-                self._decide(self._now * self.tick, trajectory)
-            end = min(self._now * self.tick, t1)
-            if end > t and len(self._numbers):
+            if self.nearest < self.sees:
+                self.nearest = self._to_robot()
+            if self.ticks * self.tick <= t:
+                self.begin_tick(self.ticks * self.tick, trajectory)
+            end = min(self.ticks * self.tick, t1)
+            if end > t and len(self.numbers):
                 tables.append(self._walk(t, end, trajectory))
             t = end
-            self._nearest -= 1.0 + 1e-9  # along an axis an obstacle goes a cell a tick at most
+            self.nearest -= 1.0 + 1e-9  # along an axis an obstacle goes a cell a tick at most
         return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
 
     def _walk(self, t: float, end: float, trajectory: Trajectory) -> Floats:
         """Every obstacle moves on from ``t`` to ``end``, which is no later than the tick's end."""
-        speed, spin = self._go, self._spin
+        speed, spin = self.going, self._spin
         stopping = self._stopping(t, end, trajectory)
         if stopping or self.world.late:
             stopping = self._settle(stopping, end - t)
@@ -328,89 +328,89 @@ class RunningTraffic:
             speed[stopping] = 0.0
             spin = spin.copy()
             spin[stopping] = 0.0
-        if stopping or self._stopped:
-            for obstacle in sorted(self._stopped.symmetric_difference(stopping)):
-                at, yaw = self._at[obstacle].tolist(), float(self._yaw[obstacle])
-                self.roster.go(int(self._numbers[obstacle]), t, at[0], at[1], yaw)
-            self._stopped = set(stopping)
-            self.world.late |= self._stopped
-        headed = bool(self._turning.any())
-        legs = np.empty((len(self._numbers), 9 if headed else 7))
-        legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
-        legs[:, 3:5], legs[:, 5:7] = self._at, speed
-        self._at = self._at + speed * (end - t)
+        if stopping or self.stopped:
+            for obstacle in sorted(self.stopped.symmetric_difference(stopping)):
+                at, yaw = self.at[obstacle].tolist(), float(self._yaw[obstacle])
+                self.roster.go(int(self.numbers[obstacle]), t, at[0], at[1], yaw)
+            self.stopped = set(stopping)
+            self.world.late |= self.stopped
+        headed = bool(self.turning.any())
+        legs = np.empty((len(self.numbers), 9 if headed else 7))
+        legs[:, 0], legs[:, 1], legs[:, 2] = self.numbers, t, end
+        legs[:, 3:5], legs[:, 5:7] = self.at, speed
+        self.at = self.at + speed * (end - t)
         if headed:
             legs[:, YAW], legs[:, SPIN] = self._yaw, spin
             self._yaw = self._yaw + spin * (end - t)
-        if end >= self._now * self.tick:
+        if end >= self.ticks * self.tick:
             self._arrive(end)
         return legs
 
     def _settle(self, stopping: list[int], seconds: float) -> list[int]:
         """Those that halt for the robot, and those that halt because they would meet one who is late."""
         motions = self.world.motions
-        motions.begin(_pairs(self._at))
-        motions.to = _pairs(self._at + self._go * seconds)
+        motions.begin(_pairs(self.at))
+        motions.to = _pairs(self.at + self.going * seconds)
         for obstacle in stopping:
             motions.to[obstacle] = motions.at[obstacle]
         return sorted(motions.settle(self.world.late.union(stopping)).union(stopping))
 
     def _arrive(self, t: float) -> None:
         """The tick is over: who was not halted is in the middle of its cell."""
-        at, yaw = self._to, self._to_yaw
+        at, yaw = self.to, self._to_yaw
         if self.world.late:
             late = sorted(self.world.late)
             at, yaw = at.copy(), yaw.copy()
-            at[late], yaw[late] = self._at[late], self._yaw[late]
-        self._at, self._yaw = at, yaw
-        rows = zip(self._numbers.tolist(), self._at.tolist(), self._yaw.tolist(), strict=True)
+            at[late], yaw[late] = self.at[late], self._yaw[late]
+        self.at, self._yaw = at, yaw
+        rows = zip(self.numbers.tolist(), self.at.tolist(), self._yaw.tolist(), strict=True)
         for number, (x, y), heading in rows:
             self.roster.go(number, t, x, y, heading)
 
     def _stopping(self, t: float, end: float, trajectory: Trajectory) -> list[int]:
         """Obstacles that yield and might come to touch the robot before ``end``, if they go on towards it."""
-        if self._nearest >= self._halts:
+        if self.nearest >= self.halts:
             return []
         (s0, v0), (s1, v1) = trajectory.at(t), trajectory.at(end)
         q0 = np.array(trajectory.route.at(s0))
-        away = q0 - self._at
+        away = q0 - self.at
         # Nobody is nearer in the end than this allows.
         both = self.top_speed + max(v0, v1) + self.scene.robot.a_max * (end - t)
-        near = self._reach + both * (end - t) / self.resolution
-        close = self._yields & ((away * away).sum(axis=1) < near * near)
+        near = self.reach + both * (end - t) / self.resolution
+        close = self.yields & ((away * away).sum(axis=1) < near * near)
         if not close.any():
             return []
         if isinstance(trajectory.route, PoseLookup):
-            route, ahead = trajectory.route, self._at[close] + self._go[close] * (end - t)
-            nearer = comes_nearer(route, s0, self._at[close], ahead)
-            nearer |= comes_nearer(route, s1, self._at[close], ahead)
+            route, ahead = trajectory.route, self.at[close] + self.going[close] * (end - t)
+            nearer = comes_nearer(route, s0, self.at[close], ahead)
+            nearer |= comes_nearer(route, s1, self.at[close], ahead)
             near_ones: list[int] = np.flatnonzero(close)[nearer].tolist()
             return near_ones
-        towards = (away * self._go).sum(axis=1) > 0.0
-        towards |= ((np.array(trajectory.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
+        towards = (away * self.going).sum(axis=1) > 0.0
+        towards |= ((np.array(trajectory.route.at(s1)) - self.at) * self.going).sum(axis=1) > 0.0
         found: list[int] = np.flatnonzero(close & towards).tolist()
         return found
 
-    def _decide(self, t: float, trajectory: Trajectory) -> None:
+    def begin_tick(self, t: float, trajectory: Trajectory) -> None:
         """A tick begins: who is late goes on or back, all others choose a step."""
-        self._now += 1
+        self.ticks += 1
         self._see(t, trajectory)
-        self.world.motions.begin(_pairs(self._at))
+        self.world.motions.begin(_pairs(self.at))
         still = self._bring_back(t, trajectory)
         where = self.world.where
         before = list(where)
-        self.traffic.advance(self._now)
+        self.traffic.advance(self.ticks)
         self.world.late = still
         for obstacle, number in enumerate(before):
             if where[obstacle] != number:
-                self._came[obstacle] = number
+                self.came[obstacle] = number
         # One that appears is there from the beginning of the tick on: that is when its place was free.
         self._admit(t)
-        self._to = np.array(self.world.motions.to).reshape(-1, 2)
+        self.to = np.array(self.world.motions.to).reshape(-1, 2)
         for obstacle in self.world.motions.fixed:  # bits: each sets its own row
-            self._to[obstacle] = self.world.space.cell(where[obstacle])
-        self._go = (self._to - self._at) / self.tick
-        if self._turning.any():
+            self.to[obstacle] = self.world.space.cell(where[obstacle])
+        self.going = (self.to - self.at) / self.tick
+        if self.turning.any():
             self._turn()
 
     def _bring_back(self, t: float, trajectory: Trajectory) -> set[int]:
@@ -425,17 +425,17 @@ class RunningTraffic:
         qx, qy = route.at(s)
         still: set[int] = set()
         for obstacle in sorted(world.late):
-            number, came = world.where[obstacle], self._came[obstacle]
+            number, came = world.where[obstacle], self.came[obstacle]
             (x1, y1), (x0, y0) = cell(number), cell(came)
-            ax, ay = self._at[obstacle].tolist()
-            near = self._reach[obstacle] + 1.5
+            ax, ay = self.at[obstacle].tolist()
+            near = self.reach[obstacle] + 1.5
             if isinstance(route, PoseLookup):
                 places = np.array([(ax, ay), (x1, y1)], dtype=np.float64)
                 towards = bool(comes_nearer(route, s, places[:1], places[1:])[0])
             else:
                 towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
             met = towards and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
-            met = met and bool(self._yields[obstacle])
+            met = met and bool(self.yields[obstacle])
             ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
             on = world.motions.clear(obstacle, ahead)
             back: Step = (came, x0 - x1, y0 - y1)
@@ -447,7 +447,7 @@ class RunningTraffic:
                     still.add(obstacle)
                 continue
             world.move(obstacle, back)
-            self._came[obstacle] = number
+            self.came[obstacle] = number
             for driver in self.traffic.drivers:
                 if isinstance(driver, Shuttle) and driver.obstacle == obstacle:
                     # It may have turned round at the end of its route meanwhile: asked is where it came from.
@@ -468,24 +468,24 @@ class RunningTraffic:
         step = min(seconds, self.tick)
         halts = (self.top_speed + v + robot.a_max * step) * step / self.resolution
         driven = (last.after(last.end)[0] - first.s) / self.resolution + ROUNDING
-        self._halts, self._sees = driven + halts, driven + max(seen, halts)
-        self._robot = trajectory.route.at(first.s)
-        self._nearest = -math.inf
+        self.halts, self.sees = driven + halts, driven + max(seen, halts)
+        self.robot = trajectory.route.at(first.s)
+        self.nearest = -math.inf
 
     def _to_robot(self) -> float:
         """Distance along an axis from the nearest obstacle that yields to the robot, beyond both radii."""
-        (qx, qy), nearest = self._robot, math.inf
-        for obstacle, (x, y) in enumerate(self._at.tolist()):
+        (qx, qy), nearest = self.robot, math.inf
+        for obstacle, (x, y) in enumerate(self.at.tolist()):
             reach, yields = self._minds[obstacle]
             if yields:
                 nearest = min(nearest, max(abs(x - qx), abs(y - qy)) - reach)
-                if nearest < self._halts:
+                if nearest < self.halts:
                     break
         return nearest
 
     def _see(self, t: float, trajectory: Trajectory) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
-        if self._nearest >= self._sees and not self._appears:
+        if self.nearest >= self.sees and not self.appears:
             self.world.put_on_road([], 0, 0.0)
             return
         s, v = trajectory.at(t)
@@ -494,8 +494,8 @@ class RunningTraffic:
         ahead = min(quick * self.tick + 0.5 * quick * quick / robot.d_max, route.length - s)
         x, y = route.at(s)
         far = ahead / self.resolution + 3.0
-        d = np.abs(self._at - (x, y)).max(axis=1) - far
-        if not (self._appears or (self._yields & (d < self._reach)).any()):
+        d = np.abs(self.at - (x, y)).max(axis=1) - far
+        if not (self.appears or (self.yields & (d < self.reach)).any()):
             self.world.put_on_road([], 0, 0.0)
             return
         steps = max(math.ceil(ahead / (0.25 * self.resolution)), 1)

@@ -53,10 +53,10 @@ class ObstacleSet:
         self.roster = Roster()
         self.traffic = TrafficMotion(obstacle_speed, seed).open(scene, self.roster)
         self.touching: set[int] = set()
-        self._running: list[RunningSource] = [self.traffic]
-        self._legs: Floats = NO_LEGS
+        self.running: list[RunningSource] = [self.traffic]
+        self.legs: Floats = NO_LEGS
         self._draws = stream(seed, 0)
-        self._xy = self._velocity = np.zeros((0, 2))
+        self.xy = self.velocity = np.zeros((0, 2))
         self._yaw: Floats = np.zeros(0)
         self._meet()
 
@@ -64,7 +64,7 @@ class ObstacleSet:
         """Let in the sources beside the traffic, now that the robot's first path is known."""
         first = 1 + len(self.scene.traffic)
         for k, source in enumerate(sources):
-            self._running.append(
+            self.running.append(
                 source.open(Opening(self.scene, self.roster, stream(self.seed, first + k), route))
             )
         self._draws = stream(self.seed, first + len(sources))
@@ -72,62 +72,62 @@ class ObstacleSet:
 
     def _meet(self) -> None:
         """Take in those that are new in the roster."""
-        roster, known = self.roster, len(self._xy)
+        roster, known = self.roster, len(self.xy)
         fresh = [corners[-1][1:] if known == 0 else corners[0][1:] for corners in roster.corners[known:]]
         table = np.array(fresh).reshape(-1, 3)
-        self._xy, self._yaw = np.concatenate((self._xy, table[:, :2])), np.append(self._yaw, table[:, 2])
-        self._velocity = np.concatenate((self._velocity, np.zeros((len(fresh), 2))))
-        self._radius, self._top_speed = np.array(roster.radius), np.array(roster.top_speed)
-        self._outlined = np.array([one.outline is not None for one in roster.obstacles], dtype=np.bool_)
+        self.xy, self._yaw = np.concatenate((self.xy, table[:, :2])), np.append(self._yaw, table[:, 2])
+        self.velocity = np.concatenate((self.velocity, np.zeros((len(fresh), 2))))
+        self.radius, self.top_speed = np.array(roster.radius), np.array(roster.top_speed)
+        self.outlined = np.array([one.outline is not None for one in roster.obstacles], dtype=np.bool_)
 
     def tracks(self, t: float) -> tuple[Track, ...]:
         """Where all obstacles were until ``t``, the end of the last move."""
-        return self.roster.tracks(t, self._xy, self._yaw)
+        return self.roster.tracks(t, self.xy, self._yaw)
 
     def truth(self, t: float) -> ObstacleMessage:
         """Where all obstacles are; with noise, as sensors of that noise see it."""
-        xy = self._xy
+        xy = self.xy
         if self.noise and len(xy):
             # A square within the circle of the noise.
             reach = self.noise / math.sqrt(2.0) / self.scene.grid.resolution
             xy = xy + (2.0 * reach * self._draws.random(xy.shape) - reach)
-        return ObstacleMessage(t, xy, self._radius, self._top_speed, self._velocity)
+        return ObstacleMessage(t, xy, self.radius, self.top_speed, self.velocity)
 
     def move(self, t: float, end: float, trajectory: Trajectory) -> list[int]:
         """Every obstacle moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
         before = len(self.roster.obstacles)
-        tables = [legs for one in self._running if len(legs := one.advance(t, end, trajectory))]
-        if len(tables) > 1 and self._outlined.any():
+        tables = [legs for one in self.running if len(legs := one.advance(t, end, trajectory))]
+        if len(tables) > 1 and self.outlined.any():
             tables = [np.hstack((one, np.zeros((len(one), 9 - one.shape[1])))) for one in tables]
-        self._legs = tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
+        self.legs = tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
         if len(self.roster.obstacles) > before:
             self._meet()
         return list(range(before, len(self.roster.obstacles)))
 
     def arrive(self, t: float) -> None:
         """Put every obstacle where it is at ``t``, within the last move."""
-        legs = self._legs
+        legs = self.legs
         if not len(legs):
             return
         legs = legs[legs[:, FROM] <= t]
         obstacles = legs[:, 0].astype(np.int64)
         d = np.minimum(t, legs[:, 2]) - legs[:, 1]
-        self._xy, self._velocity = self._xy.copy(), self._velocity.copy()
+        self.xy, self.velocity = self.xy.copy(), self.velocity.copy()
         # Rows are in order of time: the last of an obstacle stays.
-        self._xy[obstacles] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
-        self._velocity[obstacles] = legs[:, 5:7] * self.scene.grid.resolution
+        self.xy[obstacles] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
+        self.velocity[obstacles] = legs[:, 5:7] * self.scene.grid.resolution
         if legs.shape[1] > YAW:
             self._yaw = self._yaw.copy()
             self._yaw[obstacles] = legs[:, YAW] + legs[:, SPIN] * d
 
     def _in_reach(self, trajectory: Trajectory) -> Floats:
         """The legs of the last move that can come to touch the robot at all, wherever on its way it is."""
-        legs, resolution = self._legs, self.scene.grid.resolution
+        legs, resolution = self.legs, self.scene.grid.resolution
         first, last = trajectory.segments[0], trajectory.segments[-1]
         driven = (last.after(last.end)[0] - first.s) / resolution
         x, y = trajectory.route.at(first.s)
         seconds = legs[:, TO] - legs[:, FROM]
-        reach = (self._radius + self.scene.robot.radius) / resolution + (driven + ROUNDING)
+        reach = (self.radius + self.scene.robot.radius) / resolution + (driven + ROUNDING)
         reach = reach[legs[:, OBSTACLE].astype(np.int64)]
         near = np.abs(legs[:, X] - x) <= reach + np.abs(legs[:, VX]) * seconds
         near &= np.abs(legs[:, Y] - y) <= reach + np.abs(legs[:, VY]) * seconds
@@ -143,7 +143,7 @@ class ObstacleSet:
         for obstacle in self.touching:  # bits: each sets its own entries
             old[obstacles == obstacle] = 1
         made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in trajectory.segments])
-        outlined = self._outlined[obstacles]
+        outlined = self.outlined[obstacles]
         if not outlined.any():
             return self._disc_contact(route, made, legs, obstacles, old)
         met = self._outline_contact(route, made, legs[outlined], obstacles[outlined], old[outlined])
@@ -184,7 +184,7 @@ class ObstacleSet:
             np.append(made[:, 0], made[-1, 4]), made[:, 1].copy(), made[:, 2].copy(), made[:, 3].copy(),
             route.piece(float(made[0, 1])), *np.ascontiguousarray(legs[:, 1:].T),
             np.concatenate(([0], np.cumsum(counts))), vertices[:, 0].copy(), vertices[:, 1].copy(),
-            self._radius[obstacles], old, np.zeros(room), np.zeros(room), found,
+            self.radius[obstacles], old, np.zeros(room), np.zeros(room), found,
         )  # fmt: skip
         return None if found[0] < 0.0 else (float(when), int(obstacles[int(found[0])]))
 
@@ -198,7 +198,7 @@ class ObstacleSet:
     ) -> tuple[float, int] | None:
         """As :meth:`contact`, with discs."""
         if isinstance(route, PoseLookup):
-            when, which = route.first_contact(made, legs[:, 1:YAW], self._radius[obstacles], old)
+            when, which = route.first_contact(made, legs[:, 1:YAW], self.radius[obstacles], old)
             return None if which < 0 else (when, int(obstacles[which]))
         columns = np.ascontiguousarray(legs[:, 1:YAW].T)
         found = np.zeros(1)
@@ -212,7 +212,7 @@ class ObstacleSet:
             made[:, 3].copy(),
             route.piece(float(made[0, 1])),
             *columns,
-            self._radius[obstacles] + self.scene.robot.radius,
+            self.radius[obstacles] + self.scene.robot.radius,
             old,
             found,
         )
@@ -220,7 +220,7 @@ class ObstacleSet:
 
     def let_go(self, route: CurveLookup, s: float) -> None:
         """Forget those that no longer touch the robot, which is at a distance along a path."""
-        outlined = {k for k in self.touching if self._outlined[k]}
+        outlined = {k for k in self.touching if self.outlined[k]}
         if outlined:
             kept = {k for k in outlined if self._touches(route, s, k)}
             self.touching -= outlined
@@ -228,19 +228,19 @@ class ObstacleSet:
             self.touching |= kept
             return
         if isinstance(route, PoseLookup):
-            gaps = route.gaps(s, self._xy) - self._radius
+            gaps = route.gaps(s, self.xy) - self.radius
             self.touching.intersection_update(np.flatnonzero(gaps < 0.0).tolist())
             return
         xy = route.at(s)
         for obstacle in sorted(self.touching):
-            dx, dy = self._xy[obstacle] - xy
+            dx, dy = self.xy[obstacle] - xy
             gap = math.sqrt(dx * dx + dy * dy) * self.scene.grid.resolution
-            if gap >= self._radius[obstacle] + self.scene.robot.radius:
+            if gap >= self.radius[obstacle] + self.scene.robot.radius:
                 self.touching.discard(obstacle)
 
     def _touches(self, route: CurveLookup, s: float, obstacle: int) -> bool:
         """Whether a polygon is on the robot, which is at a distance along a path and stands."""
         stands = np.array([[0.0, s, 0.0, 0.0, 0.0]])
-        row = np.array([[obstacle, 0.0, 0.0, *self._xy[obstacle], 0.0, 0.0, self._yaw[obstacle], 0.0]])
+        row = np.array([[obstacle, 0.0, 0.0, *self.xy[obstacle], 0.0, 0.0, self._yaw[obstacle], 0.0]])
         new = np.zeros(1, dtype=np.int64)
         return self._outline_contact(route, stands, row, np.array([obstacle]), new) is not None

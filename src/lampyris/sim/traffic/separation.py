@@ -31,6 +31,7 @@ class Motions:
     at, to : by obstacle: (x, y), cells, at the beginning and at the end.
     radii : by obstacle, cells.
     fixed : obstacles that follow a given track. Others keep off its lane, so they are not looked at here.
+    side : of a bucket in which they are looked for, cells.
     """
 
     def __init__(self) -> None:
@@ -38,7 +39,7 @@ class Motions:
         self.to: list[tuple[float, float]] = []
         self.radii: list[float] = []
         self.fixed: set[int] = set()
-        self._side = 1.0
+        self.side = 1.0
         self._buckets: dict[tuple[int, int], list[int]] = {}
         self._near: dict[int, list[int]] = {}
 
@@ -47,8 +48,8 @@ class Motions:
         self.at.append((x, y))
         self.to.append((x, y))
         self.radii.append(radius)
-        if 2.0 * (radius + STEP) > self._side:
-            self._side = 2.0 * (radius + STEP)
+        if 2.0 * (radius + STEP) > self.side:
+            self.side = 2.0 * (radius + STEP)
             self._sort()
         else:
             self._buckets.setdefault(self._bucket(x, y), []).append(len(self.at) - 1)
@@ -61,7 +62,7 @@ class Motions:
         self._sort()
 
     def _bucket(self, x: float, y: float) -> tuple[int, int]:
-        return math.floor(x / self._side), math.floor(y / self._side)
+        return math.floor(x / self.side), math.floor(y / self.side)
 
     def _sort(self) -> None:
         self._near.clear()

@@ -23,6 +23,7 @@ class Waiting:
     waited : seconds since the robot got on.
     tries : paths asked for since it left the place.
     reported : whether it was reported that the robot stands and waits.
+    anchor : where the robot last got on, metres.
     """
 
     step: float
@@ -31,11 +32,11 @@ class Waiting:
     waited: float = 0.0
     tries: int = 0
     reported: bool = False
-    _anchor: float = 0.0
+    anchor: float = 0.0
 
     def begin(self) -> None:
         """A new path is taken, at its beginning."""
-        self._anchor = 0.0
+        self.anchor = 0.0
 
     def asked(self) -> None:
         """The planner has been asked."""
@@ -44,8 +45,8 @@ class Waiting:
 
     def count(self, s: float, cause: str, seconds: float) -> bool:
         """Take in a period that ended at distance ``s``; whether the robot is kept from getting on."""
-        if s - self._anchor > self.step:
-            self._anchor, self.stood, self.waited, self.reported = s, 0.0, 0.0, False
+        if s - self.anchor > self.step:
+            self.anchor, self.stood, self.waited, self.reported = s, 0.0, 0.0, False
         if s > self.far:
             self.tries = 0
         if cause not in WAITS:

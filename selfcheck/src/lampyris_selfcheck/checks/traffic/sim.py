@@ -28,6 +28,7 @@ from lampyris.sim.grid import fast_simulation, loop
 from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally, each
 from lampyris_selfcheck.check import Outcome as Seen
 from lampyris_selfcheck.checks.paths.answers import own
+from lampyris_selfcheck.checks.speed import compiled_drives
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
 from lampyris_selfcheck.reference.motion.drive_monitor import watch
 from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
@@ -66,6 +67,15 @@ KINDS = {
         50_000,
         50,
         least={"arrived": 0.5, "of one cell": 0.6},
+    ),
+    "periods": Kind(
+        "drives by compiled periods, whole and stopped at random, and by the loop in Python, field by field: every kind of "
+        "traffic, law and planner",
+        4,
+        1_000,
+        4_000,
+        10,
+        least={"arrived": 0.3, "compiled": 0.8},
     ),
     "edits": Kind("the loop, with walls that come and go", 20, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
@@ -332,6 +342,7 @@ _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
     "crowd": _crowd,
     "walk": partial(_looped, check="walk"),
     "compiled": _compiled,
+    "periods": compiled_drives.judge,
     "edits": partial(_looped, check="edits"),
     "drive": _drive,
 }
