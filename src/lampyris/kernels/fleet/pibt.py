@@ -16,14 +16,16 @@ if a robot that has decided crosses its diagonal step.
 from __future__ import annotations
 
 from lampyris.kernels._helpers import LOOK
-from lampyris.kernels._jit import kernel, stopped
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.fleet.steps import crosses
 
 SOLVED, LIMIT, FULL = 0, 1, 2
 MASK = 0xFFFFFFFF
+MISSING = 2**31 - 1
+"""In place of the distance from a wall."""
 
 
-@kernel()
+@kernel(inline=True)
 def drawn(state):
     """The next state of a 32-bit xorshift generator (Marsaglia 2003); never 0 if ``state`` is not."""
     state ^= (state << 13) & MASK
@@ -33,7 +35,7 @@ def drawn(state):
 
 @kernel()
 def _exits(edge, degree, goals, occupant, back, cell):
-    """From ``cell``, come to from ``back``: how many cells one can go on to, and one of them.
+    """From ``cell``, come to from ``back``: how many cells one can go on to, at most 2, and one of them.
 
     A dead end whose robot is on its goal is none: that robot need not move. Returned as ``cell * 16 + count``.
     """
@@ -48,6 +50,8 @@ def _exits(edge, degree, goals, occupant, back, cell):
             continue
         count += 1
         on = int(u)
+        if count == 2:
+            break
     return on * 16 + count
 
 
@@ -94,6 +98,9 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1."""
     wide = len(edge) // len(degree)
     here = now[i]
+    has_room = _exits(edge, degree, goals, occupant, here, first) % 16 >= 2
+    if has_room and wide == 4:  # ``first`` is nearer to the goal, so that nobody needs to swap: see below
+        return -1
     a = occupant[first]
     if (
         a >= 0
@@ -103,7 +110,7 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     ):
         return int(a)
     # With room to pass on ``first`` nobody needs to swap with robot ``i``, to which it is no farther than its own cell.
-    if _exits(edge, degree, goals, occupant, here, first) % 16 >= 2:
+    if has_room:
         return -1
     for k in range(degree[here]):
         u = edge[wide * here + k]
@@ -124,27 +131,93 @@ def _look(edge, degree, table, now, occupant, choice, places):
     ``occupant[cells + u]`` the robots that come nearer to their goals by cell u.
 
     Each robot's row of the table is elsewhere in memory. Here no reading waits for another, so rows are fetched at once, and
-    nothing but the swap rule reads the tables again.
+    nothing but the swap rule reads the tables again. With four-connected moves there are always four distances, ``MISSING``
+    for a wall, so that no branch depends on the map.
     """
     robots = len(now)
-    cells = len(degree)
-    wide = len(edge) // cells
+    cells = u64(len(degree))
+    wide = u64(len(edge)) // cells
+    row = u64(0)
+    base = u64(0)
+    if wide == u64(4):
+        for i in range(robots):
+            here = u64(now[i])
+            n = int(degree[here])
+            own = int(table[row + here])
+            for k in range(4):
+                u = u64(edge[u64(4) * here + u64(k)]) if k < n else here
+                distance = int(table[row + u])
+                occupant[cells + u] += int(distance < own)
+                choice[base + u64(k)] = distance if k < n else MISSING
+            choice[base + u64(4)] = own
+            row += cells
+            base += u64(5)
+        return
     for i in range(robots):
-        here = int(now[i])
-        row = i * cells
-        base = places * i
+        here = u64(now[i])
         n = int(degree[here])
         own = int(table[row + here])
         for k in range(n):
-            u = int(edge[wide * here + k])
+            u = u64(edge[wide * here + u64(k)])
             distance = int(table[row + u])
-            choice[base + k] = distance
+            choice[base + u64(k)] = distance
             occupant[cells + u] += int(distance < own)
-        choice[base + n] = own
+        choice[base + u64(n)] = own
+        row += cells
+        base += u64(places)
+
+
+@kernel(inline=True, out=("choice", "random"))
+def _rank(edge, degree, now, occupant, choice, random, i):
+    """As :func:`_rank_any` with four-connected moves, where a cell beside the robot's is never as far as its own.
+
+    The five keys are sorted by a network of nine exchanges; a key ends with the number of its cell.
+    """
+    cells = u64(len(degree))
+    own = int(now[u64(i)])
+    here = u64(own)
+    base = u64(5) * u64(i)
+    row = u64(4) * here
+    n = int(degree[here])
+    state = drawn(random[0])
+    random[0] = state
+    b = u64(edge[row]) if n > 0 else here
+    c = u64(edge[row + u64(1)]) if n > 1 else here
+    d = u64(edge[row + u64(2)]) if n > 2 else here
+    e = u64(edge[row + u64(3)]) if n > 3 else here
+    last = int(choice[base + u64(4)])
+    p = int(choice[base])
+    q = int(choice[base + u64(1)])
+    r = int(choice[base + u64(2)])
+    s = int(choice[base + u64(3)])
+    p = (((p << 8) + int(occupant[cells + b]) - int(p < last)) << 11) + ((state & 255) << 3)
+    q = (((q << 8) + int(occupant[cells + c]) - int(q < last)) << 11) + (((state >> 8) & 255) << 3) + 1
+    r = (((r << 8) + int(occupant[cells + d]) - int(r < last)) << 11) + (((state >> 16) & 255) << 3) + 2
+    s = (((s << 8) + int(occupant[cells + e]) - int(s < last)) << 11) + (((state >> 24) & 255) << 3) + 3
+    t = (last << 19) + 4
+    p, q = (p, q) if p < q else (q, p)
+    r, s = (r, s) if r < s else (s, r)
+    p, r = (p, r) if p < r else (r, p)
+    q, s = (q, s) if q < s else (s, q)
+    q, r = (q, r) if q < r else (r, q)
+    p, t = (p, t) if p < t else (t, p)
+    q, t = (q, t) if q < t else (t, q)
+    r, t = (r, t) if r < t else (t, r)
+    s, t = (s, t) if s < t else (t, s)
+    p &= 7
+    q &= 7
+    r &= 7
+    s &= 7
+    t &= 7
+    choice[base] = own if p == 4 else int(edge[row + u64(p)])
+    choice[base + u64(1)] = own if q == 4 else int(edge[row + u64(q)])
+    choice[base + u64(2)] = own if r == 4 else int(edge[row + u64(r)])
+    choice[base + u64(3)] = own if s == 4 else int(edge[row + u64(s)])
+    choice[base + u64(4)] = own if t == 4 else int(edge[row + u64(t)])
 
 
 @kernel(out=("choice", "key", "random"))
-def _rank(edge, degree, now, occupant, choice, key, random, i):
+def _rank_any(edge, degree, now, occupant, choice, key, random, i):
     """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``, where their distances are.
 
     By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
@@ -204,85 +277,98 @@ def step(
     """
     cells = len(degree)
     wide = len(edge) // cells
-    places = len(key)
-    _look(edge, degree, table, now, occupant, choice, places)
+    places = u64(len(key))
+    straight = wide == 4
+    _look(edge, degree, table, now, occupant, choice, len(key))
     fits = True
     for r in range(len(goals)):
-        root = order[base + r]
-        if following[root] >= 0:
+        root = int(order[u64(base + r)])
+        if following[u64(root)] >= 0:
             continue
         if r % LOOK == 0 and stopped(halt):
             fits = False
             break
         depth = 0
         stack[0] = root
-        turn[root] = -1
+        turn[u64(root)] = -1
         ended = 0  # of the robot that was pushed last: 1 it moves, 2 it cannot
         while depth >= 0:
-            i = int(stack[depth])
-            here = int(now[i])
-            if turn[i] < 0:
-                _rank(edge, degree, now, occupant, choice, key, random, i)
-                partner[i] = -1
-                first = int(choice[places * i])
+            i = int(stack[u64(depth)])
+            here = int(now[u64(i)])
+            n = int(degree[u64(here)])
+            at = places * u64(i)
+            k = int(turn[u64(i)])
+            if k < 0:
+                if straight:
+                    _rank(edge, degree, now, occupant, choice, random, i)
+                else:
+                    _rank_any(edge, degree, now, occupant, choice, key, random, i)
+                partner[u64(i)] = -1
+                first = int(choice[at])
                 if swapping and first != here:
-                    partner[i] = _partner(edge, degree, table, goals, now, following, occupant, i, first)
-                    if partner[i] >= 0:
-                        low = places * i
-                        high = low + int(degree[here])
+                    found = _partner(edge, degree, table, goals, now, following, occupant, i, first)
+                    if found >= 0:
+                        partner[u64(i)] = found
+                        low = at
+                        high = at + u64(n)
                         while low < high:
                             u = choice[low]
                             choice[low] = choice[high]
                             choice[high] = u
-                            low += 1
-                            high -= 1
-                turn[i] = 0
+                            low += u64(1)
+                            high -= u64(1)
+                k = 0
             elif ended == 2:
-                turn[i] += 1
+                k += 1
             moves = ended == 1
             ended = 0
             pushed = False
-            while not moves and not pushed and turn[i] <= degree[here]:
-                u = int(choice[places * i + turn[i]])
-                a = int(occupant[u])
+            while not moves and not pushed and k <= n:
+                u = int(choice[at + u64(k)])
+                a = int(occupant[u64(u)])
                 if (
-                    reserved[u] >= 0
-                    or (a >= 0 and following[a] == here)
-                    or crosses(edge, wide, occupant, following, here, u)
+                    reserved[u64(u)] >= 0
+                    or (a >= 0 and following[u64(a)] == here)
+                    or (not straight and crosses(edge, wide, occupant, following, here, u))
                 ):
-                    turn[i] += 1
+                    k += 1
                     continue
-                reserved[u] = i
-                following[i] = u
-                if a >= 0 and a != i and following[a] < 0:
+                reserved[u64(u)] = i
+                following[u64(i)] = u
+                if a >= 0 and a != i and following[u64(a)] < 0:
                     depth += 1
-                    stack[depth] = a
-                    turn[a] = -1
+                    stack[u64(depth)] = a
+                    turn[u64(a)] = -1
                     pushed = True
                 else:
                     moves = True
+            turn[u64(i)] = k
             if pushed:
                 continue
             if moves:
-                a = int(partner[i])
+                a = int(partner[u64(i)])
                 if (
-                    turn[i] == 0
-                    and a >= 0
-                    and following[a] < 0
-                    and reserved[here] < 0
-                    and not crosses(edge, wide, occupant, following, int(now[a]), here)
+                    a >= 0
+                    and k == 0
+                    and following[u64(a)] < 0
+                    and reserved[u64(here)] < 0
+                    and (straight or not crosses(edge, wide, occupant, following, int(now[u64(a)]), here))
                 ):
-                    following[a] = here
-                    reserved[here] = a
+                    following[u64(a)] = here
+                    reserved[u64(here)] = a
                 ended = 1
             else:
-                reserved[here] = i
-                following[i] = here
+                reserved[u64(here)] = i
+                following[u64(i)] = here
                 ended = 2
             depth -= 1
         if ended == 2:
             fits = False
             break
+    if cells < 8 * len(goals):
+        for u in range(cells, 2 * cells):
+            occupant[u64(u)] = 0
+        return fits
     for i in range(len(goals)):
         here = int(now[i])
         for k in range(degree[here]):
