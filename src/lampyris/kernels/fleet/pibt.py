@@ -9,13 +9,13 @@ Robots decide in the order of their priorities. A robot tries its cells by dista
 has not decided stands on one, that robot inherits the priority and has to decide first; if it cannot leave, the next
 cell is tried. The recursion is an explicit stack, and a robot is on it at most once.
 
-Cells are numbers of free cells; ``edge`` and ``degree``: see :mod:`.steps`. With octile moves a robot also tries its next cell
+Cells are numbers of free cells; ``edge``, ``degree`` and ``roomy``: see :mod:`.steps`. With octile moves a robot also tries its next cell
 if a robot that has decided crosses its diagonal step.
 """
 
 from __future__ import annotations
 
-from lampyris.kernels._helpers import LOOK
+from lampyris.kernels._helpers import LOOK, fetch
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.fleet.steps import crosses
 
@@ -23,6 +23,8 @@ SOLVED, LIMIT, FULL = 0, 1, 2
 MASK = 0xFFFFFFFF
 MISSING = 2**31 - 1
 """In place of the distance from a wall."""
+AHEAD = 6
+"""Robots between fetching what is read of one, and reading it."""
 
 
 @kernel(inline=True)
@@ -95,7 +97,10 @@ def _is_swap_possible(edge, degree, goals, occupant, front, back):
 
 @kernel()
 def _partner(edge, degree, table, goals, now, following, occupant, i, first):
-    """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1."""
+    """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1.
+
+    With four-connected moves a cell ``first`` that is roomy (see :mod:`.steps`) need not be asked about.
+    """
     wide = len(edge) // len(degree)
     here = now[i]
     has_room = _exits(edge, degree, goals, occupant, here, first) % 16 >= 2
@@ -125,10 +130,10 @@ def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     return -1
 
 
-@kernel(out=("choice", "occupant"))
-def _look(edge, degree, table, now, occupant, choice, places):
+@kernel(out=("choice", "reserved"))
+def _look(edge, degree, table, now, reserved, choice, places):
     """Write each robot's distances from the cells around it, then from its own, to ``choice[places * i:]``; count at
-    ``occupant[cells + u]`` the robots that come nearer to their goals by cell u.
+    ``reserved[cells + u]`` the robots that come nearer to their goals by cell u.
 
     Each robot's row of the table is elsewhere in memory. Here no reading waits for another, so rows are fetched at once, and
     nothing but the swap rule reads the tables again. With four-connected moves there are always four distances, ``MISSING``
@@ -141,13 +146,21 @@ def _look(edge, degree, table, now, occupant, choice, places):
     base = u64(0)
     if wide == u64(4):
         for i in range(robots):
+            if i + AHEAD < robots:
+                here = u64(now[u64(min(i + 2 * AHEAD, robots - 1))])
+                fetch(edge, u64(4) * here)
+                here = u64(now[u64(i + AHEAD)])
+                later = row + u64(AHEAD) * cells
+                fetch(table, later + here)
+                fetch(table, later + u64(edge[u64(4) * here]))
+                fetch(table, later + u64(edge[u64(4) * here + u64(3)]))
             here = u64(now[i])
             n = int(degree[here])
             own = int(table[row + here])
             for k in range(4):
                 u = u64(edge[u64(4) * here + u64(k)]) if k < n else here
                 distance = int(table[row + u])
-                occupant[cells + u] += int(distance < own)
+                reserved[cells + u] += int(distance < own)
                 choice[base + u64(k)] = distance if k < n else MISSING
             choice[base + u64(4)] = own
             row += cells
@@ -161,14 +174,14 @@ def _look(edge, degree, table, now, occupant, choice, places):
             u = u64(edge[wide * here + u64(k)])
             distance = int(table[row + u])
             choice[base + u64(k)] = distance
-            occupant[cells + u] += int(distance < own)
+            reserved[cells + u] += int(distance < own)
         choice[base + u64(n)] = own
         row += cells
         base += u64(places)
 
 
 @kernel(inline=True, out=("choice", "random"))
-def _rank(edge, degree, now, occupant, choice, random, i):
+def _rank(edge, degree, now, reserved, choice, random, i):
     """As :func:`_rank_any` with four-connected moves, where a cell beside the robot's is never as far as its own.
 
     The five keys are sorted by a network of nine exchanges; a key ends with the number of its cell.
@@ -190,10 +203,10 @@ def _rank(edge, degree, now, occupant, choice, random, i):
     q = int(choice[base + u64(1)])
     r = int(choice[base + u64(2)])
     s = int(choice[base + u64(3)])
-    p = (((p << 8) + int(occupant[cells + b]) - int(p < last)) << 11) + ((state & 255) << 3)
-    q = (((q << 8) + int(occupant[cells + c]) - int(q < last)) << 11) + (((state >> 8) & 255) << 3) + 1
-    r = (((r << 8) + int(occupant[cells + d]) - int(r < last)) << 11) + (((state >> 16) & 255) << 3) + 2
-    s = (((s << 8) + int(occupant[cells + e]) - int(s < last)) << 11) + (((state >> 24) & 255) << 3) + 3
+    p = (((p << 8) + int(reserved[cells + b]) - int(p < last)) << 11) + ((state & 255) << 3)
+    q = (((q << 8) + int(reserved[cells + c]) - int(q < last)) << 11) + (((state >> 8) & 255) << 3) + 1
+    r = (((r << 8) + int(reserved[cells + d]) - int(r < last)) << 11) + (((state >> 16) & 255) << 3) + 2
+    s = (((s << 8) + int(reserved[cells + e]) - int(s < last)) << 11) + (((state >> 24) & 255) << 3) + 3
     t = (last << 19) + 4
     p, q = (p, q) if p < q else (q, p)
     r, s = (r, s) if r < s else (s, r)
@@ -217,7 +230,7 @@ def _rank(edge, degree, now, occupant, choice, random, i):
 
 
 @kernel(out=("choice", "key", "random"))
-def _rank_any(edge, degree, now, occupant, choice, key, random, i):
+def _rank_any(edge, degree, now, reserved, choice, key, random, i):
     """Write the cells that robot ``i`` may go to, best first, to ``choice[len(key) * i:]``, where their distances are.
 
     By distance to its goal; of equal ones first those that fewest neighbours come nearer to their goals by
@@ -241,7 +254,7 @@ def _rank_any(edge, degree, now, occupant, choice, key, random, i):
             tie = tie or (j != k and key[j] >> 16 == distance)
         if tie:
             u = int(edge[wide * here + k])
-            hindered = int(occupant[cells + u]) - int(distance < own)
+            hindered = int(reserved[cells + u]) - int(distance < own)
             key[k] += (hindered << 8) + (((state if k < 4 else more) >> (8 * (k % 4))) & 255)
     for k in range(n + 1):
         u = int(edge[wide * here + k]) if k < n else int(here)
@@ -257,19 +270,19 @@ def _rank_any(edge, degree, now, occupant, choice, key, random, i):
 
 @kernel(out=("following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
 def step(
-    edge, degree, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
+    edge, degree, roomy, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
     stack, random, swapping, halt,
 ):  # fmt: skip
     """Decide the next cell of every robot; whether all could (without given cells, they always can).
 
     Parameters
     ----------
-    edge, degree : see above. ``table`` : (robots * cells,), see :mod:`.distances`.
+    edge, degree, roomy : see :mod:`.steps`. ``table`` : (robots * cells,), see :mod:`.distances`.
     goals, now : int32, (robots,); cells.
     order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
     following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
-    occupant : int32, (2 * cells,); the robot that is there now, or -1; then scratch, 0.
-    reserved : int32, (cells,); the robot that is there next (the given ones), or -1.
+    occupant : int32, (cells,); the robot that is there now, or -1.
+    reserved : uint8, (2 * cells,); 1 where a robot is next (the given ones), or 0; then scratch, 0.
     choice, key, turn, partner, stack : int32, (places * robots,), int64, (places,), and int32, (robots,) each; scratch. A robot
         may go to 5 places with four-connected, 9 with octile moves.
     random : int64, (1,); state of the generator, 1 .. 2**32 - 1.
@@ -278,8 +291,8 @@ def step(
     cells = len(degree)
     wide = len(edge) // cells
     places = u64(len(key))
-    straight = wide == 4
-    _look(edge, degree, table, now, occupant, choice, len(key))
+    straight = wide == 4  # then the first cell is nearer than the robot's own, unless it is that
+    _look(edge, degree, table, now, reserved, choice, len(key))
     fits = True
     for r in range(len(goals)):
         root = int(order[u64(base + r)])
@@ -288,6 +301,10 @@ def step(
         if r % LOOK == 0 and stopped(halt):
             fits = False
             break
+        if r + AHEAD < len(goals):
+            later = u64(order[u64(base + r + AHEAD)])
+            fetch(choice, places * later)
+            fetch(edge, u64(wide) * u64(now[later]))
         depth = 0
         stack[0] = root
         turn[u64(root)] = -1
@@ -300,12 +317,12 @@ def step(
             k = int(turn[u64(i)])
             if k < 0:
                 if straight:
-                    _rank(edge, degree, now, occupant, choice, random, i)
+                    _rank(edge, degree, now, reserved, choice, random, i)
                 else:
-                    _rank_any(edge, degree, now, occupant, choice, key, random, i)
+                    _rank_any(edge, degree, now, reserved, choice, key, random, i)
                 partner[u64(i)] = -1
                 first = int(choice[at])
-                if swapping and first != here:
+                if swapping and first != here and (not straight or roomy[u64(first)] == 0):
                     found = _partner(edge, degree, table, goals, now, following, occupant, i, first)
                     if found >= 0:
                         partner[u64(i)] = found
@@ -327,13 +344,13 @@ def step(
                 u = int(choice[at + u64(k)])
                 a = int(occupant[u64(u)])
                 if (
-                    reserved[u64(u)] >= 0
+                    reserved[u64(u)] != 0
                     or (a >= 0 and following[u64(a)] == here)
                     or (not straight and crosses(edge, wide, occupant, following, here, u))
                 ):
                     k += 1
                     continue
-                reserved[u64(u)] = i
+                reserved[u64(u)] = 1
                 following[u64(i)] = u
                 if a >= 0 and a != i and following[u64(a)] < 0:
                     depth += 1
@@ -351,14 +368,14 @@ def step(
                     a >= 0
                     and k == 0
                     and following[u64(a)] < 0
-                    and reserved[u64(here)] < 0
+                    and reserved[u64(here)] == 0
                     and (straight or not crosses(edge, wide, occupant, following, int(now[u64(a)]), here))
                 ):
                     following[u64(a)] = here
-                    reserved[u64(here)] = a
+                    reserved[u64(here)] = 1
                 ended = 1
             else:
-                reserved[u64(here)] = i
+                reserved[u64(here)] = 1
                 following[u64(i)] = here
                 ended = 2
             depth -= 1
@@ -367,12 +384,12 @@ def step(
             break
     if cells < 8 * len(goals):
         for u in range(cells, 2 * cells):
-            occupant[u64(u)] = 0
+            reserved[u64(u)] = 0
         return fits
     for i in range(len(goals)):
         here = int(now[i])
         for k in range(degree[here]):
-            occupant[cells + edge[wide * here + k]] = 0
+            reserved[cells + edge[wide * here + k]] = 0
     return fits
 
 
@@ -396,6 +413,45 @@ def rearrange(order, base, waited, since, distance):
         order[base + k] = i
 
 
+@kernel(out=("order", "waited", "arrived", "resting"))
+def _resort(order, waited, distance, goals, now, arrived, resting):
+    """Count another tick in ``waited``, and sort the robots as :func:`rearrange` does, from their order of the tick before.
+
+    Robots off their goals keep their order, and those that have just left one come behind the others. Only the few that arrived
+    are sorted, by distance, and merged with those that were there. ``arrived``, ``resting`` : int32, (robots,); scratch.
+    """
+    off = 0
+    came = 0
+    rest = 0
+    for r in range(len(order)):
+        i = int(order[r])
+        if now[i] != goals[i]:
+            waited[i] += 1
+            order[off] = i
+            off += 1
+        elif waited[i] > 0:
+            waited[i] = 0
+            k = came
+            while k > 0 and distance[arrived[k - 1]] < distance[i]:
+                arrived[k] = arrived[k - 1]
+                k -= 1
+            arrived[k] = i
+            came += 1
+        else:
+            resting[rest] = i
+            rest += 1
+    m = 0
+    for k in range(rest):
+        i = int(resting[k])
+        while m < came and distance[arrived[m]] >= distance[i]:
+            order[off + k + m] = arrived[m]
+            m += 1
+        order[off + k + m] = i
+    while m < came:
+        order[off + rest + m] = arrived[m]
+        m += 1
+
+
 @kernel(
     out=(
         "order", "waited", "now", "following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack",
@@ -405,7 +461,7 @@ def rearrange(order, base, waited, since, distance):
     each=15_000,
 )  # fmt: skip
 def run(
-    edge, degree, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
+    edge, degree, roomy, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
     partner, stack, random, swapping, track, visited, tick, most, halt,
 ):  # fmt: skip
     """Steps of PIBT until all robots are on their goals at once; SOLVED, LIMIT or FULL.
@@ -441,35 +497,21 @@ def run(
         for i in range(robots):
             following[i] = -1
         step(
-            edge, degree, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
+            edge, degree, roomy, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
             stack, random, swapping, halt,
         )  # fmt: skip
         if stopped(halt):
             break
         for i in range(robots):
             occupant[now[i]] = -1
-            reserved[following[i]] = -1
+            reserved[following[i]] = 0
         tick[0] += 1
         for i in range(robots):
             u = following[i]
             now[i] = u
             occupant[u] = i
             track[tick[0] * robots + i] = u
-            waited[i] = 0 if u == goals[i] else waited[i] + 1
-        # Robots off their goals keep their order; those on their goals come last.
-        off = 0
-        home = 0
-        for r in range(robots):
-            i = int(order[r])
-            if waited[i] > 0:
-                order[off] = i
-                off += 1
-            else:
-                stack[home] = i
-                home += 1
-        for r in range(home):
-            order[off + r] = stack[r]
-        rearrange(order, 0, waited, 0, distance)
+        _resort(order, waited, distance, goals, now, stack, partner)
     for i in range(robots):
         occupant[now[i]] = -1
     return ending

@@ -24,12 +24,14 @@ class CellGraph:
     places : int32, (cells, 2); x and y by number.
     edge : int32; the neighbours of each cell, see :mod:`lampyris.kernels.fleet.steps`.
     degree : uint8, (cells,); how many neighbours there are.
+    roomy : uint8, (cells,); whether three neighbours or more are no dead ends, as far as the kernels ask.
     """
 
     number: Numbers
     places: Cells
     edge: Numbers
     degree: NDArray[np.uint8]
+    roomy: NDArray[np.uint8]
 
     @classmethod
     def of(cls, free: BoolGrid, moves: str = "four-connected") -> CellGraph:
@@ -61,8 +63,12 @@ class CellGraph:
         if beside:
             edge = np.concatenate((edge, np.take_along_axis(np.stack(beside, axis=1), order, axis=1)), axis=1)
         degree = (len(around) - missing.sum(axis=1)).astype(np.uint8)
+        roomy = np.zeros(cells, dtype=np.uint8)
+        if moves != "octile":
+            padded[1:-1, 1:-1][free] = degree
+            roomy[:] = np.sum([at(dx, dy) >= 2 for dx, dy in ((0, -1), (-1, 0), (1, 0), (0, 1))], axis=0) >= 3
         places = np.stack((x, y), axis=1).astype(np.int32)
-        return cls(number, places, np.ascontiguousarray(edge.astype(np.int32).ravel()), degree)
+        return cls(number, places, np.ascontiguousarray(edge.astype(np.int32).ravel()), degree, roomy)
 
     @property
     def cells(self) -> int:
