@@ -9,8 +9,8 @@ Robots decide in the order of their priorities. A robot tries its cells by dista
 has not decided stands on one, that robot inherits the priority and has to decide first; if it cannot leave, the next
 cell is tried. The recursion is an explicit stack, and a robot is on it at most once.
 
-Cells are numbers of free cells; ``edge``, ``degree`` and ``roomy``: see :mod:`.steps`. With octile moves a robot also tries its next cell
-if a robot that has decided crosses its diagonal step.
+Cells are numbers of free cells; ``edge``, ``degree`` and ``roomy``: see :mod:`.steps`. With octile moves a robot also tries
+its next cell if a robot that has decided crosses its diagonal step.
 """
 
 from __future__ import annotations
@@ -469,7 +469,7 @@ def run(
     Parameters
     ----------
     edge .. random, swapping : as for :func:`step`; ``distance``, int32, (robots,), as for :func:`rearrange`.
-    waited : int32, (robots,); ticks off the goal. ``order`` is sorted by it.
+    order, waited : int32, (robots,); the robots by falling priority, and their ticks off the goal.
     track : int32, (ticks, robots); the cells of tick 0 are there. FULL: there was no room for another tick.
     visited : int32, (robots,); the first tick at which each robot was on its goal, or -1.
     tick : int64, (1,); the last tick that is written.
@@ -479,6 +479,7 @@ def run(
     for i in range(robots):
         occupant[now[i]] = i
     ending = LIMIT
+    is_sorted = False  # goals, and with them distances, may be others than in the last call
     while True:
         home = 0
         for i in range(robots):
@@ -511,6 +512,9 @@ def run(
             now[i] = u
             occupant[u] = i
             track[tick[0] * robots + i] = u
+        if not is_sorted:
+            rearrange(order, 0, waited, 0, distance)
+            is_sorted = True
         _resort(order, waited, distance, goals, now, stack, partner)
     for i in range(robots):
         occupant[now[i]] = -1

@@ -191,11 +191,11 @@ class LacamSearch:
 
     def go_on(self, most: int) -> int:
         """Search until the plan became better, or to iteration ``most``; the ending, FULL if memory is used up."""
-        t, w = self._tables, self._work
+        t, g, w = self._tables, self._tables.graph, self._work
         while True:
             ending = int(
                 kernels.search(
-                    t.graph.edge, t.graph.degree, t.graph.roomy, t.table, t.goals, t.distance, self._config, self._waited, self._order,
+                    g.edge, g.degree, g.roomy, t.table, t.goals, t.distance, self._config, self._waited, self._order,
                     self._node, self._low, self._link, self._opened, self._bucket, self._queue, w.now, w.following,
                     w.best, *w.rest, self._state, self._swap, self._samples, most,
                 )
