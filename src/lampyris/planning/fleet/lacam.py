@@ -217,10 +217,11 @@ class LacamSearch:
 
     def _track_to(self, node: int) -> NDArray[np.int32]:
         """The configurations from the starts to a node, int32 (ticks + 1, robots)."""
+        parents = self._node[kernels.PARENT : self.nodes * kernels.NODE_WIDTH : kernels.NODE_WIDTH].tolist()
         chain = []
         while node >= 0:
             chain.append(node)
-            node = int(self._node[node * kernels.NODE_WIDTH + kernels.PARENT])
+            node = parents[node]
         robots = len(self._tables.goals)
         used = self._config[: self.nodes * robots].reshape(-1, robots)
         return used[np.array(chain[::-1], dtype=np.int64)]
