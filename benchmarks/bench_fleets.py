@@ -250,9 +250,16 @@ def bench(quick: bool) -> Section:
             "Sums of costs after a second of wall time",
         ),
         Table(
-            ("what", "unit", "middle", "quartiles"),
+            ("what", "unit", "middle", "quartiles", "rival", "middle"),
             tuple(
-                (f.task, f.unit, f"{f.ours.middle:.2f}", f"{f.ours.low:.2f} to {f.ours.high:.2f}")
+                (
+                    f.task,
+                    f.unit,
+                    f"{f.ours.middle:.2f}",
+                    f"{f.ours.low:.2f} to {f.ours.high:.2f}",
+                    f.rival or "",
+                    f"{f.theirs.middle:.2f}" if f.theirs else "",
+                )
                 for f in made
             ),
             "Steps",
