@@ -236,7 +236,7 @@ def add(
     each=15_000,
 )  # fmt: skip
 def search(
-    edge, degree, roomy, table, goals, distance, config, waited, order, node, low, link, opened, bucket, queue,
+    edge, degree, passing, table, goals, distance, config, waited, order, node, low, link, opened, bucket, queue,
     now, following, best, occupant, reserved, choice, key, turn, partner, stack, random, state,
     swapping, samples, most, halt,
 ):  # fmt: skip
@@ -244,7 +244,7 @@ def search(
 
     Parameters
     ----------
-    edge, degree, roomy, table, goals, now .. stack, random, swapping : as for :func:`lampyris.kernels.fleet.pibt.step`. ``now``
+    edge, degree, passing, table, goals, now .. stack, random, swapping : as for :func:`lampyris.kernels.fleet.pibt.step`. ``now``
         holds the starts when nothing has been searched yet.
     distance : int32, (robots,); of the starts.
     config, waited, order : int32, (nodes, robots) each; the cells, the ticks off the goal, the robots by priority.
@@ -303,7 +303,7 @@ def search(
                 following[i] = -1
             legal = _force(edge, wide, low, order, h * robots, forced, now, following, occupant, reserved)
             if legal and step(
-                edge, degree, roomy, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
+                edge, degree, passing, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
                 turn, partner, stack, random, swapping, halt,
             ):  # fmt: skip
                 value = _value(table, cells, goals, now, following)

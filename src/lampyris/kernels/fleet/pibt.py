@@ -9,7 +9,7 @@ Robots decide in the order of their priorities. A robot tries its cells by dista
 has not decided stands on one, that robot inherits the priority and has to decide first; if it cannot leave, the next
 cell is tried. The recursion is an explicit stack, and a robot is on it at most once.
 
-Cells are numbers of free cells; ``edge``, ``degree`` and ``roomy``: see :mod:`.steps`. With octile moves a robot also tries
+Cells are numbers of free cells; ``edge``, ``degree`` and ``passing``: see :mod:`.steps`. With octile moves a robot also tries
 its next cell if a robot that has decided crosses its diagonal step.
 """
 
@@ -99,7 +99,7 @@ def _is_swap_possible(edge, degree, goals, occupant, front, back):
 def _partner(edge, degree, table, goals, now, following, occupant, i, first):
     """The robot with which robot ``i``, which prefers ``first``, has to swap cells, or -1.
 
-    With four-connected moves a cell ``first`` that is roomy (see :mod:`.steps`) need not be asked about.
+    With four-connected moves a cell ``first`` that is passing (see :mod:`.steps`) need not be asked about.
     """
     wide = len(edge) // len(degree)
     here = now[i]
@@ -270,14 +270,14 @@ def _rank_any(edge, degree, now, reserved, choice, key, random, i):
 
 @kernel(out=("following", "occupant", "reserved", "choice", "key", "turn", "partner", "stack", "random"))
 def step(
-    edge, degree, roomy, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
+    edge, degree, passing, table, goals, order, base, now, following, occupant, reserved, choice, key, turn, partner,
     stack, random, swapping, halt,
 ):  # fmt: skip
     """Decide the next cell of every robot; whether all could (without given cells, they always can).
 
     Parameters
     ----------
-    edge, degree, roomy : see :mod:`.steps`. ``table`` : (robots * cells,), see :mod:`.distances`.
+    edge, degree, passing : see :mod:`.steps`. ``table`` : (robots * cells,), see :mod:`.distances`.
     goals, now : int32, (robots,); cells.
     order, base : int32; the robots by falling priority are ``order[base:base + robots]``.
     following : int32, (robots,); the result. Given: -1, or a cell that the robot has to go to.
@@ -322,7 +322,7 @@ def step(
                     _rank_any(edge, degree, now, reserved, choice, key, random, i)
                 partner[u64(i)] = -1
                 first = int(choice[at])
-                if swapping and first != here and (not straight or roomy[u64(first)] == 0):
+                if swapping and first != here and (not straight or passing[u64(first)] == 0):
                     found = _partner(edge, degree, table, goals, now, following, occupant, i, first)
                     if found >= 0:
                         partner[u64(i)] = found
@@ -461,7 +461,7 @@ def _resort(order, waited, distance, goals, now, arrived, resting):
     each=15_000,
 )  # fmt: skip
 def run(
-    edge, degree, roomy, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
+    edge, degree, passing, table, goals, distance, order, waited, now, following, occupant, reserved, choice, key, turn,
     partner, stack, random, swapping, track, visited, tick, most, halt,
 ):  # fmt: skip
     """Steps of PIBT until all robots are on their goals at once; SOLVED, LIMIT or FULL.
@@ -498,7 +498,7 @@ def run(
         for i in range(robots):
             following[i] = -1
         step(
-            edge, degree, roomy, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
+            edge, degree, passing, table, goals, order, 0, now, following, occupant, reserved, choice, key, turn, partner,
             stack, random, swapping, halt,
         )  # fmt: skip
         if stopped(halt):

@@ -25,14 +25,14 @@ class CellGraph:
     places : int32, (cells, 2); x and y by number.
     edge : int32; the neighbours of each cell, see :mod:`lampyris.kernels.fleet.steps`.
     degree : uint8, (cells,); how many neighbours there are.
-    roomy : uint8, (cells,); whether three neighbours or more are no dead ends, as far as the kernels ask.
+    passing : uint8, (cells,); whether three neighbours or more are no dead ends, as far as the kernels ask.
     """
 
     number: Numbers
     places: Cells
     edge: Numbers
     degree: NDArray[np.uint8]
-    roomy: NDArray[np.uint8]
+    passing: NDArray[np.uint8]
 
     @classmethod
     def of(cls, free: BoolGrid, moves: str = "four-connected") -> CellGraph:
@@ -49,7 +49,7 @@ class CellGraph:
         for k, offset in enumerate(offsets):
             to[:, k] = numbers[at + offset]
         beside = np.full((cells, 8), -1, dtype=np.int32)
-        roomy = np.zeros(cells, dtype=np.uint8)
+        passing = np.zeros(cells, dtype=np.uint8)
         if moves == "octile":
             for k, (dx, dy) in enumerate(_DIAGONALS, 4):
                 beside[:, k] = numbers[at + dx]
@@ -65,11 +65,13 @@ class CellGraph:
         else:
             leads_on = np.zeros(inside.size, dtype=np.uint8)
             leads_on[at] = degree >= 2
-            roomy[:] = sum(leads_on[at + offset] for offset in offsets) >= 3
+            for offset in offsets:
+                passing += leads_on[at + offset]
+            passing = (passing >= 3).astype(np.uint8)
         y, x = np.divmod(at.astype(np.int32), np.int32(across))
         places = np.stack((x - 1, y - 1), axis=1)
         number = np.ascontiguousarray(numbers.reshape(inside.shape)[1:-1, 1:-1])
-        return cls(number, places, to.ravel(), degree, roomy)
+        return cls(number, places, to.ravel(), degree, passing)
 
     @property
     def cells(self) -> int:

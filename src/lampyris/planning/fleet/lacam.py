@@ -195,7 +195,7 @@ class LacamSearch:
         while True:
             ending = int(
                 kernels.search(
-                    g.edge, g.degree, g.roomy, t.table, t.goals, t.distance, self._config, self._waited, self._order,
+                    g.edge, g.degree, g.passing, t.table, t.goals, t.distance, self._config, self._waited, self._order,
                     self._node, self._low, self._link, self._opened, self._bucket, self._queue, w.now, w.following,
                     w.best, *w.rest, self._state, self._swap, self._samples, most,
                 )
