@@ -1,4 +1,4 @@
-"""Planners of fleets beside pymapf, cuplan, pathplanning and w9-pathfinding: time and costs; steps of PIBT and of swarms."""
+"""Planners of fleets beside pymapf, cuplan, pathplanning and w9-pathfinding: time and costs; steps of PIBT, ORCA and swarms."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
-from benchmarks.fleet_rivals import CuplanPibt, Pathplanning, PymapfLacam, Solved, W9Cbs
+from benchmarks.fleet_rivals import CuplanPibt, Pathplanning, PymapfLacam, Rvo2, Solved, W9Cbs
 from benchmarks.maps import published_folder, random_map
+from scipy.spatial import cKDTree
 
 from lampyris.api import load_grid
 from lampyris.fleets import load_fleet, random_fleet
@@ -19,12 +20,15 @@ from lampyris.kernels._jit import compiled_only
 from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.settings.fleet_drive import FleetDriveSettings
 from lampyris.model.settings.swarm import SwarmSettings
 from lampyris.planning.base import Budget
 from lampyris.planning.fleet import registry
 from lampyris.planning.fleet.distance_tables import tables_of
 from lampyris.planning.fleet.pibt import PibtRun
 from lampyris.referee import check_fleet_plan
+from lampyris.sim.fleet.reactive import OrcaRun
 from lampyris.sim.swarm.placing import draw_starts
 from lampyris.sim.swarm.simulation import RobotSwarm
 from lampyris.swarms import three_peaks
@@ -39,7 +43,10 @@ before nor its own check of the paths, in Python both. w9-pathfinding (C++): its
 `edge_collision`; its grid is made before. A rival's call may take 30 s of wall time, so on a busy machine it may end with less
 processor time. An instance counts for a ratio if both solve it; what one of them does not solve is listed. `lacam` beside
 cuplan's PIBT is a complete search beside an incomplete rule. PIBT: steps of 10,000 robots on a random map of 256 x 256
-cells, 10 % blocked, the swap rule on, distance tables not counted. Swarm: iterations of robots that measure, broadcast, choose
+cells, 10 % blocked, the swap rule on, distance tables not counted. ORCA: 1,000 discs of radius 0.3 on 100 x 100 open cells
+of 1 m, 60 s in steps of 0.1 s, ten neighbours, 2 s ahead; RVO2 by pyrvo (C++), if it is installed, is given each disc's preferred
+velocity, straight to its goal, which ours works out in its step and which is not counted for theirs; pairs touch if they
+overlap by more than a millionth of a metre at the end of a step. Swarm: iterations of robots that measure, broadcast, choose
 and drive, the referee not counted; a small step is the part of an iteration in which robots are moved once."""
 
 LIMIT_S = 30.0
@@ -59,7 +66,7 @@ MATCHES: tuple[tuple[str, dict[str, Any], Callable[[], Any], dict[str, tuple[int
     ("cbs", {}, W9Cbs, {"random-32-32-20": (10, 20), "empty-48-48": (20, 40), "den312d": (10, 20)}),
 )  # fmt: skip
 """A planner of ours, its settings, a rival, and numbers of robots by map."""
-STEP_MS, SWARM_MS = 3.0, 1.0
+STEP_MS, ORCA_MS, SWARM_MS = 3.0, 0.7, 1.0
 
 
 def fleets(counts: dict[str, tuple[int, ...]], quick: bool) -> Iterator[tuple[str, Fleet]]:
@@ -156,6 +163,7 @@ def steps(quick: bool) -> list[Figure]:
     figures = [
         Figure(f"PIBT, {robots:,} robots, {side} x {side} cells, swap rule on", "ms a step", Spread.of(each))
     ]
+    figures.append(orca(quick))
     robots = 200 if quick else 1000
     grid = load_grid("env-6")
     settings = SwarmSettings().on(grid)
@@ -175,6 +183,50 @@ def steps(quick: bool) -> list[Figure]:
     return figures
 
 
+def orca(quick: bool) -> Figure:
+    """Milliseconds of a step of ORCA, ours and RVO2's; prints arrivals and pairs that touched."""
+    robots, last = (200, 50) if quick else (1000, 600)
+    grid = Grid(np.zeros((100, 100), dtype=bool))
+    fleet = random_fleet(grid, robots, seed=1)
+    settings = FleetDriveSettings(policy="orca")
+    own = Robot(radius=0.3)
+    run = OrcaRun(fleet, [own] * robots, settings, tables_of(fleet), last)
+    run.go_on(5)
+    each = []
+    while run.done < last:
+        since, begin = run.done, time.thread_time()
+        run.go_on(run.done + 10)
+        each.append(1e3 * (time.thread_time() - begin) / max(1, run.done - since))
+        if run.done == since:  # all have arrived
+            break
+    starts, goals = ((np.array(ends, dtype=np.float64) + 0.5) for ends in (fleet.starts, fleet.goals))
+    told = [("lampyris", run.places())]
+    other, beside = "", None
+    try:
+        rival = Rvo2(
+            starts, goals, own.radius, own.v_max, settings.neighbours, settings.robot_horizon, settings.period
+        )
+    except ImportError:
+        print("pyrvo is not installed: ORCA is not compared")
+    else:
+        theirs, track = [], [starts]
+        for _ in range(last):
+            theirs.append(1e3 * rival.step())
+            track.append(rival.places)
+        told.append((Rvo2.name, np.array(track)))
+        other, beside = Rvo2.name, Spread.of(theirs)
+    for name, track in told:
+        touched = set()
+        for places in track:
+            touched.update(cKDTree(places).query_pairs(2.0 * own.radius - 1e-6))
+        gap = track[-1] - goals
+        home = int(np.count_nonzero((gap * gap).sum(axis=1) < 0.25))
+        print(
+            f"ORCA by {name}: {home} of {robots} at their goals after {last} steps, {len(touched)} pairs touched"
+        )
+    return Figure(f"ORCA, {robots:,} discs in the open", "ms a step", Spread.of(each), other, beside)
+
+
 def _ms(costs: int | None, seconds: list[float]) -> str:
     text = f"{1e3 * statistics.median(seconds):.3g}"
     return text if costs is not None else f"{text}, not solved"
@@ -186,7 +238,7 @@ def bench(quick: bool) -> Section:
         rows, figures, verdicts = matched(quick)
         anytime = costs_in_a_second(quick)
         made = steps(quick)
-    for figure, most in zip(made[:2], (STEP_MS, SWARM_MS), strict=True):
+    for figure, most in zip(made[:3], (STEP_MS, ORCA_MS, SWARM_MS), strict=True):
         text = f"{figure.task}: at most {most:g} {figure.unit}: {figure.ours.middle:.2f}"
         verdicts.append(Verdict(figure.ours.middle <= most, text))
     heads = ("fleet", "planner", "ms", "costs", "rival", "ms", "costs")
@@ -198,9 +250,16 @@ def bench(quick: bool) -> Section:
             "Sums of costs after a second of wall time",
         ),
         Table(
-            ("what", "unit", "middle", "quartiles"),
+            ("what", "unit", "middle", "quartiles", "rival", "middle"),
             tuple(
-                (f.task, f.unit, f"{f.ours.middle:.2f}", f"{f.ours.low:.2f} to {f.ours.high:.2f}")
+                (
+                    f.task,
+                    f.unit,
+                    f"{f.ours.middle:.2f}",
+                    f"{f.ours.low:.2f} to {f.ours.high:.2f}",
+                    f.rival or "",
+                    f"{f.theirs.middle:.2f}" if f.theirs else "",
+                )
                 for f in made
             ),
             "Steps",

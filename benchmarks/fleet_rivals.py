@@ -1,4 +1,4 @@
-"""Whom planners of fleets are compared with: pymapf, cuplan, pathplanning, w9-pathfinding, on the same map, starts and goals."""
+"""Rivals of fleets on the same map, starts and goals: pymapf, cuplan, pathplanning, w9-pathfinding, RVO2 by pyrvo."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from lampyris.model.fleet.fleet import Fleet
 from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.plan import Status
 from lampyris.referee import check_fleet_plan
+from lampyris.typing import Floats
 
 Cells = list[list[tuple[int, int]]]
 
@@ -138,3 +139,56 @@ class W9Cbs:
             paths = None
         spent = time.thread_time() - begin
         return judged(fleet, spent, [[(int(x), int(y)) for x, y in p] for p in paths] if paths else None)
+
+
+class Rvo2:
+    """ORCA of RVO2 (C++) by pyrvo, for discs on an open map: each prefers the straight line to its goal.
+
+    pyrvo states no licence and asks for a simulator that nothing here needs, so it is installed by hand, if at all:
+    ``pip install --no-deps pyrvo==0.4.3``.
+
+    Parameters
+    ----------
+    starts, goals : float64 (robots, 2), metres.
+    radius, top, neighbours, horizon, period : of all robots; metres, metres per second, robots, seconds, seconds.
+
+    Raises
+    ------
+    ImportError : pyrvo is not installed.
+    """
+
+    name = "RVO2 (pyrvo)"
+
+    def __init__(
+        self,
+        starts: Floats,
+        goals: Floats,
+        radius: float,
+        top: float,
+        neighbours: int,
+        horizon: float,
+        period: float,
+    ) -> None:
+        import pyrvo
+
+        reach = 2.0 * (radius + horizon * top)
+        self._sim = pyrvo.RVOSimulator(period, reach, neighbours, horizon, horizon, radius, top)
+        self._goals, self._top, self._period = goals, top, period
+        for x, y in starts.tolist():
+            self._sim.add_agent([x, y])
+        self.places = starts.copy()
+
+    def step(self) -> float:
+        """Do one step; its seconds of processor time, the preferred velocities not counted."""
+        way = self._goals - self.places
+        far = np.sqrt((way * way).sum(axis=1))
+        speed = np.minimum(self._top, far / self._period)
+        wanted = way * (speed / np.maximum(far, 1e-12))[:, None]
+        for k, (x, y) in enumerate(wanted.tolist()):
+            self._sim.set_agent_pref_velocity(k, [x, y])
+        begin = time.process_time()
+        self._sim.do_step()
+        spent = time.process_time() - begin
+        found = [self._sim.get_agent_position(k) for k in range(len(self.places))]
+        self.places = np.array([(one.x, one.y) for one in found])
+        return spent

@@ -73,8 +73,8 @@ def test_beside_the_optimum_of_the_joint_space(seed: int) -> None:
     fleet = random_fleet_anywhere(lampyris.Grid(blocked), robots, rng)
     best = joint_optimum(fleet)
     for planner in names():
-        budget = lampyris.Budget(expansions=2000) if planner in SLOWER else None
-        settings = {"ticks": 100} if planner == "pibt" else {}
+        budget = lampyris.Budget(expansions=2000) if planner in ("cbs", "eecbs") else None
+        settings = {"pibt": {"ticks": 100}, "lns": {"rounds": 20}}.get(planner, {})
         plan = lampyris.plan_fleet(fleet, planner, seed=seed, budget=budget, **settings)
         assert check_fleet_plan(plan, fleet, every=True) is None
         if plan:

@@ -173,7 +173,7 @@ def _force(edge, wide, low, order, base, at, now, following, occupant, reserved)
     while at >= 0:
         i = int(order[base + int(low[at * LOW_WIDTH + 2]) - 1])
         u = int(low[at * LOW_WIDTH + 1])
-        if reserved[u] >= 0:
+        if reserved[u] != 0:
             return False
         a = occupant[u]
         if a >= 0 and a != i and following[a] == now[i]:
@@ -181,7 +181,7 @@ def _force(edge, wide, low, order, base, at, now, following, occupant, reserved)
         if crosses(edge, wide, occupant, following, int(now[i]), u):
             return False
         following[i] = u
-        reserved[u] = i
+        reserved[u] = 1
         at = int(low[at * LOW_WIDTH])
     return True
 
@@ -236,7 +236,7 @@ def add(
     each=15_000,
 )  # fmt: skip
 def search(
-    edge, degree, table, goals, distance, config, waited, order, node, low, link, opened, bucket, queue,
+    edge, degree, passing, table, goals, distance, config, waited, order, node, low, link, opened, bucket, queue,
     now, following, best, occupant, reserved, choice, key, turn, partner, stack, random, state,
     swapping, samples, most, halt,
 ):  # fmt: skip
@@ -244,7 +244,7 @@ def search(
 
     Parameters
     ----------
-    edge, degree, table, goals, now .. stack, random, swapping : as for :func:`lampyris.kernels.fleet.pibt.step`. ``now``
+    edge, degree, passing, table, goals, now .. stack, random, swapping : as for :func:`lampyris.kernels.fleet.pibt.step`. ``now``
         holds the starts when nothing has been searched yet.
     distance : int32, (robots,); of the starts.
     config, waited, order : int32, (nodes, robots) each; the cells, the ticks off the goal, the robots by priority.
@@ -303,7 +303,7 @@ def search(
                 following[i] = -1
             legal = _force(edge, wide, low, order, h * robots, forced, now, following, occupant, reserved)
             if legal and step(
-                edge, degree, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
+                edge, degree, passing, table, goals, order, h * robots, now, following, occupant, reserved, choice, key,
                 turn, partner, stack, random, swapping, halt,
             ):  # fmt: skip
                 value = _value(table, cells, goals, now, following)
@@ -315,7 +315,7 @@ def search(
                         best[i] = following[i]
             for i in range(robots):
                 if following[i] >= 0:
-                    reserved[following[i]] = -1
+                    reserved[following[i]] = 0
             if not legal or stopped(halt):
                 break
         for i in range(robots):

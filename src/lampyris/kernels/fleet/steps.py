@@ -5,6 +5,9 @@ there are. With four-connected moves a row has 4 numbers. With octile moves it h
 cell beside a diagonal step in the row of the map that the step leaves, or -1 for a straight step. Cells are numbered row by row
 and both cells beside a diagonal step are free, so the other one follows from it.
 
+``passing`` is 1 for each cell that has three neighbours or more with a degree of at least 2: who comes to it from one of them has
+two cells to go on to that are no dead ends. It is 0 throughout with octile moves.
+
 Two diagonal steps of one block of 2 x 2 cells in one tick cross in its centre.
 """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,13 +82,15 @@ class FleetPlan(Value):
             raise SettingError("FLEET_PLAN", shown(status), where="status", allowed=allowed)
         if not isinstance(given, tuple | list) or (self.status is Status.FOUND and not given):
             raise SettingError("FLEET_PLAN", shown(given), where="paths", allowed="a path for each robot")
-        paths = []
-        for k, one in enumerate(given):
-            path = cells(one)
-            if path is None or not len(path):
-                allowed = "whole numbers (ticks + 1, 2)"
-                raise SettingError("FLEET_PLAN", shown(one), where=f"paths[{k}]", allowed=allowed)
-            paths.append(frozen(path))
+        paths = _together(given)
+        if paths is None:
+            paths = []
+            for k, one in enumerate(given):
+                path = cells(one)
+                if path is None or not len(path):
+                    allowed = "whole numbers (ticks + 1, 2)"
+                    raise SettingError("FLEET_PLAN", shown(one), where=f"paths[{k}]", allowed=allowed)
+                paths.append(frozen(path))
         object.__setattr__(self, "paths", tuple(paths))
         bound: Any = self.bound
         if bound is not None and not is_whole(bound, 0):
@@ -146,3 +148,21 @@ class FleetPlan(Value):
         """The cell of every robot at a tick, int32 (robots, 2); after its last cell a robot stays there."""
         made = np.array([path[min(tick, len(path) - 1)] for path in self.paths], dtype=np.int32)
         return frozen(made.reshape(-1, 2))
+
+
+def _together(given: Sequence[Any]) -> list[Cells] | None:
+    """Read-only copies of paths as planners make them, in one block of memory; None if one of them is anything else."""
+    for one in given:
+        if (
+            type(one) is not np.ndarray
+            or one.dtype != np.int32
+            or one.ndim != 2
+            or one.shape[1] != 2
+            or not len(one)
+        ):
+            return None
+    if not given:
+        return []
+    block = frozen(np.concatenate(given))
+    ends = np.cumsum([len(one) for one in given]).tolist()
+    return [block[end - len(one) : end] for one, end in zip(given, ends, strict=True)]

@@ -11,6 +11,7 @@ from lampyris.typing import BoolGrid, Cell, Cells
 
 Numbers = NDArray[np.int32]
 """Numbers of free cells."""
+_STRAIGHT = ((0, -1), (-1, 0), (1, 0), (0, 1))
 _DIAGONALS = ((-1, -1), (1, -1), (-1, 1), (1, 1))
 
 
@@ -24,45 +25,53 @@ class CellGraph:
     places : int32, (cells, 2); x and y by number.
     edge : int32; the neighbours of each cell, see :mod:`lampyris.kernels.fleet.steps`.
     degree : uint8, (cells,); how many neighbours there are.
+    passing : uint8, (cells,); whether three neighbours or more are no dead ends, as far as the kernels ask.
     """
 
     number: Numbers
     places: Cells
     edge: Numbers
     degree: NDArray[np.uint8]
+    passing: NDArray[np.uint8]
 
     @classmethod
     def of(cls, free: BoolGrid, moves: str = "four-connected") -> CellGraph:
         """The graph of the free cells, bool (height, width), with the steps of ``four-connected`` or ``octile``."""
-        height, width = free.shape
         cells = int(np.count_nonzero(free))
-        number = np.full((height, width), -1, dtype=np.int32)
-        number[free] = np.arange(cells, dtype=np.int32)
-        y, x = np.nonzero(free)
-        padded = np.full((height + 2, width + 2), -1, dtype=np.int32)
-        padded[1:-1, 1:-1] = number
-
-        def at(dx: int, dy: int) -> Numbers:
-            return padded[y + 1 + dy, x + 1 + dx]
-
-        straight = [at(dx, dy) for dx, dy in ((0, -1), (-1, 0), (1, 0), (0, 1))]
-        around, beside = straight, []
+        inside = np.zeros((free.shape[0] + 2, free.shape[1] + 2), dtype=bool)
+        inside[1:-1, 1:-1] = free
+        at = np.flatnonzero(inside)
+        across = inside.shape[1]
+        numbers = np.full(inside.size, -1, dtype=np.int32)
+        numbers[at] = np.arange(cells, dtype=np.int32)
+        offsets = [dx + across * dy for dx, dy in _STRAIGHT]
+        to = np.empty((cells, 8 if moves == "octile" else 4), dtype=np.int32)
+        for k, offset in enumerate(offsets):
+            to[:, k] = numbers[at + offset]
+        beside = np.full((cells, 8), -1, dtype=np.int32)
+        passing = np.zeros(cells, dtype=np.uint8)
         if moves == "octile":
-            diagonal = [
-                np.where((at(dx, 0) >= 0) & (at(0, dy) >= 0), at(dx, dy), -1) for dx, dy in _DIAGONALS
-            ]
-            around = [*straight, *diagonal]
-            beside = [*[np.full(cells, -1, dtype=np.int32)] * 4, *[at(dx, 0) for dx, _ in _DIAGONALS]]
-        to = np.stack(around, axis=1)
-        missing = to < 0
-        order = np.argsort(missing, axis=1, kind="stable")
-        edge = np.where(missing, cells, to)
-        edge = np.take_along_axis(edge, order, axis=1)
-        if beside:
-            edge = np.concatenate((edge, np.take_along_axis(np.stack(beside, axis=1), order, axis=1)), axis=1)
-        degree = (len(around) - missing.sum(axis=1)).astype(np.uint8)
-        places = np.stack((x, y), axis=1).astype(np.int32)
-        return cls(number, places, np.ascontiguousarray(edge.astype(np.int32).ravel()), degree)
+            for k, (dx, dy) in enumerate(_DIAGONALS, 4):
+                beside[:, k] = numbers[at + dx]
+                is_open = (beside[:, k] >= 0) & (numbers[at + across * dy] >= 0)
+                to[:, k] = np.where(is_open, numbers[at + dx + across * dy], -1)
+        degree = np.count_nonzero(to >= 0, axis=1).astype(np.uint8)
+        some = np.flatnonzero(degree < to.shape[1])
+        order = np.argsort(to[some] < 0, axis=1, kind="stable")
+        to[some] = np.take_along_axis(np.where(to[some] < 0, cells, to[some]), order, axis=1)
+        if moves == "octile":
+            beside[some] = np.take_along_axis(beside[some], order, axis=1)
+            to = np.concatenate((to, beside), axis=1)
+        else:
+            leads_on = np.zeros(inside.size, dtype=np.uint8)
+            leads_on[at] = degree >= 2
+            for offset in offsets:
+                passing += leads_on[at + offset]
+            passing = (passing >= 3).astype(np.uint8)
+        y, x = np.divmod(at.astype(np.int32), np.int32(across))
+        places = np.stack((x - 1, y - 1), axis=1)
+        number = np.ascontiguousarray(numbers.reshape(inside.shape)[1:-1, 1:-1])
+        return cls(number, places, to.ravel(), degree, passing)
 
     @property
     def cells(self) -> int:

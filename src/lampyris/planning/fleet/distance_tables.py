@@ -113,7 +113,8 @@ def _filled(fleet: Fleet, graph: CellGraph, goals: Numbers, kind: np.dtype[Any])
     work = np.empty(cells + 9, dtype=np.uint32), np.empty(len(number), dtype=np.uint8)
     for radius, members in by_size(fleet):
         free = ~fleet.grid.blocked if radius == 0.0 else free_cells(fleet.grid, radius)
-        _check_ends(fleet, members, free)
+        if radius > 0.0:
+            _check_ends(fleet, members, free)
         ground = framed(free, 1, False).view(np.uint8)
         whole = len(members) == len(goals)
         part = table if whole else np.empty(len(members) * cells, dtype=kind)

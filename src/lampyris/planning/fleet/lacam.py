@@ -191,11 +191,11 @@ class LacamSearch:
 
     def go_on(self, most: int) -> int:
         """Search until the plan became better, or to iteration ``most``; the ending, FULL if memory is used up."""
-        t, w = self._tables, self._work
+        t, g, w = self._tables, self._tables.graph, self._work
         while True:
             ending = int(
                 kernels.search(
-                    t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._config, self._waited, self._order,
+                    g.edge, g.degree, g.passing, t.table, t.goals, t.distance, self._config, self._waited, self._order,
                     self._node, self._low, self._link, self._opened, self._bucket, self._queue, w.now, w.following,
                     w.best, *w.rest, self._state, self._swap, self._samples, most,
                 )
@@ -217,10 +217,11 @@ class LacamSearch:
 
     def _track_to(self, node: int) -> NDArray[np.int32]:
         """The configurations from the starts to a node, int32 (ticks + 1, robots)."""
+        parents = self._node[kernels.PARENT : self.nodes * kernels.NODE_WIDTH : kernels.NODE_WIDTH].tolist()
         chain = []
         while node >= 0:
             chain.append(node)
-            node = int(self._node[node * kernels.NODE_WIDTH + kernels.PARENT])
+            node = parents[node]
         robots = len(self._tables.goals)
         used = self._config[: self.nodes * robots].reshape(-1, robots)
         return used[np.array(chain[::-1], dtype=np.int64)]

@@ -146,7 +146,7 @@ class PibtRun:
         while True:
             if d is None:
                 ending = kernels.run(
-                    t.graph.edge, t.graph.degree, t.table, t.goals, t.distance, self._order, self._waited, w.now,
+                    t.graph.edge, t.graph.degree, t.graph.passing, t.table, t.goals, t.distance, self._order, self._waited, w.now,
                     w.following, *w.rest, self._swap, self._track, self.visited, self._tick, most,
                 )  # fmt: skip
             else:

@@ -27,5 +27,10 @@ def arrivals(track: NDArray[Any], goals: Numbers) -> NDArray[np.int64]:
 
 def paths_of(track: NDArray[Any], goals: Numbers, places: Cells) -> tuple[Cells, ...]:
     """Each robot's cells (x, y) from tick 0 to its arrival."""
-    ends = arrivals(track, goals)
-    return tuple(places[track[: ends[i] + 1, i]] for i in range(track.shape[1]))
+    arrived = arrivals(track, goals)
+    moving = int(arrived.sum(dtype=np.int64)) + len(arrived)
+    ends = arrived.tolist()
+    if track.size > 2 * moving:  # a few late robots: leave out the waits of the others
+        return tuple(places[track[: end + 1, i]] for i, end in enumerate(ends))
+    xy = places[np.ascontiguousarray(track.T)]
+    return tuple(xy[i, : end + 1] for i, end in enumerate(ends))

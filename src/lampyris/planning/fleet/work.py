@@ -27,8 +27,8 @@ class StepWork:
 
         self.now = tables.starts.copy()
         self.following, self.best = numbers(robots), numbers(robots)
-        self.occupant, self.reserved = numbers(2 * cells, -1), numbers(cells, -1)
-        self.occupant[cells:] = 0
+        self.occupant = numbers(cells, -1)
+        self.reserved = np.zeros(2 * cells, dtype=np.uint8)
         places = tables.graph.places_of_step
         self.choice, self.turn = numbers(places * robots), numbers(robots)
         self.partner, self.stack = numbers(robots), numbers(robots)

@@ -84,15 +84,21 @@ def asked(
         return f"the referee: {error}"
 
 
+def conflicts_of(plan: FleetPlan, drawn: DrawnFleet) -> str:
+    """Which rules the paths break, by their definitions; empty: none."""
+    if not plan.paths:
+        return ""
+    fleet, found = drawn.fleet, plan.status is Status.FOUND
+    faults = broken(drawn.rows, fleet.starts, fleet.goals, cells_of(plan), whole=found, octile=drawn.octile)
+    return f"breaks {', '.join(sorted(faults))}" if faults else ""
+
+
 def plan_wrong(plan: FleetPlan, drawn: DrawnFleet, truth: FleetTruth) -> str:
     """What every plan must have: no conflicts, figures that are those of its paths, bounds that are true."""
-    fleet, found = drawn.fleet, plan.status is Status.FOUND
-    if plan.paths:
-        faults = broken(
-            drawn.rows, fleet.starts, fleet.goals, cells_of(plan), whole=found, octile=drawn.octile
-        )
-        if faults:
-            return f"breaks {', '.join(sorted(faults))}"
+    found = plan.status is Status.FOUND
+    fault = conflicts_of(plan, drawn)
+    if fault:
+        return fault
     lost = None in truth.alone
     if lost != (plan.status is Status.NO_PATH and "walls separate" in plan.sentence):
         return f"answers {plan.status}: {plan.sentence}; robots' own shortest paths are {truth.alone}"

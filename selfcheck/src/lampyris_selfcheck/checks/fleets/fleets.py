@@ -33,6 +33,16 @@ REACH_ROBOTS = 200
 OCTILE = ("lacam", "lns", "pibt", "prioritised-sipp", "cbs", "eecbs", "exhausted")
 """With octile moves: of case n the kind at n % 7, and that kind's case n // 7."""
 
+JUDGED = {
+    "lacam": ({}, 100),
+    "lns": ({"rounds": 10}, 120),
+    "pibt": ({"ticks": 100}, None),
+    "prioritised-sipp": ({"restarts": 0}, None),
+    "cbs": ({}, 30),
+    "eecbs": ({}, 30),
+}
+"""Planners in turn, with settings and budgets that end soon: conflicts alone are looked for, and only one time in four octile."""
+
 DRIVEN = {
     "drives": (drive_wrong, ("few", "bay", "walls", "tiny")),
     "lifelong": (lifelong_wrong, ("few", "walls", "tiny")),
@@ -94,6 +104,23 @@ def _planned_wrong(planner: str, number: int, drawn: DrawnFleet, tally: Tally) -
     return f"{settings}, budget {budget}: {fault}" if fault else ""
 
 
+def _judged_wrong(rng: np.random.Generator, number: int, tally: Tally) -> tuple[DrawnFleet, str]:
+    """A plan past the referee, and past the definitions of conflicts; nothing else is compared."""
+    planner = tuple(JUDGED)[number % len(JUDGED)]
+    turn = number // len(JUDGED)
+    styles = styles_of(planner)
+    drawn = replace(draw(rng, styles[turn % len(styles)]), octile=turn // len(styles) % 4 == 3)
+    settings, budget = JUDGED[planner]
+    plan = answers.asked(drawn.fleet, planner, number, budget, settings, drawn.moves)
+    if not isinstance(plan, FleetPlan):
+        return drawn, f"{planner}, {drawn.moves}: {plan}"
+    tally.count(f"{planner} {plan.status.value}")
+    if plan:
+        tally.count("found")
+    fault = answers.conflicts_of(plan, drawn)
+    return drawn, f"{planner}, {drawn.moves}: {fault}" if fault else ""
+
+
 def _tell(tally: Tally, number: int, drawn: DrawnFleet, fault: str) -> None:
     if fault:
         fleet = drawn.fleet
@@ -146,6 +173,9 @@ def _case(ask: Ask, kind: str, number: int, tally: Tally) -> None:
         _tell(tally, number, DrawnFleet(fleet, kind), fault)
         tally.measure("ticks until each has been on its goal", ticks)
         tally.measure("robots", len(fleet))
+    elif kind == "judged":
+        drawn, fault = _judged_wrong(rng, number, tally)
+        _tell(tally, number, drawn, fault)
     elif kind == "related":
         drawn = draw(rng, ("tiny", "few")[number // len(RELATIONS) % 2])
         relation = RELATIONS[number % len(RELATIONS)]
@@ -218,6 +248,13 @@ KINDS = {
     ),
     "cbs": _kind("cbs: the least sum of costs, by two independent searches", 100, 15_000, 200, found=0.3),
     "eecbs": _kind("eecbs: within its factor of a bound that is one", 100, 15_000, 200, found=0.4),
+    "judged": _kind(
+        "all planners in turn: no conflict, by the referee and by the definitions",
+        12,
+        100_000,
+        1_000,
+        found=0.4,
+    ),
     "exhausted": _kind("lacam to its end: the least sum of loss", 40, 4_000, 100),
     "reaches": _kind(
         "pibt without the swap rule, biconnected maps, up to 200 robots: each has been on its goal",
