@@ -48,6 +48,7 @@ class SamplingPlanner:
     narrow : share of samples in narrow places.
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
+    reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
     __slots__ = ()
@@ -59,6 +60,7 @@ class SamplingPlanner:
 
     name: ClassVar[str]
     improves: ClassVar[bool]
+    reach: ClassVar[float] = 0.1
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -168,7 +170,10 @@ class SamplingSession(SessionBase):
 
     def _step(self, ground: SamplingMap) -> float:
         step: float | None = getattr(self._planner, "step", None)  # bit-star has none
-        return float(min(max(0.1 * ground.diagonal(), 4.0), 64.0) if step is None else step)
+        if step is not None:
+            return float(step)
+        share = self._planner.reach
+        return min(max(share * ground.diagonal(), 40.0 * share), 640.0 * share)
 
     def _sample(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:
         """Take samples until there are enough; a plan without a path, if that is how it ends."""
