@@ -14,7 +14,9 @@ from lampyris.kernels._jit import kernel, u64
 MASK = 0xFFFFFFFF
 WHOLE = 4294967296.0
 # Entries of ``whole``, the array of whole numbers that trees in the plane are given.
-STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW, REACH = range(15)
+STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW, REACH = (
+    range(15)
+)
 TRIES = 64
 """Draws of a cell at most for one sample: of those within an ellipse some lie in walls."""
 

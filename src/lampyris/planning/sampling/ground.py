@@ -196,4 +196,3 @@ def neighbourhood(free: float, nodes: int, factor: float) -> float:
     count = max(nodes, 2)
     log = (count - 1).bit_length() * 0.6931471805599453
     return factor * 2.0 * math.sqrt(1.5) * math.sqrt(free / 3.141592653589793 * log / count)
-

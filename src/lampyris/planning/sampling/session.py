@@ -23,10 +23,11 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
+from lampyris.planning.graph.any_angle_search import AnyAngleSearch
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.sampling.ground import Chain, SamplingMap
-from lampyris.planning.sampling.trees import Query, SampledSearch
+from lampyris.planning.sampling.trees import BatchSearch, Query, SampledSearch
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Floats
 
@@ -48,6 +49,7 @@ class SamplingPlanner:
     narrow : share of samples in narrow places.
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
+    seeded : whether it begins with a path of Theta*.
     reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
@@ -61,6 +63,7 @@ class SamplingPlanner:
     name: ClassVar[str]
     improves: ClassVar[bool]
     reach: ClassVar[float] = 0.1
+    seeded = False
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -105,16 +108,18 @@ class SamplingSession(SessionBase):
         self._robot = scene.start
         self._under_walls: dict[Cell, int] = {}
         self._ground: SamplingMap | None = None
+        self._theta: AnyAngleSearch | None = None
         self._see()
 
     def _see(self) -> None:
+        self._theta = None
         self._moves, self._free = moves_for(self._scene), free_space(self._scene)
         self._ground = SamplingMap(self._free, self._moves, wide=self._scene.robot.radius > 0)
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`. Kernels that stop leave the map as it was before."""
         if anywhere:
-            self._ground = None
+            self._ground = self._theta = None
         return self._planner.name
 
     @limited
@@ -181,6 +186,9 @@ class SamplingSession(SessionBase):
         straight = query.ground.distance(query.start, query.goal)
         search = planner.begin(query)
         try:
+            if isinstance(search, BatchSearch) and planner.seeded:
+                self._seed(query, search, run, closed, limit)
+                best = search.best
             while True:
                 left = planner.samples - used
                 if limit is not None and limit - run.spent < left:
@@ -214,6 +222,19 @@ class SamplingSession(SessionBase):
         if self._record:
             run.tree = self._edges(search)
         return None
+
+    def _seed(
+        self, query: Query, search: BatchSearch, run: _Run, closed: list[Cell], limit: int | None
+    ) -> None:
+        """Begin a search with the path of Theta*, where it finds one within the budget."""
+        if self._theta is None:
+            wide = self._scene.robot.radius > 0
+            self._theta = AnyAngleSearch(self._free, None, self._moves, wide=wide, lazy=0)
+        found = self._theta.find_path(self._robot, self._scene.goal, limit, closed)
+        run.spent += found.expansions
+        if found.waypoints is not None and len(found.waypoints) <= query.samples:
+            search.begin_with(np.array([query.ground.flat(cell) for cell in found.waypoints.tolist()]))
+            run.chain = search.chain()
 
     def _edges(self, search: SampledSearch) -> Floats | None:
         edges = search.edges()

@@ -286,6 +286,29 @@ class BatchSearch(SampledSearch):
         self._cost[0], self._stale[0], self._tree[0] = 0.0, 1, 0
         self._count[[growth.NODES, batch.JOINED]] = 2, 1
 
+    def begin_with(self, turns: Chain) -> None:
+        """Begin with a path of free lines: flat cells, start first, goal last; at most as many as ``samples``.
+
+        It replaces the tree of the start alone, so it is to be called once, before the first batch.
+        """
+        ground = self._query.ground
+        inside = [self._place(flat) for flat in turns[1:-1].tolist()]
+        parent, child, after, before = self._kin
+        last = 0
+        for k, n in enumerate((*range(2, 2 + len(inside)), 1)):
+            if n != 1:
+                self._x[n], self._y[n] = x, y = inside[k]
+                b = (y >> 3) * ground.wide + (x >> 3)
+                base = int(self._whole_[draws.BASE])
+                self._link[n], self._bucket[b] = self._bucket[b], base + n
+            dx, dy = int(self._x[n]) - int(self._x[last]), int(self._y[n]) - int(self._y[last])
+            self._cost[n] = self._cost[last] + math.sqrt(dx * dx + dy * dy)
+            parent[n], child[last], after[n], before[n] = last, n, -1, -1
+            self._stale[n], self._tree[k + 1] = 1, n
+            last = n
+        self._count[[growth.NODES, batch.JOINED]] = 2 + len(inside), 2 + len(inside)
+        self.best = float(self._cost[1])
+
     def _heaps(self, size: int) -> None:
         self._edge_key, self._edge = np.empty(size), np.empty(size, dtype=np.int64)
         self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int32)
