@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
@@ -108,7 +109,7 @@ class OmplPlane:
         return Judged(spent, length, length > straight - 1e-6 and self._is_clear(points))
 
     def _is_clear(self, points: np.ndarray) -> bool:
-        for a, b in zip(points[:-1], points[1:], strict=True):
+        for a, b in pairwise(points):
             parts = np.linspace(0.0, 1.0, 2 + int(np.hypot(*(b - a)) / CLOSE))
             x, y = ((a + (b - a) * parts[:, None]) * PARTS).astype(int).T
             if not self._room[y, x].all():

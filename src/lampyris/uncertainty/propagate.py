@@ -102,8 +102,9 @@ def propagate_uncertainty(
     """
     made = propagate(
         scene, vary, of=of, planner=planner, planner_settings=planner_settings, law=law, law_settings=law_settings,
-        smooth=smooth, energy=energy, traffic=traffic, obstacle_speed=obstacle_speed, tolerance=tolerance, runs=runs, method=method,
-        monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress, workers=workers,
+        smooth=smooth, energy=energy, traffic=traffic, obstacle_speed=obstacle_speed, tolerance=tolerance, runs=runs,
+        method=method, monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress,
+        workers=workers,
     )  # fmt: skip
     if made.outcome is None:
         raise SettingError(

@@ -23,7 +23,6 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.graph.any_angle_search import AnyAngleSearch
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.sampling.ground import Chain, SamplingMap
@@ -49,7 +48,7 @@ class SamplingPlanner:
     narrow : share of samples in narrow places.
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
-    seeded : whether it begins with a path of Theta*.
+    seeded : whether it begins with a path of the grid.
     reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
@@ -108,18 +107,18 @@ class SamplingSession(SessionBase):
         self._robot = scene.start
         self._under_walls: dict[Cell, int] = {}
         self._ground: SamplingMap | None = None
-        self._theta: AnyAngleSearch | None = None
+        self._finder: Any = None
         self._see()
 
     def _see(self) -> None:
-        self._theta = None
+        self._finder = None
         self._moves, self._free = moves_for(self._scene), free_space(self._scene)
         self._ground = SamplingMap(self._free, self._moves, wide=self._scene.robot.radius > 0)
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`. Kernels that stop leave the map as it was before."""
         if anywhere:
-            self._ground = self._theta = None
+            self._ground = self._finder = None
         return self._planner.name
 
     @limited
@@ -226,14 +225,19 @@ class SamplingSession(SessionBase):
     def _seed(
         self, query: Query, search: BatchSearch, run: _Run, closed: list[Cell], limit: int | None
     ) -> None:
-        """Begin a search with the path of Theta*, where it finds one within the budget."""
-        if self._theta is None:
-            wide = self._scene.robot.radius > 0
-            self._theta = AnyAngleSearch(self._free, None, self._moves, wide=wide, lazy=0)
-        found = self._theta.find_path(self._robot, self._scene.goal, limit, closed)
+        """Begin a search with the path of A*, pulled straight, where it finds one within the budget."""
+        if self._finder is None:
+            self._finder = search_of(self._free, None, self._moves)
+        found = self._finder.find_path(self._robot, self._scene.goal, limit, closed)
         run.spent += found.expansions
-        if found.waypoints is not None and len(found.waypoints) <= query.samples:
-            search.begin_with(np.array([query.ground.flat(cell) for cell in found.waypoints.tolist()]))
+        if found.cells is None:
+            return
+        ground = query.ground
+        turns = ground.lines(
+            np.array([ground.flat(cell) for cell in found.cells.tolist()]), shorter=True
+        ).turns
+        if len(turns) <= query.samples:
+            search.begin_with(np.array([ground.flat(cell) for cell in turns.tolist()]))
             run.chain = search.chain()
 
     def _edges(self, search: SampledSearch) -> Floats | None:
