@@ -153,6 +153,15 @@ class SamplingMap:
                 return Lines(turns[: 2 * many].reshape(-1, 2), walk[: 2 * steps].copy().reshape(-1, 2))
             room = -steps
 
+    def pulled(self, walk: NDArray[np.int64]) -> Chain:
+        """Vertices of the shortest sequence of free lines between turning points of a walk: flat cells, as the walk is."""
+        step = np.diff(walk)
+        turns = walk[np.concatenate(([True], step[1:] != step[:-1], [True]))] if len(walk) > 2 else walk
+        y, x = np.divmod(turns, self.stride)
+        x, y = self._shortened(x, y, dense=False)
+        chain: Chain = (y * self.stride + x).astype(np.int32)
+        return chain
+
     def _shortened(
         self, x: NDArray[np.int64], y: NDArray[np.int64], *, dense: bool
     ) -> tuple[NDArray[np.int64], ...]:

@@ -233,11 +233,9 @@ class SamplingSession(SessionBase):
         if found.cells is None:
             return
         ground = query.ground
-        turns = ground.lines(
-            np.array([ground.flat(cell) for cell in found.cells.tolist()]), shorter=True
-        ).turns
+        turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
         if len(turns) <= query.samples:
-            search.begin_with(np.array([ground.flat(cell) for cell in turns.tolist()]))
+            search.begin_with(turns)
             run.chain = search.chain()
 
     def _edges(self, search: SampledSearch) -> Floats | None:
