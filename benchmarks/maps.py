@@ -89,8 +89,11 @@ def published_folder(given: str | None = None) -> Path | None:
 def published_map(name: str) -> np.ndarray | None:
     """Free cells of one of them, or None where it is not at hand."""
     folder = published_folder()
-    path = folder / f"{name}.map" if folder else None
-    return ~load_grid(path).blocked if path is not None and path.is_file() else None
+    for where in (folder, folder.with_name("mapf")) if folder else ():
+        path = where / f"{name}.map"
+        if path.is_file():
+            return ~load_grid(path).blocked
+    return None
 
 
 def published_maps() -> list[tuple[str, np.ndarray]]:

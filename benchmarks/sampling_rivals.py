@@ -1,41 +1,76 @@
-"""Whom planners that sample are compared with: OMPL in the plane, on the same free cells and ends."""
+"""Whom planners that sample are compared with: OMPL in the plane, with the same walls, disc and ends."""
 
 from __future__ import annotations
 
 import multiprocessing
 import time
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
 from benchmarks.pose_rivals import Taken
+from scipy import ndimage
 
-CHECKED = 0.5
-"""Cells between two points of a line that OMPL looks at."""
+PARTS = 8
+"""Parts of a cell's side, in whose squares OMPL looks up whether the disc has room."""
+CLOSE = 1 / 16
+"""Cells between two points at which its paths are judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged(Taken):
+    """What one query of OMPL took.
+
+    Parameters
+    ----------
+    free : whether its path is one: no shorter than the straight line, and free where it is looked at closely.
+    """
+
+    free: bool = True
+
+
+def room_for(walls: np.ndarray, radius: float) -> np.ndarray:
+    """For each square of an eighth of a cell: whether a disc (radius in cells), its centre in the middle, touches no wall."""
+    fine = np.pad(np.kron(walls, np.ones((PARTS, PARTS), dtype=bool)), 1, constant_values=True)
+    where = ndimage.distance_transform_edt(~fine, return_distances=False, return_indices=True)
+    apart = [np.maximum(np.abs(w - i) - 0.5, 0.0) for w, i in zip(where, np.indices(fine.shape), strict=True)]
+    free = ~fine & (np.hypot(*apart) >= radius * PARTS)
+    return cast(np.ndarray, free[1:-1, 1:-1])
 
 
 class OmplPlane:
-    """A planner of OMPL in the plane, lengths in cells; its check is a lookup in the map of free cells."""
+    """A planner of OMPL in the plane, lengths in cells; its check is a lookup in a map of where the disc has room.
 
-    def __init__(self, planner: str, free: np.ndarray, seconds: float) -> None:
+    Parameters
+    ----------
+    planner : its name.
+    room : of :func:`room_for`.
+    seconds : its limit.
+    checked : cells between two points of a line that it looks at.
+    """
+
+    def __init__(self, planner: str, room: np.ndarray, seconds: float, checked: float) -> None:
         from ompl import base, geometric, util
 
         util.noOutputHandler()
-        self._geometric, self._planner, self._seconds = geometric, planner, seconds
+        self._geometric, self._planner, self._seconds, self._checked = geometric, planner, seconds, checked
         self._space = base.RealVectorStateSpace(2)
         bounds = base.RealVectorBounds(2)
-        high, wide = free.shape
+        high, wide = room.shape
         for axis, end in enumerate((wide, high)):
             bounds.setLow(axis, 0.0)
-            bounds.setHigh(axis, end - 1e-9)
+            bounds.setHigh(axis, end / PARTS - 1e-9)
         self._space.setBounds(bounds)
-        rows = free.tolist()
+        self._room = room
+        free = room.astype(np.uint8).tobytes()
 
         def is_free(state: Any) -> bool:
-            return rows[int(state[1])][int(state[0])]
+            return free[int(state[1] * PARTS) * wide + int(state[0] * PARTS)] == 1
 
         self._is_free = is_free
 
-    def apart(self, start: tuple[int, int], goal: tuple[int, int]) -> Taken:
+    def apart(self, start: tuple[int, int], goal: tuple[int, int]) -> Judged:
         """The answer of a process that was forked for it; one that crashes has none."""
         context = multiprocessing.get_context("fork")
         receiver, sender = context.Pipe(duplex=False)
@@ -43,13 +78,13 @@ class OmplPlane:
         child.start()
         sender.close()
         try:
-            return cast(Taken, receiver.recv())
+            return cast(Judged, receiver.recv())
         except EOFError:
-            return Taken(self._seconds, None)
+            return Judged(self._seconds, None)
         finally:
             child.join()
 
-    def __call__(self, start: tuple[int, int], goal: tuple[int, int]) -> Taken:
+    def __call__(self, start: tuple[int, int], goal: tuple[int, int]) -> Judged:
         setup = self._geometric.SimpleSetup(self._space)
         setup.setStateValidityChecker(self._is_free)
         ends = []
@@ -59,12 +94,24 @@ class OmplPlane:
             ends.append(state)
         setup.setStartAndGoalStates(*ends)
         setup.getSpaceInformation().setStateValidityCheckingResolution(
-            CHECKED / self._space.getMaximumExtent()
+            self._checked / self._space.getMaximumExtent()
         )
         setup.setPlanner(getattr(self._geometric, self._planner)(setup.getSpaceInformation()))
         begin = time.thread_time_ns()
         setup.solve(self._seconds)
         spent = (time.thread_time_ns() - begin) / 1e9
         if not setup.haveExactSolutionPath():
-            return Taken(max(spent, self._seconds), None)
-        return Taken(spent, float(setup.getSolutionPath().length()))
+            return Judged(max(spent, self._seconds), None)
+        path = setup.getSolutionPath()
+        points = np.array([(state[0], state[1]) for state in path.getStates()])
+        length = float(path.length())
+        straight = float(np.hypot(start[0] - goal[0], start[1] - goal[1]))
+        return Judged(spent, length, length > straight - 1e-6 and self._is_clear(points))
+
+    def _is_clear(self, points: np.ndarray) -> bool:
+        for a, b in pairwise(points):
+            parts = np.linspace(0.0, 1.0, 2 + int(np.hypot(*(b - a)) / CLOSE))
+            x, y = ((a + (b - a) * parts[:, None]) * PARTS).astype(int).T
+            if not self._room[y, x].all():
+                return False
+        return True

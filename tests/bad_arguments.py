@@ -138,6 +138,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "propagate_uncertainty": {
             "scene": where, "vary": {"v_max": (0.8, 1.2)}, "runs": 20, "held_out": 5, "monte_carlo_runs": 20,
         },
+        "fastest_time_settings": {"law": "blind"},
         "solve_field": {"scene": where}, "solve_fields": {"scene": where, "goals": [(0, 0)]},
         "load_grid": {"path_or_name": "env-1"}, "load_scenario": {"path": "right.yaml"},
         "save_scenario": {"scenario": lampyris.Scenario(where), "path": "saved.yaml"},

@@ -24,6 +24,7 @@ _HOME = {
     "save_primitives": "lampyris.io.primitives.write",
     "plan": "lampyris.api",
     "speed_profile": "lampyris.api",
+    "fastest_time_settings": "lampyris.travel_time.of_law",
     "propagate_uncertainty": "lampyris.uncertainty.propagate",
     "simulate": "lampyris.api",
     "load_scenario": "lampyris.scenarios",
@@ -193,6 +194,7 @@ if TYPE_CHECKING:
     from lampyris.swarms import drawn_sources as drawn_sources
     from lampyris.swarms import load_sources as load_sources
     from lampyris.swarms import swarm_robots as swarm_robots
+    from lampyris.travel_time.of_law import fastest_time_settings as fastest_time_settings
 
 
 def _later(module: str, name: str) -> Callable[..., Any]:

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import lampyris
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, UsageError
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.plan import Plan
 from lampyris.motion.cap_values import Around
@@ -279,3 +279,19 @@ def test_settings_out_of_range_are_refused() -> None:
         FastestTime(creep=0.0)
     with pytest.raises(SettingError, match="clearance"):
         FastestTime(clearance=1)  # type: ignore[arg-type]
+
+
+def test_settings_under_a_law() -> None:
+    # The caps that the planner is given are those of the law, so no profile on its path is faster than what it states.
+    scene = lampyris.Scene(lampyris.load_grid("rooms-20"), (1, 1), (18, 18), robot=ROBOT)
+    for law, given in (("physical", {"creep": 0.9}), ("blind", {"blind.hidden_speed": 0.2}), ("optimum", {})):
+        settings = lampyris.fastest_time_settings(law, given)
+        plan = lampyris.plan(scene, "fastest-time", **settings)
+        usual = lampyris.plan(scene, "fastest-time", blind=law == "blind")
+        profile = lampyris.speed_profile(scene, plan, law, law_settings=given)
+        assert seconds_of(plan) <= profile.duration * (1 + 1e-9)
+        assert seconds_of(plan) != seconds_of(usual)
+    assert lampyris.fastest_time_settings("cloud") == lampyris.fastest_time_settings()
+    for law in ("dissertation", "rpp", "constant", "uncertainty"):
+        with pytest.raises(UsageError, match=law):
+            lampyris.fastest_time_settings(law)

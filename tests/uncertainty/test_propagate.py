@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import lampyris
 from lampyris.errors import LampyrisError
 from lampyris.model.profile import Profile
-from lampyris.uncertainty.energy import GRAVITY, EnergyModel, energy_of
+from lampyris.uncertainty.energy import GRAVITY, EnergyModel, energy_of, energy_of_drive, length_of_drive
 from lampyris.uncertainty.propagate import propagate_uncertainty
 
 ROBOT = lampyris.Robot(radius=0.2)
@@ -116,3 +117,28 @@ def test_drives_do_not_depend_on_the_workers() -> None:
     )
     assert one == two
     assert one.sample.tobytes() == two.sample.tobytes()
+
+
+def test_a_drive_among_obstacles_takes_what_the_simulator_says() -> None:
+    scene, off = corridor(6), lampyris.Patrol([(2, 2), (3, 2)])
+    made = propagate_uncertainty(
+        scene,
+        {"v_max": (0.8, 1.2)},
+        planner="astar",
+        traffic=off,
+        method="monte-carlo",
+        monte_carlo_runs=20,
+        seed=3,
+    )
+    assert (made.method, made.runs) == ("monte-carlo", 20)
+    ends = []
+    for v_max in (0.8, 1.2):
+        fast = replace(scene, robot=replace(scene.robot, v_max=v_max))
+        drive = lampyris.drive(fast, "astar", traffic=off, seed=3, obstacle_speed=scene.robot.v_max)
+        assert energy_of_drive(drive, EnergyModel()) > 0.5 * float(drive.v.max()) ** 2
+        assert math.isclose(length_of_drive(drive), float(drive.curves[0].length), abs_tol=0.05)
+        ends.append(drive.duration)
+    assert ends[1] <= made.sample.min() < made.sample.max() <= ends[0]
+    lane = lampyris.Scene(lampyris.Grid(np.zeros((1, 8), dtype=bool)), (0, 0), (7, 0), robot=ROBOT)
+    with pytest.raises(LampyrisError, match="drives that arrive"):
+        propagate_uncertainty(lane, {"v_max": (0.8, 1.2)}, planner="astar", traffic=lampyris.Patrol([(4, 0)]))

@@ -147,6 +147,10 @@ class Request:
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=SEED_RANGE)
         settings, law_settings = self.planner_settings(), self.law_settings()
+        if self.planner == "fastest-time" and (self.law_options.law or self.law_options.set_law):
+            from lampyris.travel_time.of_law import fastest_time_settings
+
+            settings = {**fastest_time_settings(law, law_settings), **settings}
         robot, document = self.robot(), self.load()
         zones, notes = self.read_zones(document.grid)
         grid, edits, kept_notes = self.kept_out(document.grid)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lampyris._core.defaults import CREEP
 from lampyris._core.limits import demand_states
-from lampyris._core.settings import check_settings, flag, number, under_name
+from lampyris._core.settings import check_settings, default_of, flag, number, redeclared, under_name
 from lampyris.kernels.graph.search import FOUND, LIMIT
 from lampyris.kernels.graph.travel_time import travel_time
 from lampyris.model.grid import Grid, frozen
@@ -17,6 +19,7 @@ from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.motion.safety.blind_areas import BlindArea
 from lampyris.planning.base import Traits
 from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits, rules_of
@@ -24,6 +27,13 @@ from lampyris.planning.search_planner import SearchPlanner, SearchSession
 from lampyris.travel_time.static_caps import corner_speeds, edge_caps, node_caps
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
+BLIND_SETTINGS: Mapping[str, str] = MappingProxyType(
+    {
+        **{name: name for name in ("hidden_speed", "hidden_radius", "reaction", "reach", "unknown")},
+        "blind_creep": "creep",
+    }
+)
+"""Settings of the rule for blind areas: the planner's name of each, and the rule's."""
 _BYTES = 34
 """Of a state."""
 _DOWN = 1.0 - 1e-12
@@ -46,8 +56,14 @@ class FastestTime(SearchPlanner):
     clearance : whether distance to walls limits the speed, as the law's rule ``clearance``.
     zones : whether speed zones do.
     turns : whether corners do: an arc within half a step, as slow as a_lat_max asks, or a stop.
-    blind : whether blind areas do, as in the law ``blind`` with its default settings, for a robot that goes straight on.
+    blind : whether blind areas do, as in the law ``blind``, for a robot that goes straight on.
     creep : share of v_max that clearance leaves, as the law's ``creep``.
+    hidden_speed, hidden_radius, reaction, reach, unknown, blind_creep : settings of the rule for blind areas, see
+        :class:`lampyris.motion.safety.blind_areas.BlindArea`.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
     """
 
     clearance: bool = flag(True)
@@ -55,6 +71,12 @@ class FastestTime(SearchPlanner):
     turns: bool = flag(True)
     blind: bool = flag(False)
     creep: float = number(CREEP, 1e-6, 1.0)
+    hidden_speed: float = redeclared(BlindArea, "hidden_speed", default_of(BlindArea, "hidden_speed"))
+    hidden_radius: float = redeclared(BlindArea, "hidden_radius", default_of(BlindArea, "hidden_radius"))
+    reaction: float = redeclared(BlindArea, "reaction", default_of(BlindArea, "reaction"))
+    reach: float | None = redeclared(BlindArea, "reach", None)
+    unknown: str = redeclared(BlindArea, "unknown", default_of(BlindArea, "unknown"))
+    blind_creep: float = redeclared(BlindArea, "creep", CREEP)
 
     name: ClassVar[str] = "fastest-time"
     traits: ClassVar[Traits] = Traits(optimal=False)
@@ -130,7 +152,9 @@ def _layers(scene: Scene, settings: FastestTime) -> _Layers:
     demand_states(free.shape[0], free.shape[1], moves.reach, len(moves.offsets), settings.name, each=_BYTES)
     node = np.full(board.size, scene.robot.v_max)
     board.lay(node_caps(scene, free, clearance=settings.clearance, creep=settings.creep), node)
-    layers = edge_caps(scene, free, moves, zones=settings.zones, blind=settings.blind)
+    rule: dict[str, Any] = {theirs: getattr(settings, ours) for ours, theirs in BLIND_SETTINGS.items()}
+    blind = BlindArea(**rule) if settings.blind else None
+    layers = edge_caps(scene, free, moves, zones=settings.zones, blind=blind)
     edge = np.full(1 if layers is None else len(moves.offsets) * board.size, np.inf)
     if layers is not None:
         for k, layer in enumerate(layers):

@@ -54,13 +54,15 @@ def corner_speeds(robot: Robot, resolution: float, moves: Moves) -> Floats:
     return frozen(most)
 
 
-def edge_caps(scene: Scene, free: BoolGrid, moves: Moves, *, zones: bool, blind: bool) -> Floats | None:
+def edge_caps(
+    scene: Scene, free: BoolGrid, moves: Moves, *, zones: bool, blind: BlindArea | None
+) -> Floats | None:
     """The greatest speed on the step that leaves each cell, (steps, height, width); None: there is no such cap."""
     found: list[NDArray[np.float64]] = []
     if zones and scene.zones is not None:
         found.append(np.stack([_least_touched(scene.zones, dx, dy) for dx, dy in moves.offsets]))
-    if blind:
-        found.append(caps_by_step(scene, free, moves.offsets, BlindArea()))
+    if blind is not None:
+        found.append(caps_by_step(scene, free, moves.offsets, blind))
     return None if not found else frozen(np.minimum.reduce(found))
 
 

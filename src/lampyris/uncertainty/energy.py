@@ -1,12 +1,14 @@
-"""Energy that a profile takes, per kilogram: speeding up, and rolling."""
+"""Energy that a profile or a drive takes, per kilogram: speeding up, and rolling."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from lampyris._core.settings import check_settings, number, under_code
+from lampyris.model.drive import Drive
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.typing import Floats
@@ -42,12 +44,27 @@ class EnergyModel:
 
 def energy_of(profile: Profile, robot: Robot, model: EnergyModel) -> float:
     """Joules per kilogram that a profile in metres and seconds takes."""
-    x = np.square(profile.v)
-    change = np.diff(x)
-    up, down = float(change[change > 0.0].sum()), float(-change[change < 0.0].sum())
     hidden = float(np.square(_peaks(profile, robot)).sum())
+    return _energy(profile.v, float(profile.s[-1] - profile.s[0]), model, hidden)
+
+
+def energy_of_drive(drive: Drive, model: EnergyModel) -> float:
+    """Joules per kilogram that a drive takes, from the speeds of its stretches."""
+    return _energy(drive.v, length_of_drive(drive), model)
+
+
+def length_of_drive(drive: Drive) -> float:
+    """Metres that a drive went, along all of its curves."""
+    seconds = np.diff(drive.t)
+    return math.fsum((seconds * (drive.v[:-1] + 0.5 * drive.a[:-1] * seconds)).tolist())
+
+
+def _energy(v: Floats, length: float, model: EnergyModel, hidden: float = 0.0) -> float:
+    """The same from speeds and metres; ``hidden``: squares of top speeds that are not among the speeds."""
+    change = np.diff(np.square(v))
+    up, down = float(change[change > 0.0].sum()), float(-change[change < 0.0].sum())
     kinetic = 0.5 * (up + hidden) - 0.5 * model.recovered * (down + hidden)
-    return kinetic + model.rolling * GRAVITY * float(profile.s[-1] - profile.s[0])
+    return kinetic + model.rolling * GRAVITY * length
 
 
 def _peaks(profile: Profile, robot: Robot) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,10 @@ from lampyris._core.scalars import is_word
 from lampyris.errors import InputError, SettingError, UsageError, of_kind, shown
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
+from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.laws import registry as laws
 from lampyris.uncertainty import expansion
-from lampyris.uncertainty.energy import EnergyModel, energy_of
+from lampyris.uncertainty.energy import EnergyModel, energy_of, energy_of_drive, length_of_drive
 from lampyris.uncertainty.inputs import Input, Normal, Uniform, parse_input
 from lampyris.uncertainty.outcome import UncertainOutcome
 from lampyris.uncertainty.varied import Run, full_names
@@ -52,6 +53,8 @@ def propagate_uncertainty(
     law_settings: Mapping[str, Any] | None = None,
     smooth: Smooth = PROFILE_SMOOTH,
     energy: EnergyModel | None = None,
+    traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None,
+    obstacle_speed: float | None = None,
     tolerance: float = defaults.UNCERTAINTY_TOLERANCE,
     runs: int = defaults.EXPANSION_RUNS,
     method: str = defaults.UNCERTAINTY_METHOD,
@@ -64,7 +67,8 @@ def propagate_uncertainty(
     """The distribution of a planned drive's duration, length or energy under uncertain settings.
 
     Each run plans a path again and computes its speed profile, with the values that the settings have in that run;
-    nothing moves but the robot. docs/uncertainty.md has the method.
+    nothing moves but the robot. With ``traffic`` each run is a drive among moving obstacles instead, the same in all runs
+    (as drawn from ``seed``). docs/uncertainty.md has the method.
 
     Parameters
     ----------
@@ -77,13 +81,16 @@ def propagate_uncertainty(
     planner, planner_settings : how the path is planned.
     law, law_settings, smooth : how fast it is driven, as for :func:`lampyris.speed_profile`; a law in SI units.
     energy : the energy model.
+    traffic : what moves, as for :func:`lampyris.drive`; None: nothing does. ``smooth`` is then the drive's own.
+    obstacle_speed : m/s of their steps; None: the robot's top speed as it is set, also where that varies.
     tolerance, runs, method, monte_carlo_runs, held_out, seed, progress, workers : as for
         :func:`lampyris.uncertainty.expand`; ``seed`` is the planner's, too.
 
     Raises
     ------
     UsageError : ``VARY``: no such setting; ``OF``: an outcome that changes in steps; ``LAW``.
-    SettingError : ``VARY``: a range that leaves what the setting may be; ``UNCERTAIN_OUTCOME``: no path in a run; and as
+    SettingError : ``VARY``: a range that leaves what the setting may be; ``UNCERTAIN_OUTCOME``: no path in a run, or a drive
+        that does not arrive; and as
         :func:`lampyris.uncertainty.expand`.
 
     Examples
@@ -95,8 +102,9 @@ def propagate_uncertainty(
     """
     made = propagate(
         scene, vary, of=of, planner=planner, planner_settings=planner_settings, law=law, law_settings=law_settings,
-        smooth=smooth, energy=energy, tolerance=tolerance, runs=runs, method=method,
-        monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress, workers=workers,
+        smooth=smooth, energy=energy, traffic=traffic, obstacle_speed=obstacle_speed, tolerance=tolerance, runs=runs,
+        method=method, monte_carlo_runs=monte_carlo_runs, held_out=held_out, seed=seed, progress=progress,
+        workers=workers,
     )  # fmt: skip
     if made.outcome is None:
         raise SettingError(
@@ -117,6 +125,8 @@ def propagate(
     smooth: Smooth,
     energy: EnergyModel | None,
     seed: int,
+    traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None,
+    obstacle_speed: float | None = None,
     **how: Any,
 ) -> Propagation:
     """The same, with the outcome at the settings as they are; see :func:`propagate_uncertainty`."""
@@ -131,7 +141,11 @@ def propagate(
         raise UsageError("OF", shown(of), where="of", allowed=", ".join(OUTCOMES), todo=todo)
     model = EnergyModel() if energy is None else energy
     of_kind("energy", model, EnergyModel)
-    run = Run(scene, planner, dict(planner_settings or {}), law, dict(law_settings or {}), model)
+    moving = None if traffic is None else (traffic,) if not isinstance(traffic, Sequence) else tuple(traffic)
+    run = Run(
+        scene, planner, dict(planner_settings or {}), law, dict(law_settings or {}), model, moving,
+        scene.robot.v_max if obstacle_speed is None else obstacle_speed,
+    )  # fmt: skip
     if laws.named(law).units != "m/s":
         known = ", ".join(name for name in laws.names() if laws.named(name).units == "m/s")
         raise UsageError("LAW", f"the law {law} has no metres and seconds", where="law", allowed=known)
@@ -195,6 +209,8 @@ def _evaluated(run: Run, of: str, smooth: Smooth, seed: int) -> tuple[Plan, floa
     plan = api.plan(run.scene, run.planner, seed=seed, record=False, planner_settings=settings)
     if plan.path is None:
         return plan, None
+    if run.traffic is not None:
+        return plan, _driven(run, of, seed)
     profile = api.speed_profile(
         run.scene, plan, run.law, smooth=smooth, law_settings=run.law_settings or None
     )
@@ -203,3 +219,18 @@ def _evaluated(run: Run, of: str, smooth: Smooth, seed: int) -> tuple[Plan, floa
     if of == "length":
         return plan, float(profile.s[-1])
     return plan, energy_of(profile, run.scene.robot, run.energy)
+
+
+def _driven(run: Run, of: str, seed: int) -> float:
+    """The outcome of a drive among moving obstacles."""
+    drive = api.drive(
+        run.scene, run.planner, traffic=run.traffic, seed=seed, law=laws.with_settings(run.law, run.law_settings),
+        planner_settings=dict(run.planner_settings), obstacle_speed=run.obstacle_speed,
+    )  # fmt: skip
+    if not drive.arrived:
+        raise SettingError(
+            "UNCERTAIN_OUTCOME", drive.sentence.rstrip("."), where="traffic", allowed="drives that arrive"
+        )
+    if of == "duration":
+        return drive.duration
+    return length_of_drive(drive) if of == "length" else energy_of_drive(drive, run.energy)

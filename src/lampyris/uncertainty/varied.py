@@ -10,6 +10,7 @@ from lampyris._core.settings import settings_of
 from lampyris.errors import InputError, SettingError, UsageError, did_you_mean, shown
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry as planners
 from lampyris.uncertainty.energy import EnergyModel
@@ -26,6 +27,8 @@ class Run:
     planner, planner_settings : name and settings.
     law, law_settings : name and settings.
     energy : the energy model.
+    traffic : moving obstacles; None: the path is planned and profiled, not driven.
+    obstacle_speed : theirs, m/s, of a step.
     """
 
     scene: Scene
@@ -34,6 +37,8 @@ class Run:
     law: str
     law_settings: Mapping[str, Any]
     energy: EnergyModel
+    traffic: tuple[ObstacleSpec, ...] | None = None
+    obstacle_speed: float | None = None
 
     def with_values(self, values: Mapping[str, float]) -> Run:
         """The same run with other values of settings, by their full names, such as ``robot.v_max``.

@@ -65,7 +65,7 @@ def search_batch(
     node_x, node_y, parent, child, after, before, cost : samples and nodes of the tree; a sample has infinite cost. Node 0
         is the start, node 1 the goal.
     stale : uint8 (room,): 1 where a node of the tree waits for lines from it to be queued.
-    tree : int32 (room,): the nodes of the tree, as they joined it.
+    tree : int32 (room,): the nodes of the tree, as they joined it: before the first batch the start, or a whole path.
     edge_key, edge : float64, int64: the lines that wait.
     vertex_key, vertex : float64, int64: the nodes that wait.
     count : int64 (9,).
@@ -84,9 +84,13 @@ def search_batch(
         count[BEGUN] = 1
         count[EDGES] = 0
         count[VERTICES] = 0
-        if stale[u64(0)] != 0:
-            _push(vertex_key, vertex, 0, 0.0, 0)
-            count[VERTICES] = 1
+        if count[SAMPLED] == 0:
+            for k in range(count[JOINED]):
+                v = int(tree[u64(k)])
+                if v != 1:
+                    estimate = cost[u64(v)] + length(node_x[u64(v)], node_y[u64(v)], gx, gy)
+                    _push(vertex_key, vertex, count[VERTICES], estimate, v)
+                    count[VERTICES] += 1
         best = cost[u64(1)]
         for turn in range(whole[SAMPLES]):
             if turn % LOOK == LOOK - 1 and stopped(halt):

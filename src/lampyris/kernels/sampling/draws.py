@@ -14,7 +14,9 @@ from lampyris.kernels._jit import kernel, u64
 MASK = 0xFFFFFFFF
 WHOLE = 4294967296.0
 # Entries of ``whole``, the array of whole numbers that trees in the plane are given.
-STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW = range(14)
+STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW, REACH = (
+    range(15)
+)
 TRIES = 64
 """Draws of a cell at most for one sample: of those within an ellipse some lie in walls."""
 
@@ -54,7 +56,7 @@ def drawn_cell(free, cells, narrow, whole, best, count, at):
     ----------
     free : uint8 (n,), padded.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    whole : int64 (14,): ``STRIDE``: length of a padded row. ``NARROW``: of 2**32 samples so many are in narrow places.
+    whole : int64 (15,): ``STRIDE``: length of a padded row. ``NARROW``: of 2**32 samples so many are in narrow places.
         ``KEY``: of the draws. ``START``, ``GOAL``: flat cells.
     best : length of the best path; negative: none is known, or the whole map is to be drawn from.
     count : int64: the number of the next draw is ``count[at]``.

@@ -75,7 +75,7 @@ def grow(
     free : uint8 (n,), padded; 1 where the robot may be.
     even : uint8 (1,): 0.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    whole : int64 (14,): what the names in :mod:`.draws` say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
+    whole : int64 (15,): what the names in :mod:`.draws` say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
         ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that
         are tried in its place.
     step : longest line by which the tree grows, cells.

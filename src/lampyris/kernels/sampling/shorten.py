@@ -1,8 +1,9 @@
-"""A path of straight lines made shorter: the best sequence of free lines between some of its points."""
+"""A path of straight lines: the best sequence of free lines between some of its points, where it turns, and its cells."""
 
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
+from lampyris.kernels.graph.any_angle import follow
 from lampyris.kernels.sampling.draws import length
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.tree import EQUAL
@@ -36,3 +37,46 @@ def shorten(free, even, stride, rule, x, y, best, before, halt):
                 if line_free(free, even, stride, x[u64(i)], y[u64(i)], x[u64(j)], y[u64(j)], rule):
                     best[u64(j)] = through
                     before[u64(j)] = i
+
+
+@kernel(out=("turn_x", "turn_y", "path", "turns", "walk", "count"), of="path", each=1000)
+def lay(free, stride, pad, x, y, diagonals, turn_x, turn_y, path, turns, walk, count, halt):
+    """The turning points of a path of straight lines, and a walk by single steps along it; both without the padding.
+
+    Parameters
+    ----------
+    free : uint8 (n,), padded.
+    stride : length of a padded row.
+    pad : width of the padding.
+    x, y : int64 (k,): the vertices, padded.
+    diagonals : see :func:`lampyris.kernels.graph.any_angle.follow`.
+    turn_x, turn_y : int64 (k,): room.
+    path : int32 (m,): room.
+    turns : int32 (2 k,): x and y of the vertices at which the path turns, and of both ends.
+    walk : int32 (2 m,): x and y of its cells.
+    count : int64 (2,): how many of either; the second is less than 0 where there is not enough room: minus what is needed.
+    """
+    need = 1
+    many = 0
+    for k in range(len(x)):
+        if k > 0:
+            need += abs(x[u64(k)] - x[u64(k - 1)]) + abs(y[u64(k)] - y[u64(k - 1)])
+        if 0 < k < len(x) - 1:
+            before = (x[u64(k)] - x[u64(k - 1)]) * (y[u64(k + 1)] - y[u64(k)])
+            if before == (y[u64(k)] - y[u64(k - 1)]) * (x[u64(k + 1)] - x[u64(k)]):
+                continue
+        turn_x[u64(many)] = x[u64(k)]
+        turn_y[u64(many)] = y[u64(k)]
+        turns[u64(2 * many)] = x[u64(k)] - pad
+        turns[u64(2 * many + 1)] = y[u64(k)] - pad
+        many += 1
+    count[0] = many
+    count[1] = -need
+    if need > len(path):
+        return
+    steps = follow(free, stride, turn_x[:many], turn_y[:many], diagonals, path, halt)
+    for k in range(steps):
+        row = path[u64(k)] // stride
+        walk[u64(2 * k)] = path[u64(k)] - row * stride - pad
+        walk[u64(2 * k + 1)] = row - pad
+    count[1] = steps

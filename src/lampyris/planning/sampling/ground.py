@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
 from lampyris.kernels.sampling.buckets import BITS
-from lampyris.kernels.sampling.shorten import shorten
+from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
 from lampyris.typing import BoolGrid, Cell, Cells
@@ -60,6 +60,7 @@ class SamplingMap:
 
     def __init__(self, free: BoolGrid, moves: Moves, *, wide: bool) -> None:
         check_limits(free, moves)
+        self._pad = moves.reach
         self.board = PaddedMap(free.shape, moves.reach)
         self.board.lay(free, self.board.free)
         slanting = any(dx and dy for dx, dy in moves.offsets)
@@ -139,11 +140,27 @@ class SamplingMap:
         if shorter:
             for dense in (False, True):
                 x, y = self._shortened(x, y, dense=dense)
-        turns = _turns(x, y)
-        path = np.empty(1 + int(np.abs(np.diff(x)).sum() + np.abs(np.diff(y)).sum()), dtype=np.int32)
-        count = int(follow(self.board.free, self.stride, x[turns], y[turns], self._diagonals, path))
-        flat = (y * self.stride + x)[turns].astype(np.int32)
-        return Lines(self.board.cells(flat[::-1]), self.board.cells(path[:count][::-1]))
+        turn_x, turn_y = np.empty((2, len(x)), dtype=np.int64)
+        turns, count = np.empty(2 * len(x), dtype=np.int32), np.zeros(2, dtype=np.int64)
+        room = 4 * (self.stride + self.rows)
+        while True:
+            (path,) = self.scratch(1, room, np.int32)
+            walk = np.empty(2 * room, dtype=np.int32)
+            board = (self.board.free, self.stride, self._pad)
+            lay(*board, x, y, self._diagonals, turn_x, turn_y, path, turns, walk, count)
+            many, steps = count.tolist()
+            if steps >= 0:
+                return Lines(turns[: 2 * many].reshape(-1, 2), walk[: 2 * steps].copy().reshape(-1, 2))
+            room = -steps
+
+    def pulled(self, walk: NDArray[np.int64]) -> Chain:
+        """Vertices of the shortest sequence of free lines between turning points of a walk: flat cells, as the walk is."""
+        step = np.diff(walk)
+        turns = walk[np.concatenate(([True], step[1:] != step[:-1], [True]))] if len(walk) > 2 else walk
+        y, x = np.divmod(turns, self.stride)
+        x, y = self._shortened(x, y, dense=False)
+        chain: Chain = (y * self.stride + x).astype(np.int32)
+        return chain
 
     def _shortened(
         self, x: NDArray[np.int64], y: NDArray[np.int64], *, dense: bool
@@ -188,12 +205,3 @@ def neighbourhood(free: float, nodes: int, factor: float) -> float:
     count = max(nodes, 2)
     log = (count - 1).bit_length() * 0.6931471805599453
     return factor * 2.0 * math.sqrt(1.5) * math.sqrt(free / 3.141592653589793 * log / count)
-
-
-def _turns(x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which points are ends, or turn."""
-    turns = np.ones(len(x), dtype=bool)
-    if len(x) > 2:
-        dx, dy = np.diff(x), np.diff(y)
-        turns[1:-1] = dx[:-1] * dy[1:] != dy[:-1] * dx[1:]
-    return turns

@@ -58,8 +58,9 @@ class Rrt(SamplingPlanner):
 class RrtConnect(SamplingPlanner):
     """RRT-Connect: trees from the start and the goal grow towards random cells and towards each other.
 
-    States, lines and completeness are those of :class:`Rrt`. The first sample is the goal, and a step that is blocked
-    is tried at a half, a quarter and an eighth of its length.
+    States, lines and completeness are those of :class:`Rrt`. The first sample is the goal. The smaller tree grows towards
+    the sample until it is blocked, then the other towards its last node (the form with two greedy trees). A step that is
+    blocked is tried at a half and a quarter of its length, and then as a step of one cell along either axis.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ class RrtConnect(SamplingPlanner):
 
     samples: int = settings.samples_of_first_path()
     batch: int = settings.batch_of_first_path()
-    step: float | None = settings.step()
+    step: float | None = settings.step_of_two_trees()
     narrow: float = settings.narrow()
     shortcut: bool = flag(True)
 
@@ -89,6 +90,7 @@ class RrtConnect(SamplingPlanner):
         "Kuffner, LaValle 2000; exact lines on the grid, shorter steps where one is blocked and the shortcuts are ours."
     )
     improves: ClassVar[bool] = False
+    reach: ClassVar[float] = 0.05
 
     def begin(self, query: Query) -> TwoTrees:
         """The search of one call."""

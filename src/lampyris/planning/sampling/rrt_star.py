@@ -92,6 +92,8 @@ class BitStar(SamplingPlanner):
     batch : samples of a batch.
     ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
     narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
+    seeded : begin with the cheapest walk of the grid (A*), pulled straight, so that samples are drawn from its ellipse at
+        once, and the answer is never longer. What the grid search expands counts for the budget.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -103,6 +105,7 @@ class BitStar(SamplingPlanner):
     batch: int = settings.batch_of_improving()
     ancestors: int = settings.ancestors()
     narrow: float = settings.narrow()
+    seeded: bool = flag(False)
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "bit-star"

@@ -26,7 +26,7 @@ from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.sampling.ground import Chain, SamplingMap
-from lampyris.planning.sampling.trees import Query, SampledSearch
+from lampyris.planning.sampling.trees import BatchSearch, Query, SampledSearch
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Floats
 
@@ -48,6 +48,8 @@ class SamplingPlanner:
     narrow : share of samples in narrow places.
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
+    seeded : whether it begins with a path of the grid.
+    reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
     __slots__ = ()
@@ -59,6 +61,8 @@ class SamplingPlanner:
 
     name: ClassVar[str]
     improves: ClassVar[bool]
+    reach: ClassVar[float] = 0.1
+    seeded = False
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -103,16 +107,18 @@ class SamplingSession(SessionBase):
         self._robot = scene.start
         self._under_walls: dict[Cell, int] = {}
         self._ground: SamplingMap | None = None
+        self._finder: Any = None
         self._see()
 
     def _see(self) -> None:
+        self._finder = None
         self._moves, self._free = moves_for(self._scene), free_space(self._scene)
         self._ground = SamplingMap(self._free, self._moves, wide=self._scene.robot.radius > 0)
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`. Kernels that stop leave the map as it was before."""
         if anywhere:
-            self._ground = None
+            self._ground = self._finder = None
         return self._planner.name
 
     @limited
@@ -168,7 +174,10 @@ class SamplingSession(SessionBase):
 
     def _step(self, ground: SamplingMap) -> float:
         step: float | None = getattr(self._planner, "step", None)  # bit-star has none
-        return float(min(max(0.1 * ground.diagonal(), 4.0), 64.0) if step is None else step)
+        if step is not None:
+            return float(step)
+        share = self._planner.reach
+        return min(max(share * ground.diagonal(), 40.0 * share), 640.0 * share)
 
     def _sample(self, query: Query, run: _Run, closed: list[Cell], limit: int | None) -> Plan | None:
         """Take samples until there are enough; a plan without a path, if that is how it ends."""
@@ -176,6 +185,9 @@ class SamplingSession(SessionBase):
         straight = query.ground.distance(query.start, query.goal)
         search = planner.begin(query)
         try:
+            if isinstance(search, BatchSearch) and planner.seeded:
+                self._seed(query, search, run, closed, limit)
+                best = search.best
             while True:
                 left = planner.samples - used
                 if limit is not None and limit - run.spent < left:
@@ -209,6 +221,22 @@ class SamplingSession(SessionBase):
         if self._record:
             run.tree = self._edges(search)
         return None
+
+    def _seed(
+        self, query: Query, search: BatchSearch, run: _Run, closed: list[Cell], limit: int | None
+    ) -> None:
+        """Begin a search with the path of A*, pulled straight, where it finds one within the budget."""
+        if self._finder is None:
+            self._finder = search_of(self._free, None, self._moves)
+        found = self._finder.find_path(self._robot, self._scene.goal, limit, closed)
+        run.spent += found.expansions
+        if found.cells is None:
+            return
+        ground = query.ground
+        turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
+        if len(turns) <= query.samples:
+            search.begin_with(turns)
+            run.chain = search.chain()
 
     def _edges(self, search: SampledSearch) -> Floats | None:
         edges = search.edges()

@@ -32,6 +32,11 @@ def step() -> Any:
     return number(None, 2.0, 1e4, unit="cells", none="a tenth of the map's diagonal, 4 to 64")
 
 
+def step_of_two_trees() -> Any:
+    """Longest line by which a tree of two grows."""
+    return number(None, 2.0, 1e4, unit="cells", none="a twentieth of the map's diagonal, 2 to 32")
+
+
 def goal_bias() -> Any:
     """Share of samples that are the goal."""
     return number(0.05, 0.0, 1.0)

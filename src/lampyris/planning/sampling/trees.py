@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,17 +86,15 @@ class SampledSearch:
 
     def _whole(self, base: int, **more: int) -> NDArray[np.int64]:
         ground, query = self._query.ground, self._query
-        whole = np.zeros(14, dtype=np.int64)
-        fixed = {
-            draws.STRIDE: ground.stride, draws.RULE: ground.rule, draws.WIDE: ground.wide, draws.HIGH: ground.high,
-            draws.BASE: base, draws.START: query.start, draws.GOAL: query.goal, draws.KEY: query.key,
-            draws.NARROW: int(query.narrow * _WHOLE),
-        }  # fmt: skip
-        for place, value in fixed.items():
-            whole[place] = value
+        whole = [0] * 15
+        whole[draws.STRIDE], whole[draws.RULE] = ground.stride, ground.rule
+        whole[draws.WIDE], whole[draws.HIGH] = ground.wide, ground.high
+        whole[draws.BASE], whole[draws.KEY] = base, query.key
+        whole[draws.START], whole[draws.GOAL] = query.start, query.goal
+        whole[draws.NARROW] = int(query.narrow * _WHOLE)
         for name, value in more.items():
             whole[getattr(draws, name.upper())] = value
-        return whole
+        return np.array(whole, dtype=np.int64)
 
     def _place(self, flat: int) -> tuple[int, int]:
         y, x = divmod(flat, self._query.ground.stride)
@@ -218,12 +215,12 @@ class TwoTrees(SampledSearch):
     """RRT-Connect: trees from the start and from the goal."""
 
     def __init__(self, query: Query) -> None:
-        super().__init__(query, 7)
+        super().__init__(query, 6)
         ground = query.ground
-        # A sample makes one node in one tree, and in the other as many as there are steps across the map.
-        steps = 2 + math.ceil(2.0 * ground.diagonal() / max(1.0, query.step - 1.0))
-        self._room = room = min(query.samples * steps, len(ground.cells)) + 2
-        self._whole_ = self._whole(0)
+        # By one sample either tree grows by as many nodes at most as there are steps across the map.
+        reach = 2 + math.ceil(2.0 * ground.diagonal() / max(1.0, query.step - 1.0))
+        self._room = room = min(query.samples * reach, len(ground.cells)) + 2
+        self._whole_ = self._whole(0, reach=reach)
         *rows, self._sides = ground.scratch(4, 4 * room, np.int32)
         self._x, self._y, self._parent = (one[: 2 * room] for one in rows)
         (self._stack,) = ground.scratch(1, 4 * room, np.int64)
@@ -242,12 +239,10 @@ class TwoTrees(SampledSearch):
             self._x, self._y, self._parent, self._count,
         )  # fmt: skip
         if outcome == growth.FOUND:
-            arrays = (self._parent, self._x, self._y, ground.stride)
-            first = _up(int(self._count[pair.FIRST_MET]), *arrays)
-            second = _up(int(self._count[pair.SECOND_MET]), *arrays)
-            self._chain = np.concatenate((first[::-1], second[1:]))
-            cells = self._chain.tolist()
-            self.best = math.fsum(ground.distance(a, b) for a, b in pairwise(cells))
+            self._chain = self._stack[: int(self._count[pair.VERTICES])].astype(np.int32)
+            y, x = np.divmod(self._chain, ground.stride)
+            dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
+            self.best = math.fsum(np.sqrt((dx * dx + dy * dy).astype(np.float64)).tolist())
 
     def chain(self) -> Chain:
         """See :meth:`SampledSearch.chain`."""
@@ -290,6 +285,29 @@ class BatchSearch(SampledSearch):
             self._link[n], self._bucket[b] = self._bucket[b], base + n
         self._cost[0], self._stale[0], self._tree[0] = 0.0, 1, 0
         self._count[[growth.NODES, batch.JOINED]] = 2, 1
+
+    def begin_with(self, turns: Chain) -> None:
+        """Begin with a path of free lines: flat cells, start first, goal last; at most as many as ``samples``.
+
+        It replaces the tree of the start alone, so it is to be called once, before the first batch.
+        """
+        ground = self._query.ground
+        inside = [self._place(flat) for flat in turns[1:-1].tolist()]
+        parent, child, after, before = self._kin
+        last = 0
+        for k, n in enumerate((*range(2, 2 + len(inside)), 1)):
+            if n != 1:
+                self._x[n], self._y[n] = x, y = inside[k]
+                b = (y >> 3) * ground.wide + (x >> 3)
+                base = int(self._whole_[draws.BASE])
+                self._link[n], self._bucket[b] = self._bucket[b], base + n
+            dx, dy = int(self._x[n]) - int(self._x[last]), int(self._y[n]) - int(self._y[last])
+            self._cost[n] = self._cost[last] + math.sqrt(dx * dx + dy * dy)
+            parent[n], child[last], after[n], before[n] = last, n, -1, -1
+            self._stale[n], self._tree[k + 1] = 1, n
+            last = n
+        self._count[[growth.NODES, batch.JOINED]] = 2 + len(inside), 2 + len(inside)
+        self.best = float(self._cost[1])
 
     def _heaps(self, size: int) -> None:
         self._edge_key, self._edge = np.empty(size), np.empty(size, dtype=np.int64)

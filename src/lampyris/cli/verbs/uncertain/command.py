@@ -13,7 +13,7 @@ import typer
 
 from lampyris._core import defaults
 from lampyris._core.defaults import OUTCOME, OUTCOMES, PROFILE_SMOOTH, SMOOTHING, UNCERTAINTY_METHODS
-from lampyris.cli import outputs, text
+from lampyris.cli import options, outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import (
@@ -23,6 +23,7 @@ from lampyris.cli.option_groups import (
     PlannerOptions,
     RobotOptions,
     RuleOptions,
+    TrafficOptions,
 )
 from lampyris.cli.options import Force, Json, Picture
 from lampyris.cli.outputs import print_written
@@ -93,6 +94,9 @@ def uncertain(
             help="How the path becomes a curve, as in `lampyris speed`.",
         ),
     ] = PROFILE_SMOOTH,
+    obstacles: options.Obstacles = 0,
+    mobility: options.Mobility = defaults.MOBILITY,
+    obstacle_radius: options.ObstacleRadius = 0.0,
     json_: Json = False,
     picture: Picture = None,
     force: Force = False,
@@ -102,12 +106,19 @@ def uncertain(
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
     check_choice("SMOOTH", "--smooth", smooth, tuple(SMOOTHING))
+    if obstacles and smooth != PROFILE_SMOOTH:
+        raise UsageError(
+            "OPTIONS", "--smooth with --obstacles", allowed="drives, which smooth as `lampyris drive`"
+        )
+    moving = TrafficOptions(obstacles=obstacles, mobility=mobility, obstacle_radius=obstacle_radius)
     how = {
         "of": of, "method": method, "tolerance": tolerance, "runs": runs, "monte_carlo_runs": monte_carlo_runs,
         "held_out": held_out, "smooth": smooth, "workers": workers,
     }  # fmt: skip
     raise typer.Exit(
-        propagate_and_print(request, vary_of(vary or []), how, UncertainOutputs(json_, picture, force))
+        propagate_and_print(
+            request, vary_of(vary or []), moving, how, UncertainOutputs(json_, picture, force)
+        )
     )
 
 
@@ -143,19 +154,25 @@ def vary_of(words: list[str]) -> dict[str, str]:
 
 
 def propagate_and_print(
-    request: Request, vary: dict[str, str], how: dict[str, Any], out: UncertainOutputs
+    request: Request,
+    vary: dict[str, str],
+    traffic: TrafficOptions,
+    how: dict[str, Any],
+    out: UncertainOutputs,
 ) -> int:
     """Compute, write and print. Returns the exit code."""
+    from lampyris.cli.request import traffic_of
     from lampyris.report.data.serialize import grid_record
     from lampyris.uncertainty.propagate import propagate
 
     outputs.check_outputs(out.force, json=out.json, picture=out.picture)
     scenario = request.scenario()
     print_notes(scenario.notes)
+    moving = traffic_of(traffic, scenario.scene, scenario.seed) if traffic.obstacles else None
     with counting("uncertain", "runs", quiet=out.json) as count:
         made = propagate(
             scenario.scene, vary, planner=scenario.planner, planner_settings=scenario.settings,
-            law=scenario.law, law_settings=scenario.law_settings, energy=None, seed=scenario.seed,
+            law=scenario.law, law_settings=scenario.law_settings, energy=None, seed=scenario.seed, traffic=moving,
             progress=None if count is None else lambda done, most: count(done), **how,
         )  # fmt: skip
     if made.outcome is None:
