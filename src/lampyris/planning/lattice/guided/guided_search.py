@@ -36,7 +36,7 @@ FEW = 1_500
 
 
 @lru_cache(8)
-def _around(lattice: StateLattice) -> NDArray[np.int64]:
+def around(lattice: StateLattice) -> NDArray[np.int64]:
     """What it costs more to depart in the direction of a heading with another one; int64 (headings, headings + 1).
 
     The last column is for no direction.
@@ -64,7 +64,7 @@ def _ahead(lattice: StateLattice, heading: int) -> int:
 
 
 @lru_cache(8)
-def _sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
+def sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
     """The heading of each displacement (row down, column) of at most ``LOOK``; the number of headings for none."""
     side = range(-LOOK, LOOK + 1)
     return np.array(
@@ -154,7 +154,7 @@ class GuidedSearch(LatticeSearch):
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
                 self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
-                _sectors(lattice.angles), outlook.toward, _around(lattice).ravel(), outlook.goal.table.ravel(),
+                sectors(lattice.angles), outlook.toward, around(lattice).ravel(), outlook.goal.table.ravel(),
                 (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,
             )
         )  # fmt: skip

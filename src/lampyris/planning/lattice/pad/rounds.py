@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
-from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bound
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
 from lampyris.planning.lattice.guided.open_space import open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
@@ -31,6 +31,8 @@ GREEDY = (3.0, 1.2)
 """Weights of searches for a path that need only cost as little as is wanted; they are given up soon."""
 FEW = 4
 """Expansions of such a search for each state of the planned path."""
+MANY_STARTS = 64
+"""Start states up to which the lower bound of both ends is worked out."""
 AGAIN = -1
 """Outcome of a round after which another is needed."""
 
@@ -133,18 +135,14 @@ class PadSearch(HybridSearch):
         return int(tunnel.place[reached].max(initial=0))
 
 
-def _with_headings(
-    lattice_map: LatticeMap, costs: NDArray[np.int64], starts: list[State], goals: list[State]
-) -> int:
-    """A lower bound that knows the headings at both ends; 0 of several starts or goal cells, or where headings cost nothing."""
-    shape = lattice_map.lattice.shape
+def _known_goal(
+    lattice_map: LatticeMap, costs: NDArray[np.int64], goals: list[State]
+) -> Goal | None:
+    """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
     known = [one for one in goals if costs[one[0]] >= 0]
-    one_cell = len({cell for cell, _ in known}) == 1
-    if len(starts) != 1 or not one_cell or shape.drive == "omnidirectional" or shape.primitives is not None:
-        return 0
-    open_space = open_space_of(lattice_map.lattice)
-    goal = goal_of(known, open_space, lattice_map, costs)
-    return lower_bound(starts[0], goal, open_space, lattice_map, costs)
+    if len({cell for cell, _ in known}) != 1 or lattice_map.lattice.shape.primitives is not None:
+        return None
+    return goal_of(known, open_space_of(lattice_map.lattice), lattice_map, costs)
 
 
 class Rounds:
@@ -182,7 +180,14 @@ class Rounds:
         self._tracked: Found | None = None
         # No path costs less than the projected graph's, nor than turning at both ends does.
         self._projected = int(min(costs[cell] for cell, _ in starts))
-        self._lower_bound = max(self._projected, _with_headings(search.lattice_map, costs, starts, goals))
+        goal = _known_goal(search.lattice_map, costs, goals)
+        search.goal = search.hybrid.goal = goal
+        self._lower_bound = self._projected
+        if goal is not None:
+            open_space = open_space_of(search.lattice_map.lattice)
+            ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts[:MANY_STARTS]]
+            if len(starts) <= MANY_STARTS:
+                self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
 
     def run(self, old: Tunnel | None = None) -> int:
