@@ -25,7 +25,7 @@ from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.typing import Cell
 
-SPHERE = 2.5
+SPHERE = 4.0
 """Radius of a new sphere, in displacements of the longest motion."""
 TUNNEL = 1.5
 """Half the width of a tunnel, in displacements of the longest motion."""
@@ -43,7 +43,7 @@ def cells_of(metres: float | None, motions: float, lattice: StateLattice, grid: 
 
 def sphere_radius_setting() -> Any:
     """The setting ``sphere_radius`` of both planners."""
-    return number(None, 1e-3, 1e4, unit="m", none="2.5 times the lattice's longest motion")
+    return number(None, 1e-3, 1e4, unit="m", none="4 times the lattice's longest motion")
 
 
 def sphere_growth_setting() -> Any:

@@ -33,6 +33,8 @@ FEW = 4
 """Expansions of such a search for each state of the planned path."""
 MANY_STARTS = 64
 """Start states up to which the lower bound of both ends is worked out."""
+WANTED = 2.0
+"""How many times the excess cost that is to be proven the places of new spheres account for: a sphere proves a part of it."""
 AGAIN = -1
 """Outcome of a round after which another is needed."""
 
@@ -338,5 +340,5 @@ class Rounds:
             np.array([lattice_map.cell(cell) for cell, _ in (*tracked.states, tracked.last)]),
             np.concatenate(([0], np.cumsum(price[list(tracked.primitives)]))),
             self._spheres.radius * UNIT,
-            tracked.cost / self._weight - self._lower_bound,
+            WANTED * (tracked.cost / self._weight - self._lower_bound),
         )
