@@ -74,7 +74,9 @@ class HybridSearch(LatticeSearch):
         lattice, lattice_map, projection = self.lattice_map.lattice, self.lattice_map, self._projection
         goal = self.goal
         table, half, cell, entry = (
-            (NO_ORDER, -1, 0, 0) if goal is None else (goal.with_cells, goal.half, goal.cell, max(goal.entry, 0))
+            (NO_ORDER, -1, 0, 0)
+            if goal is None
+            else (goal.with_cells, goal.half, goal.cell, max(goal.entry, 0))
         )
         return int(
             kernel.search(

@@ -137,9 +137,7 @@ class PadSearch(HybridSearch):
         return int(tunnel.place[reached].max(initial=0))
 
 
-def _known_goal(
-    lattice_map: LatticeMap, costs: NDArray[np.int64], goals: list[State]
-) -> Goal | None:
+def _known_goal(lattice_map: LatticeMap, costs: NDArray[np.int64], goals: list[State]) -> Goal | None:
     """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
     known = [one for one in goals if costs[one[0]] >= 0]
     if len({cell for cell, _ in known}) != 1 or lattice_map.lattice.shape.primitives is not None:
@@ -187,7 +185,9 @@ class Rounds:
         self._lower_bound = self._projected
         if goal is not None:
             open_space = open_space_of(search.lattice_map.lattice)
-            ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts[:MANY_STARTS]]
+            ends = [
+                lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts[:MANY_STARTS]
+            ]
             if len(starts) <= MANY_STARTS:
                 self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
