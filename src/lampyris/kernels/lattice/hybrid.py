@@ -36,7 +36,8 @@ def informed(h, cell, heading, stride, row, table, half, goal, entry):
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
-    inside, member, group_first, most, order, row, table, half, goal, entry, goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
+    inside, member, group_first, most, order, row, table, half, goal, entry,
+    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
     count, best, halt,
 ):  # fmt: skip
     """Search until a goal state is taken out, nothing waits, or the budget is used.
@@ -54,7 +55,8 @@ def search(
     order : int64 (states,), or (1,) and 0: what is added to the heuristic for the order of states, not for bounds.
     row : cells of a row of the map.
     table : int64 (side * side * (headings + 1),): costs to the goal without walls from the states of a square around it; see
-        :func:`informed`. half : the square has ``2 * half + 1`` cells a side; negative: there is no table.
+        :func:`informed`.
+    half : the square has ``2 * half + 1`` cells a side; negative: there is no table.
     goal : the cell in its middle.
     entry : what a path from outside the square costs more than the heuristic says, at least; not negative.
     count : int64 (6,): as in the other search, and cells expanded.

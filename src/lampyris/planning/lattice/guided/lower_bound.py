@@ -40,7 +40,7 @@ class Goal:
 
     @cached_property
     def with_cells(self) -> NDArray[np.int64]:
-        """The table with one more column for a cell without a heading, the least of its row; int64 (side * side * (headings + 1),)."""
+        """The table, and for each cell without a heading the least; int64 (side * side * (headings + 1),)."""
         flat = np.concatenate((self.table, self.table.min(axis=2, keepdims=True)), axis=2).ravel()
         return np.ascontiguousarray(flat)
 

@@ -83,7 +83,8 @@ class HybridSearch(LatticeSearch):
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride - 1, lattice.first,
                 lattice_map.offsets, lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6,
                 lattice.sweep_first, lattice_map.swept, self.inside, projection.member, projection.group_first,
-                self.most, self.order, lattice_map.stride, table, half, cell, entry, self._goals, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
+                self.most, self.order, lattice_map.stride, table, half, cell, entry,
+                self._goals, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
                 self._round, self._keys, self._states, self._aside, self._count, self._best,
             )
         )  # fmt: skip

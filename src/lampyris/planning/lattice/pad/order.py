@@ -75,7 +75,8 @@ def _towards(cells: NDArray[np.int64], lattice_map: LatticeMap, field: LowField)
 
 
 def _entry(
-    tunnel: Tunnel, lattice_map: LatticeMap, towards: NDArray[np.int64], direct: NDArray[np.int64], low: NDArray[np.int64], n: int,
+    tunnel: Tunnel, lattice_map: LatticeMap, towards: NDArray[np.int64], direct: NDArray[np.int64],
+    low: NDArray[np.int64], n: int,
 ) -> int:  # fmt: skip
     """What the heading of the goal costs more where the planned path comes near it."""
     path = np.searchsorted(tunnel.cells, [lattice_map.index(cell) for cell in tunnel.path])

@@ -183,13 +183,10 @@ class Rounds:
         goal = _known_goal(search.lattice_map, costs, goals)
         search.goal = search.hybrid.goal = goal
         self._lower_bound = self._projected
-        if goal is not None:
+        if goal is not None and len(starts) <= MANY_STARTS:
             open_space = open_space_of(search.lattice_map.lattice)
-            ends = [
-                lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts[:MANY_STARTS]
-            ]
-            if len(starts) <= MANY_STARTS:
-                self._lower_bound = max(self._lower_bound, min(ends))
+            ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts]
+            self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
 
     def run(self, old: Tunnel | None = None) -> int:
