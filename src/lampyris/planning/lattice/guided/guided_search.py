@@ -17,7 +17,7 @@ from lampyris._core import elementary
 from lampyris.kernels.lattice.greedy import greedy
 from lampyris.kernels.lattice.search import FULL
 from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
-from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.guided.open_space import NEVER, REACH, open_space_of
 from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import headings_near
@@ -36,12 +36,12 @@ FEW = 1_500
 
 
 @lru_cache(8)
-def around(lattice: StateLattice) -> NDArray[np.int64]:
+def around(lattice: StateLattice, reach: int = REACH) -> NDArray[np.int64]:
     """What it costs more to depart in the direction of a heading with another one; int64 (headings, headings + 1).
 
     The last column is for no direction.
     """
-    n, open_space = lattice.shape.headings, open_space_of(lattice)
+    n, open_space = lattice.shape.headings, open_space_of(lattice, reach)
     half = open_space.half
     more = np.zeros((n, n + 1), dtype=np.int64)
     for k, one in enumerate(lattice.primitives):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.lattice.guided.guided_search import LOOK, around, sectors
-from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.guided.open_space import FAR, NEVER, open_space_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.regions import Tunnel
@@ -36,13 +36,13 @@ def put_in_order(
     if field is None:
         table[cells] = 0
         return
-    open_space = open_space_of(lattice)
+    open_space = open_space_of(lattice, FAR)
     half = open_space.half
     towards = _towards(cells, lattice_map, field)
     if lattice.shape.drive == "omnidirectional":
         extra = np.zeros((len(cells), n), dtype=np.int64)
     elif lattice.shape.drive == "ackermann":
-        extra = around(lattice)[:, towards].T
+        extra = around(lattice, FAR)[:, towards].T
     else:
         start = np.array([one.start for one in lattice.primitives])
         extra = open_space.turn[:, start[field.by[cells]]].T

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
 from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
-from lampyris.planning.lattice.guided.open_space import open_space_of
+from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
@@ -96,6 +96,7 @@ class PadSearch(HybridSearch):
         self.hybrid = HybridSearch(lattice_map)
         self.field: LowField | None = None
         self.ordered_for: Tunnel | None = None
+        self._known: tuple[NDArray[np.int64], list[State], Goal] | None = None
         self._order = np.zeros(len(self._mark), dtype=np.int64)
         self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
 
@@ -130,19 +131,21 @@ class PadSearch(HybridSearch):
         if self.field is not None and not self.field.repaired(lattice_map, changed):
             self.field = None
 
+    def goal_among(self, costs: NDArray[np.int64], goals: list[State]) -> Goal | None:
+        """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
+        known = [one for one in goals if costs[one[0]] >= 0]
+        lattice = self.lattice_map.lattice
+        if len({cell for cell, _ in known}) != 1 or lattice.shape.primitives is not None:
+            return None
+        if self._known is None or self._known[0] is not costs or self._known[1] != known:
+            self._known = costs, known, goal_of(known, open_space_of(lattice, FAR), self.lattice_map, costs)
+        return self._known[2]
+
     def farthest(self, tunnel: Tunnel) -> int:
         """The greatest place of a tunnel at which any state was reached."""
         states = tunnel.cells[:, None] * self._stride + np.arange(self._stride)
         reached = ((self._mark[states] >> kernel.SHIFT) == self._run).any(axis=1)
         return int(tunnel.place[reached].max(initial=0))
-
-
-def _known_goal(lattice_map: LatticeMap, costs: NDArray[np.int64], goals: list[State]) -> Goal | None:
-    """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
-    known = [one for one in goals if costs[one[0]] >= 0]
-    if len({cell for cell, _ in known}) != 1 or lattice_map.lattice.shape.primitives is not None:
-        return None
-    return goal_of(known, open_space_of(lattice_map.lattice), lattice_map, costs)
 
 
 class Rounds:
@@ -180,11 +183,11 @@ class Rounds:
         self._tracked: Found | None = None
         # No path costs less than the projected graph's, nor than turning at both ends does.
         self._projected = int(min(costs[cell] for cell, _ in starts))
-        goal = _known_goal(search.lattice_map, costs, goals)
+        goal = search.goal_among(costs, goals)
         search.goal = search.hybrid.goal = goal
         self._lower_bound = self._projected
         if goal is not None and len(starts) <= MANY_STARTS:
-            open_space = open_space_of(search.lattice_map.lattice)
+            open_space = open_space_of(search.lattice_map.lattice, FAR)
             ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts]
             self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
