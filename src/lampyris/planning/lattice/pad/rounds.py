@@ -286,7 +286,9 @@ class Rounds:
         self._planning, self._low = hybrid.expansions, hybrid.low_expansions
         found = hybrid.result()
         if found is not None:
-            self._lower_bound = max(self._lower_bound, found.lower_bound)
+            # With weight 1 nothing that waits leads to a cheaper path of the lattice, to the last unit.
+            proven = found.cost if outcome == kernel.FOUND else found.lower_bound
+            self._lower_bound = max(self._lower_bound, proven)
         elif outcome == kernel.EXHAUSTED and hybrid.most >= 0:
             self._lower_bound = max(self._lower_bound, hybrid.most + 1)
         return found, outcome
