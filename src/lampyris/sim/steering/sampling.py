@@ -234,7 +234,7 @@ class DynamicWindow:
         window = max(one.window, view.period)
         low = max(now - robot.d_max * window, 0.0)
         high = min(now + robot.a_max * window, robot.v_max)
-        speeds = all_.speed * (high - low)
+        speeds = np.asarray(all_.speed * (high - low), dtype=np.float64)
         speeds /= one.speeds - 1
         speeds += low
         if not shape.sideways:

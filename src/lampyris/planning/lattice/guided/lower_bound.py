@@ -36,7 +36,7 @@ class Goal:
     @property
     def half(self) -> int:
         """The square has ``2 * half + 1`` cells a side."""
-        return (self.table.shape[0] - 1) // 2
+        return int(self.table.shape[0] - 1) // 2
 
     @cached_property
     def with_cells(self) -> NDArray[np.int64]:
