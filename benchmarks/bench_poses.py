@@ -21,6 +21,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.primitives import angles
+from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.referee import check_plan
 
 TITLE = "Poses"
@@ -28,8 +29,10 @@ HOW = """The planner `pad` beside `lattice` at the same `weight`, from the same 
 (cells and poses of all rounds and phases of `pad`; a round's shares are in `Plan.rounds`), and milliseconds of this
 thread's processor time for a call on an open session, the heuristic of the goal included for both. `lattice` settles an
 octile field of the whole map (about 10 ns a cell), `pad` the projected graph as far as the start (`settled`); neither is
-among the expansions. Random pairs of poses that a path joins; each answer is checked by the referee, and each cost against
-the other's bound. The tables of open space, once for a robot, are made before."""
+among the expansions. `lattice` is without its first try and without shortcuts. *motions*: of the path of `pad`. A search that
+comes to a path state by state expands no fewer states than the path has motions: where these are more than a fifth of what
+`lattice` expands, no search can have a fifth. Random pairs of poses that a path joins; each answer is checked by the
+referee, and each cost against the other's bound. The tables of open space, once for a robot, are made before."""
 
 RESOLUTION = 0.125
 WEIGHTS = (1.09, 1.2, 1.6)
@@ -57,6 +60,7 @@ class Pair:
     low: int
     high: int
     tracking: int
+    motions: int
     settled: int
     lattice_ms: float
     pad_ms: float
@@ -66,6 +70,11 @@ class Pair:
     def share(self) -> float:
         """States that pad expanded, of those of lattice."""
         return (self.low + self.high + self.tracking) / max(self.lattice, 1)
+
+    @property
+    def least(self) -> float:
+        """Motions of the path, of the states that lattice expanded: a search cannot have a lesser share."""
+        return self.motions / max(self.lattice, 1)
 
 
 def grids(quick: bool) -> Iterator[tuple[str, Grid]]:
@@ -122,6 +131,7 @@ def compared(scene: Scene, weight: float) -> Pair:
     )
     for session in (full, adaptive):
         session._search = session._search_among(frozenset())
+    full._search = LatticeSearch(full.lattice_map)  # without a first try
     theirs, their_ms = timed(full, scene)
     ours, our_ms = timed(adaptive, scene)
     a, b = ours.pose_path, theirs.pose_path
@@ -132,8 +142,9 @@ def compared(scene: Scene, weight: float) -> Pair:
     low, high, tracking = (
         sum(getattr(one, f"{what}_expansions") for one in ours.rounds) for what in ("low", "high", "tracking")
     )
+    found = next((one.tracked for one in reversed(ours.rounds) if one.tracked), ours.rounds[-1].planned)
     return Pair(
-        theirs.expansions, low, high, tracking, adaptive.settled, their_ms, our_ms, len(ours.rounds)
+        theirs.expansions, low, high, tracking, len(found) - 1, adaptive.settled, their_ms, our_ms, len(ours.rounds)
     )  # fmt: skip
 
 
@@ -142,6 +153,7 @@ def bench(quick: bool) -> Section:
     count = 3 if quick else 10
     rows, figures = [], []
     shares: dict[tuple[str, float], list[float]] = {}
+    least: dict[tuple[str, float], list[float]] = {}
     with compiled_only():
         for who, robot in ROBOTS.items():
             for name, grid in grids(quick):
@@ -149,6 +161,7 @@ def bench(quick: bool) -> Section:
                 for weight in WEIGHTS if scenes else ():
                     got = [compared(scene, weight) for scene in scenes]
                     shares.setdefault((who, weight), []).append(statistics.median(one.share for one in got))
+                    least.setdefault((who, weight), []).append(statistics.median(one.least for one in got))
                     middle = [
                         statistics.median(getattr(one, what) for one in got)
                         for what in (
@@ -156,6 +169,7 @@ def bench(quick: bool) -> Section:
                             "low",
                             "high",
                             "tracking",
+                            "motions",
                             "share",
                             "settled",
                             "lattice_ms",
@@ -164,13 +178,13 @@ def bench(quick: bool) -> Section:
                         )
                     ]
                     rows.append((
-                        who, name, f"{weight:g}", *(f"{value:.0f}" for value in middle[:4]), f"{middle[4]:.3f}",
-                        f"{middle[5]:.0f}", *(f"{value:.1f}" for value in middle[6:8]), f"{middle[8]:.0f}",
+                        who, name, f"{weight:g}", *(f"{value:.0f}" for value in middle[:5]), f"{middle[5]:.3f}",
+                        f"{middle[6]:.0f}", *(f"{value:.1f}" for value in middle[7:9]), f"{middle[9]:.0f}",
                     ))  # fmt: skip
                     print(rows[-1], flush=True)
     heads = (
-        "robot", "map", "weight", "lattice", "pad: cells", "poses", "tracking", "share", "settled",
-        "lattice ms", "pad ms", "rounds",
+        "robot", "map", "weight", "lattice", "pad: cells", "poses", "tracking", "motions", "share",
+        "settled", "lattice ms", "pad ms", "rounds",
     )  # fmt: skip
     for (who, weight), of in shares.items():
         inverse = Spread.of([1 / share for share in of])
@@ -183,10 +197,22 @@ def bench(quick: bool) -> Section:
                 Spread.of([1.0]),
                 True,
                 asked=ASKED,
+                note=f"the motions of the path alone: {statistics.median(1 / one for one in least[who, weight]):.2f} times fewer",
             )
+        )
+    limited = [
+        f"{who}, weight {weight:g}"
+        for (who, weight), of in least.items()
+        if statistics.median(1 / one for one in of) < ASKED
+    ]
+    within = [one for one in figures if one.task not in limited]
+    verdicts = [judge("States that pad expands, of those of lattice, in the median of the maps", figures)]
+    if limited and within:
+        verdicts.append(
+            judge(f"The same without {'; '.join(limited)}, where the path alone has too many motions", within)
         )
     return Section(
         "poses", TITLE, HOW, (Table(heads, tuple(rows), "Medians of the pairs of each map"),), tuple(figures),
-        (judge("States that pad expands, of those of lattice, in the median of the maps", figures),),
+        tuple(verdicts),
         versions(("numpy", "numba")),
     )  # fmt: skip

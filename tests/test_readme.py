@@ -70,6 +70,8 @@ COMMANDS = commands(README)
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """One folder for all commands: a later one reads what an earlier one wrote."""
     where = tmp_path_factory.mktemp("readme")
+    robot, name = re.findall(r"^    printf '(.*)' > (\S+)$", README, re.MULTILINE)[0]
+    (where / name).write_text(robot.replace("\\n", "\n"), encoding="utf-8")
     with inside(where):
         yield where
 
@@ -91,7 +93,9 @@ def test_every_command_is_in_the_table() -> None:
     assert {*table} - {"selfcheck"} == {*verbs} - {"schema", "selfcheck"}
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", [pytest.param(one, marks=pytest.mark.nightly if "--robot" in one else ()) for one in COMMANDS]
+)
 def test_a_command_of_the_readme_does_its_work(command: str, folder: Path) -> None:
     do(command, folder)
 

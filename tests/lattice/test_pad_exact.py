@@ -271,7 +271,11 @@ def test_sessions_that_see_changes_answer_as_fresh_ones_do() -> None:
                 Grid(walls), start_pose=scene.start_pose, goal_pose=scene.goal_pose, robot=scene.robot
             )
             answer = session.plan(Change(robot=at, blocked=blocked, freed=freed, obstacles=obstacles))
-            fresh = LatticePlanner(weight=1.0).open(now, np.random.default_rng(0)).plan(Change(at, obstacles))
+            fresh = (
+                LatticePlanner(weight=1.0, shortcut=False)
+                .open(now, np.random.default_rng(0))
+                .plan(Change(at, obstacles))
+            )
             assert answer.status is fresh.status
             statuses.add(answer.status)
             if answer.pose_path is not None and fresh.pose_path is not None:

@@ -16,10 +16,28 @@ LOW = 5
 """Entry of ``count``: cells expanded, a part of all expansions."""
 
 
+@kernel(inline=True)
+def informed(h, cell, heading, stride, row, table, half, goal, entry):
+    """The heuristic of a state that knows the headings of the goal.
+
+    A path from within the square around the goal either stays there, where it costs no less than without walls, or leaves it and
+    comes back. One that comes from outside costs ``entry`` more than the difference of the field.
+    """
+    y = cell // row
+    x = cell - y * row - goal + goal // row * row + half
+    y += half - goal // row
+    side = 2 * half + 1
+    beyond = h + entry
+    if x < 0 or x >= side or y < 0 or y >= side:
+        return beyond
+    return max(h, min(table[u64((y * side + x) * stride + heading)], beyond))
+
+
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
-    inside, member, group_first, most, order, goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
+    inside, member, group_first, most, order, row, table, half, goal, entry,
+    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
     count, best, halt,
 ):  # fmt: skip
     """Search until a goal state is taken out, nothing waits, or the budget is used.
@@ -35,6 +53,12 @@ def search(
         each displacement begin.
     most : paths that cost more are of no use; negative: all are.
     order : int64 (states,), or (1,) and 0: what is added to the heuristic for the order of states, not for bounds.
+    row : cells of a row of the map.
+    table : int64 (side * side * (headings + 1),): costs to the goal without walls from the states of a square around it; see
+        :func:`informed`.
+    half : the square has ``2 * half + 1`` cells a side; negative: there is no table.
+    goal : the cell in its middle.
+    entry : what a path from outside the square costs more than the heuristic says, at least; not negative.
     count : int64 (6,): as in the other search, and cells expanded.
 
     All else is as in :func:`lampyris.kernels.lattice.search.search`.
@@ -114,13 +138,21 @@ def search(
                     if is_low:
                         break
                     continue
-                to = there * stride + headings
+                facing = headings
                 if inside[u64(there)] != 0:
-                    to = there * stride + turned[u64(p)]
+                    facing = int(turned[u64(p)])
+                to = there * stride + facing
                 old = mark[u64(to)]
                 new = old < low or old >= high
-                if (not new and old - low <= g_to) or (best[u64(0)] >= 0 and g_to + h >= best[u64(0)]):
-                    if is_low and inside[u64(there)] == 0:
+                least = int(h)
+                if half >= 0:
+                    least = int(informed(h, there, facing, stride, row, table, half, goal, entry))
+                if (
+                    (not new and old - low <= g_to)
+                    or (most >= 0 and g_to + least > most)
+                    or (best[u64(0)] >= 0 and g_to + least >= best[u64(0)])
+                ):
+                    if is_low and facing == headings:
                         break
                     continue
                 generated += 1
@@ -139,9 +171,11 @@ def search(
                     aside_n += 1
                 else:
                     closed[u64(to)] = 0
-                    _push(keys, states, waiting, g_to + int(weight * (h + order[u64(to * ordered)])), to)
+                    if ordered == 1:
+                        least = int(h + order[u64(to)])
+                    _push(keys, states, waiting, g_to + int(weight * least), to)
                     waiting += 1
-                if is_low and inside[u64(there)] == 0:
+                if is_low and facing == headings:
                     break
     else:
         result = 0 if best[u64(0)] >= 0 else 1

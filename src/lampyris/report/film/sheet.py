@@ -78,6 +78,7 @@ class Sheet:
     layer : (height, width), drawn beneath in colours from 0 to its greatest value; infinity: none.
     layer_name : what the legend calls it.
     own_goal : whether the stage draws the goal itself (:meth:`star`), because it moves or lies under a shade.
+    outlined : whether the robot has a footprint, which the legend shows by a square.
     unseen : whether the legend names the shade of :meth:`shade`.
     """
 
@@ -92,6 +93,7 @@ class Sheet:
         *,
         own_goal: bool = False,
         unseen: bool = False,
+        outlined: bool = False,
     ) -> None:
         self.grid, self._goal = grid, None if own_goal else goal
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
@@ -100,6 +102,8 @@ class Sheet:
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         self._entries = entries = _entries(grid, kinds, layer_name if layer is not None else "")
+        if outlined:
+            entries[0] = ("square", *entries[0][1:])
         if unseen:
             entries.append(("square", _UNSEEN, "", "unseen"))
         # Even sizes: some players of films refuse others.

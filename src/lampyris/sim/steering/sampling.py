@@ -24,9 +24,6 @@ _SPARE = 128
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
-_UP = np.array((1.0, -1.0))
-"""From y down to y up."""
-
 _STILL = 0.01
 """Share of the top speed below which a command is to stand."""
 
@@ -78,12 +75,14 @@ class SimulatedMotions:
         start = np.array((view.pose.x, view.pose.y, c, s, along, across))
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
         message, res = view.message, shape.grid.resolution
-        ox, oy = (message.xy * (res, -res)).T.copy()
-        motion = np.zeros_like(message.xy) if view.velocity is None else view.velocity
-        ou, ow = (motion * _UP).T.copy()
+        # From y down to y up.
+        ox, oy = message.xy[:, 0] * res, message.xy[:, 1] * -res
+        if view.velocity is None:
+            ou = ow = np.zeros(len(ox))
+        else:
+            ou, ow = view.velocity[:, 0].copy(), -view.velocity[:, 1]
         height, width = view.walls.clear.shape
         bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
-        arrays: list[Any] = list(self.arrays.values())
         rollouts(
             *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear,
             int(shape.sideways),
@@ -91,7 +90,7 @@ class SimulatedMotions:
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
             ox, oy, ou, ow,
-            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *arrays,
+            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *self.arrays.values(),
         )  # fmt: skip
         return self.arrays["cost"]
 
@@ -118,9 +117,12 @@ class SimulatedMotions:
         _, table, stride = self._section
         k = max(progress.at, 0)
         last = min(int(one.s.searchsorted(progress.s + far, side="right")), len(one.s) - 1)
-        chosen = np.arange(k, max(k + 1, last + stride), stride)
-        chosen[-1] = last
-        x, y, cosine, sine, left = table[:, chosen]
+        # Every so many points, and the last.
+        before = max(-((k - last) // stride), 0)
+        chosen = np.empty((5, before + 1))
+        chosen[:, :before] = table[:, k : k + before * stride : stride]
+        chosen[:, before] = table[:, last]
+        x, y, cosine, sine, left = chosen
         return x, y, cosine, sine, left
 
 
@@ -211,7 +213,9 @@ class DynamicWindow:
         hold = max(round(one.window / one.step), 1)
         along, across = self._motions.velocity(view)
         seconds, n = hold * one.step, len(v)
-        np.divide(v - along, seconds, out=window.push[:n])
+        push = window.push[:n]
+        np.subtract(v, along, out=push)
+        push /= seconds
         if shape.sideways:
             np.divide(u - across, seconds, out=window.side[:n])
             window.spin[:n] = window.spin[n:] = w
@@ -230,7 +234,9 @@ class DynamicWindow:
         window = max(one.window, view.period)
         low = max(now - robot.d_max * window, 0.0)
         high = min(now + robot.a_max * window, robot.v_max)
-        speeds = low + (high - low) * all_.speed / (one.speeds - 1)
+        speeds = np.asarray(all_.speed * (high - low), dtype=np.float64)
+        speeds /= one.speeds - 1
+        speeds += low
         if not shape.sideways:
             return speeds, all_.spin[: len(speeds)], all_.side
         # Around where it drives as far as the direction can turn, or all around if it stands.

@@ -17,7 +17,7 @@ from lampyris._core import elementary
 from lampyris.kernels.lattice.greedy import greedy
 from lampyris.kernels.lattice.search import FULL
 from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
-from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.guided.open_space import NEVER, REACH, open_space_of
 from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import headings_near
@@ -36,12 +36,12 @@ FEW = 1_500
 
 
 @lru_cache(8)
-def _around(lattice: StateLattice) -> NDArray[np.int64]:
+def around(lattice: StateLattice, reach: int = REACH) -> NDArray[np.int64]:
     """What it costs more to depart in the direction of a heading with another one; int64 (headings, headings + 1).
 
     The last column is for no direction.
     """
-    n, open_space = lattice.shape.headings, open_space_of(lattice)
+    n, open_space = lattice.shape.headings, open_space_of(lattice, reach)
     half = open_space.half
     more = np.zeros((n, n + 1), dtype=np.int64)
     for k, one in enumerate(lattice.primitives):
@@ -64,7 +64,7 @@ def _ahead(lattice: StateLattice, heading: int) -> int:
 
 
 @lru_cache(8)
-def _sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
+def sectors(turns: tuple[float, ...]) -> NDArray[np.int8]:
     """The heading of each displacement (row down, column) of at most ``LOOK``; the number of headings for none."""
     side = range(-LOOK, LOOK + 1)
     return np.array(
@@ -154,7 +154,7 @@ class GuidedSearch(LatticeSearch):
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
                 self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
-                _sectors(lattice.angles), outlook.toward, _around(lattice).ravel(), outlook.goal.table.ravel(),
+                sectors(lattice.angles), outlook.toward, around(lattice).ravel(), outlook.goal.table.ravel(),
                 (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,
             )
         )  # fmt: skip

@@ -7,7 +7,7 @@ same holds at its other end, backward. In between it costs no less than the diff
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Goal:
     """The goal states, all at one cell.
 
@@ -32,6 +32,17 @@ class Goal:
     headings: list[int]
     table: NDArray[np.int64]
     entry: int
+
+    @property
+    def half(self) -> int:
+        """The square has ``2 * half + 1`` cells a side."""
+        return int(self.table.shape[0] - 1) // 2
+
+    @cached_property
+    def with_cells(self) -> NDArray[np.int64]:
+        """The table, and for each cell without a heading the least; int64 (side * side * (headings + 1),)."""
+        flat = np.concatenate((self.table, self.table.min(axis=2, keepdims=True)), axis=2).ravel()
+        return np.ascontiguousarray(flat)
 
 
 @lru_cache(8)

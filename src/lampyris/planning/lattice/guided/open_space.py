@@ -17,7 +17,9 @@ from lampyris.kernels.lattice.open_space import spread
 from lampyris.planning.lattice.lattice import StateLattice
 
 REACH = 3
-"""Half the side of the table, in displacements of the longest motion."""
+"""Half the side of a table, in displacements of the longest motion."""
+FAR = 6
+"""The same of the tables of ``pad``: a car that turns round needs so much room, and a bound that knows it."""
 _LARGEST = 48
 """Half its side at most, cells."""
 NEVER = 1 << 40
@@ -50,10 +52,10 @@ class OpenSpace:
 
 
 @lru_cache(8)
-def open_space_of(lattice: StateLattice) -> OpenSpace:
-    """The table of a lattice; the same object for the same lattice."""
+def open_space_of(lattice: StateLattice, reach: int = REACH) -> OpenSpace:
+    """The table of a lattice; the same object for the same lattice and reach."""
     n = lattice.shape.headings
-    half = min(REACH * int(np.abs(lattice.cell).max()), _LARGEST)
+    half = min(reach * int(np.abs(lattice.cell).max()), _LARGEST)
     side = 2 * half + 1
     step_x, step_y = (np.ascontiguousarray(lattice.cell[:, k]) for k in (0, 1))
     room = side * side * n

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import hybrid as kernel
+from lampyris.planning.lattice.guided.lower_bound import Goal
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.projection import projection_of
 from lampyris.planning.lattice.search import LatticeSearch
@@ -27,6 +28,7 @@ class HybridSearch(LatticeSearch):
     Attributes
     ----------
     inside : uint8 (cells,): 1 in a region; to be set before :meth:`begin`.
+    goal : what is known of the headings at the goal, for bounds; None: nothing.
     order : int64 (states,): added to the heuristic for the order in which states are expanded, not for bounds.
     most : paths that cost more are not looked for; negative: all are.
     """
@@ -37,6 +39,7 @@ class HybridSearch(LatticeSearch):
         self.inside: NDArray[np.uint8] = np.zeros(lattice_map.walls.size, dtype=np.uint8)
         self.most = -1
         self.order: NDArray[np.int64] = NO_ORDER
+        self.goal: Goal | None = None
 
     def _states_of_a_cell(self) -> int:
         return self.lattice_map.lattice.shape.headings + 1
@@ -69,12 +72,19 @@ class HybridSearch(LatticeSearch):
 
     def _run_kernel(self, weight: float, limit: int) -> int:
         lattice, lattice_map, projection = self.lattice_map.lattice, self.lattice_map, self._projection
+        goal = self.goal
+        table, half, cell, entry = (
+            (NO_ORDER, -1, 0, 0)
+            if goal is None
+            else (goal.with_cells, goal.half, goal.cell, max(goal.entry, 0))
+        )
         return int(
             kernel.search(
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride - 1, lattice.first,
                 lattice_map.offsets, lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6,
                 lattice.sweep_first, lattice_map.swept, self.inside, projection.member, projection.group_first,
-                self.most, self.order, self._goals, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
+                self.most, self.order, lattice_map.stride, table, half, cell, entry,
+                self._goals, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
                 self._round, self._keys, self._states, self._aside, self._count, self._best,
             )
         )  # fmt: skip

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.guided.guided_search import LOOK, around, sectors
+from lampyris.planning.lattice.guided.open_space import FAR, NEVER, open_space_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.regions import Tunnel
@@ -32,13 +33,19 @@ def put_in_order(
     lattice, cells = lattice_map.lattice, tunnel.cells
     n = lattice.shape.headings
     table = order.reshape(-1, n + 1)
-    if field is None or lattice.shape.drive == "omnidirectional":
+    if field is None:
         table[cells] = 0
         return
-    open_space = open_space_of(lattice)
+    open_space = open_space_of(lattice, FAR)
     half = open_space.half
-    start = np.array([one.start for one in lattice.primitives])
-    extra = open_space.turn[:, start[field.by[cells]]].T
+    towards = _towards(cells, lattice_map, field)
+    if lattice.shape.drive == "omnidirectional":
+        extra = np.zeros((len(cells), n), dtype=np.int64)
+    elif lattice.shape.drive == "ackermann":
+        extra = around(lattice, FAR)[:, towards].T
+    else:
+        start = np.array([one.start for one in lattice.primitives])
+        extra = open_space.turn[:, start[field.by[cells]]].T
     direct = np.full(extra.shape, NEVER)
     y, x = np.divmod(cells, lattice_map.stride)
     for goal, heading in goals[:MANY_GOALS]:
@@ -47,4 +54,37 @@ def put_in_order(
         known = open_space.to(heading)[y[near] - goal_y + half, x[near] - goal_x + half]
         direct[near] = np.minimum(direct[near], known)
     low = costs[cells][:, None]
-    table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra, NEVER))
+    entry = _entry(tunnel, lattice_map, towards, direct, low[:, 0], n)
+    table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra + entry, NEVER))
+
+
+def _towards(cells: NDArray[np.int64], lattice_map: LatticeMap, field: LowField) -> NDArray[np.int64]:
+    """The heading in which the cheapest chain of displacements leads from each cell; the number of headings for none."""
+    lattice = lattice_map.lattice
+    at, gone = cells.copy(), np.zeros((len(cells), 2), dtype=np.int64)
+    for _ in range(LOOK):
+        by = field.by[at]
+        to = gone + lattice.cell[by]
+        on = (by >= 0) & (np.abs(to).max(axis=1) <= LOOK)
+        gone = np.where(on[:, None], to, gone)
+        at = np.where(on, at + lattice_map.offsets[by], at)
+    found: NDArray[np.int64] = sectors(lattice.angles)[
+        (gone[:, 1] + LOOK) * (2 * LOOK + 1) + gone[:, 0] + LOOK
+    ].astype(np.int64)
+    return found
+
+
+def _entry(
+    tunnel: Tunnel, lattice_map: LatticeMap, towards: NDArray[np.int64], direct: NDArray[np.int64],
+    low: NDArray[np.int64], n: int,
+) -> int:  # fmt: skip
+    """What the heading of the goal costs more where the planned path comes near it."""
+    path = np.searchsorted(tunnel.cells, [lattice_map.index(cell) for cell in tunnel.path])
+    outside = np.flatnonzero(direct[path].min(axis=1) >= NEVER)
+    if not len(outside) or outside[-1] + 1 == len(path):
+        return 0
+    first = path[outside[-1] + 1]
+    if towards[first] == n:
+        return 0
+    least = direct[first, (towards[first] + np.arange(-1, 2)) % n].min()
+    return max(int(least - low[first]), 0) if least < NEVER else 0

@@ -25,7 +25,7 @@ from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.typing import Cell
 
-SPHERE = 2.5
+SPHERE = 4.0
 """Radius of a new sphere, in displacements of the longest motion."""
 TUNNEL = 1.5
 """Half the width of a tunnel, in displacements of the longest motion."""
@@ -41,9 +41,9 @@ def cells_of(metres: float | None, motions: float, lattice: StateLattice, grid: 
     return max(motions * float(np.abs(lattice.cell).max()), _LEAST)
 
 
-def sphere_radius_setting() -> Any:
-    """The setting ``sphere_radius`` of both planners."""
-    return number(None, 1e-3, 1e4, unit="m", none="2.5 times the lattice's longest motion")
+def sphere_radius_setting(motions: float) -> Any:
+    """The setting ``sphere_radius`` of both planners; by default so many displacements of the longest motion."""
+    return number(None, 1e-3, 1e4, unit="m", none=f"{motions:g} times the lattice's longest motion")
 
 
 def sphere_growth_setting() -> Any:
@@ -71,7 +71,7 @@ class PadPlanner(LatticeSettings):
     SettingError : a setting out of its range.
     """
 
-    sphere_radius: float | None = sphere_radius_setting()
+    sphere_radius: float | None = sphere_radius_setting(SPHERE)
     sphere_growth: float = sphere_growth_setting()
     tunnel: float | None = tunnel_setting()
 

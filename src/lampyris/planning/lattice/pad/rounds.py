@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
-from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bound
-from lampyris.planning.lattice.guided.open_space import open_space_of
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
@@ -31,6 +31,10 @@ GREEDY = (3.0, 1.2)
 """Weights of searches for a path that need only cost as little as is wanted; they are given up soon."""
 FEW = 4
 """Expansions of such a search for each state of the planned path."""
+MANY_STARTS = 64
+"""Start states up to which the lower bound of both ends is worked out."""
+WANTED = 2.0
+"""How many times the excess cost that is to be proven the places of new spheres account for: a sphere proves a part of it."""
 AGAIN = -1
 """Outcome of a round after which another is needed."""
 
@@ -92,6 +96,7 @@ class PadSearch(HybridSearch):
         self.hybrid = HybridSearch(lattice_map)
         self.field: LowField | None = None
         self.ordered_for: Tunnel | None = None
+        self._known: tuple[NDArray[np.int64], list[State], Goal] | None = None
         self._order = np.zeros(len(self._mark), dtype=np.int64)
         self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
 
@@ -126,25 +131,21 @@ class PadSearch(HybridSearch):
         if self.field is not None and not self.field.repaired(lattice_map, changed):
             self.field = None
 
+    def goal_among(self, costs: NDArray[np.int64], goals: list[State]) -> Goal | None:
+        """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
+        known = [one for one in goals if costs[one[0]] >= 0]
+        lattice = self.lattice_map.lattice
+        if len({cell for cell, _ in known}) != 1 or lattice.shape.primitives is not None:
+            return None
+        if self._known is None or self._known[0] is not costs or self._known[1] != known:
+            self._known = costs, known, goal_of(known, open_space_of(lattice, FAR), self.lattice_map, costs)
+        return self._known[2]
+
     def farthest(self, tunnel: Tunnel) -> int:
         """The greatest place of a tunnel at which any state was reached."""
         states = tunnel.cells[:, None] * self._stride + np.arange(self._stride)
         reached = ((self._mark[states] >> kernel.SHIFT) == self._run).any(axis=1)
         return int(tunnel.place[reached].max(initial=0))
-
-
-def _with_headings(
-    lattice_map: LatticeMap, costs: NDArray[np.int64], starts: list[State], goals: list[State]
-) -> int:
-    """A lower bound that knows the headings at both ends; 0 of several starts or goal cells, or where headings cost nothing."""
-    shape = lattice_map.lattice.shape
-    known = [one for one in goals if costs[one[0]] >= 0]
-    one_cell = len({cell for cell, _ in known}) == 1
-    if len(starts) != 1 or not one_cell or shape.drive == "omnidirectional" or shape.primitives is not None:
-        return 0
-    open_space = open_space_of(lattice_map.lattice)
-    goal = goal_of(known, open_space, lattice_map, costs)
-    return lower_bound(starts[0], goal, open_space, lattice_map, costs)
 
 
 class Rounds:
@@ -182,7 +183,13 @@ class Rounds:
         self._tracked: Found | None = None
         # No path costs less than the projected graph's, nor than turning at both ends does.
         self._projected = int(min(costs[cell] for cell, _ in starts))
-        self._lower_bound = max(self._projected, _with_headings(search.lattice_map, costs, starts, goals))
+        goal = search.goal_among(costs, goals)
+        search.goal = search.hybrid.goal = goal
+        self._lower_bound = self._projected
+        if goal is not None and len(starts) <= MANY_STARTS:
+            open_space = open_space_of(search.lattice_map.lattice, FAR)
+            ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts]
+            self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
 
     def run(self, old: Tunnel | None = None) -> int:
@@ -279,7 +286,9 @@ class Rounds:
         self._planning, self._low = hybrid.expansions, hybrid.low_expansions
         found = hybrid.result()
         if found is not None:
-            self._lower_bound = max(self._lower_bound, found.lower_bound)
+            # With weight 1 nothing that waits leads to a cheaper path of the lattice, to the last unit.
+            proven = found.cost if outcome == kernel.FOUND else found.lower_bound
+            self._lower_bound = max(self._lower_bound, proven)
         elif outcome == kernel.EXHAUSTED and hybrid.most >= 0:
             self._lower_bound = max(self._lower_bound, hybrid.most + 1)
         return found, outcome
@@ -333,5 +342,5 @@ class Rounds:
             np.array([lattice_map.cell(cell) for cell, _ in (*tracked.states, tracked.last)]),
             np.concatenate(([0], np.cumsum(price[list(tracked.primitives)]))),
             self._spheres.radius * UNIT,
-            tracked.cost / self._weight - self._lower_bound,
+            WANTED * (tracked.cost / self._weight - self._lower_bound),
         )

@@ -18,7 +18,6 @@ from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.pad_planner import (
     AT_BUDGET,
-    SPHERE,
     TUNNEL,
     cells_of,
     sphere_growth_setting,
@@ -30,6 +29,9 @@ from lampyris.planning.lattice.pad.rounds import recorded
 from lampyris.planning.lattice.pad.timed_rounds import ROUNDING, TimedRounds
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.timed.timed_planner import LatticeSipp, LatticeSippSession
+
+TIMED_SPHERE = 2.5
+"""Radius of a new sphere, in displacements of the longest motion: a pose in it has many intervals of time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class PadSipp(LatticeSipp):
     SettingError : a setting out of its range.
     """
 
-    sphere_radius: float | None = sphere_radius_setting()
+    sphere_radius: float | None = sphere_radius_setting(TIMED_SPHERE)
     sphere_growth: float = sphere_growth_setting()
     tunnel: float | None = tunnel_setting()
 
@@ -108,7 +110,7 @@ class PadSippSession(LatticeSippSession):
             return self._none_found(EXHAUSTED, 0)
         radius, width = (
             cells_of(metres, motions, self._lattice, grid)
-            for metres, motions in ((self._pad.sphere_radius, SPHERE), (self._pad.tunnel, TUNNEL))
+            for metres, motions in ((self._pad.sphere_radius, TIMED_SPHERE), (self._pad.tunnel, TUNNEL))
         )
         rounds = TimedRounds(
             self._timed(lattice_map), lattice_map, field, costs, known, wanted, self._settings.weight,
