@@ -80,7 +80,9 @@ def page(out: Path) -> None:
     )
     head = f'<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="{policy}">'
     text = text.replace('<meta charset="utf-8">', head)
-    text = text.replace(script, '<script src="live.js" type="module"></script>').replace('"/static/', '"static/')
+    text = text.replace(script, '<script src="live.js" type="module"></script>').replace(
+        '"/static/', '"static/'
+    )
     banner = '<div id="gone"'
     assert banner in text
     text = text.replace(banner, f'<div id="starting" class="gone" role="status" hidden></div>\n\n{banner}')
@@ -157,7 +159,11 @@ def together(out: Path, wheel: Path) -> None:
         for folder, name in ((LIVE / "stand_ins", ""), (ROOT / "src", "")):
             for file in sorted(folder.rglob("*")):
                 place = file.relative_to(folder)
-                if file.is_file() and "__pycache__" not in place.parts and place.parts[1:3] != ("app", "static"):
+                if (
+                    file.is_file()
+                    and "__pycache__" not in place.parts
+                    and place.parts[1:3] != ("app", "static")
+                ):
                     made.write(file, name + place.as_posix())
         made.write(LIVE / "live_engine.py", "live_engine.py")
         for name in ("entry_points.txt", "METADATA"):

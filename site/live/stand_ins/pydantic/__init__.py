@@ -44,7 +44,7 @@ class Tag:
     tag: str
 
 
-@dataclass
+@dataclass(eq=False)
 class FieldInfo:
     """What is known of a field: bounds, default, alias."""
 
@@ -55,13 +55,13 @@ class FieldInfo:
     metadata: list[Any] = field(default_factory=list)
 
 
-def Field(default: Any = MISSING, *, alias: str | None = None, **bounds: Any) -> Any:  # noqa: N802 - pydantic's name
+def Field(default: Any = MISSING, *, alias: str | None = None, **bounds: Any) -> Any:
     """A field, or bounds in an annotation."""
     kept = {name: value for name, value in bounds.items() if name in _BOUNDS}
     return FieldInfo(default, alias, kept)
 
 
-def StringConstraints(**bounds: Any) -> Any:  # noqa: N802 - pydantic's name
+def StringConstraints(**bounds: Any) -> Any:
     """Bounds of a text."""
     return FieldInfo(bounds=bounds)
 
@@ -98,7 +98,9 @@ class _Reader:
         self.found: list[dict[str, Any]] = []
 
     def wrong(self, kind: str, loc: tuple[Any, ...], value: Any, **ctx: Any) -> Any:
-        self.found.append({"type": kind, "loc": loc, "input": value, "msg": kind.replace("_", " "), "ctx": ctx})
+        self.found.append(
+            {"type": kind, "loc": loc, "input": value, "msg": kind.replace("_", " "), "ctx": ctx}
+        )
         return MISSING
 
     def read(self, hint: Any, value: Any, loc: tuple[Any, ...], marks: tuple[Any, ...] = ()) -> Any:
@@ -158,7 +160,9 @@ class _Reader:
             return number if math.isfinite(number) else self.wrong("finite_number", loc, value)
         raise TypeError(f"no rule for {hint!r}")
 
-    def _one_of(self, parts: tuple[Any, ...], value: Any, loc: tuple[Any, ...], marks: tuple[Any, ...]) -> Any:
+    def _one_of(
+        self, parts: tuple[Any, ...], value: Any, loc: tuple[Any, ...], marks: tuple[Any, ...]
+    ) -> Any:
         if type(None) in parts and value is None:
             return None
         forms = [part for part in parts if part is not type(None)]
@@ -293,6 +297,9 @@ def _fields_of(model: type[BaseModel]) -> dict[str, FieldInfo]:
 
 def create_model(name: str, *, __base__: type[BaseModel], __doc__: str = "", **keys: Any) -> type[BaseModel]:
     """A model made of (annotation, field) by key."""
-    made: dict[str, Any] = {"__annotations__": {key: hint for key, (hint, _) in keys.items()}, "__doc__": __doc__}
+    made: dict[str, Any] = {
+        "__annotations__": {key: hint for key, (hint, _) in keys.items()},
+        "__doc__": __doc__,
+    }
     made |= {key: one for key, (_, one) in keys.items()}
     return type(name, (__base__,), {**made, "__module__": __base__.__module__})
