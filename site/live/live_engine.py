@@ -64,7 +64,7 @@ def ask(path: str, body: Any = None) -> Answer:
 
 
 @cache
-def _library() -> Library:
+def _library() -> library.Library:
     # A map of the reader's own, read in the reader's own page: there are no processes to do it in.
     library.decode = _decode
     return library.Library(None, SPOOL)

@@ -8,6 +8,7 @@ reports the same kinds of mistakes at the same places; ``tests/site`` compares b
 from __future__ import annotations
 
 import copy
+import inspect
 import math
 import re
 import types
@@ -280,7 +281,7 @@ def _fields_of(model: type[BaseModel]) -> dict[str, FieldInfo]:
     hints = get_type_hints(model, include_extras=True)
     order: dict[str, None] = {}
     for base in reversed(model.__mro__):
-        order.update(dict.fromkeys(base.__dict__.get("__annotations__", {})))
+        order.update(dict.fromkeys(inspect.get_annotations(base)))
     fields = {}
     for name in order:
         declared = getattr(model, name, MISSING)

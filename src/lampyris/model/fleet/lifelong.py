@@ -92,7 +92,8 @@ class LifelongTrace(Value):
     assigned, done : int32 (k,), ticks; -1: not.
     stop_ticks : for each task the ticks at which its stops were visited, as far as they were.
     faults : robots that stopped for good, and the tick: pairs.
-    windows, fallbacks : how often was planned, and how often of these by PIBT, because the planner had found nothing within its limit.
+    windows, fallbacks : how often was planned, and how often of these by PIBT, because the
+        planner had found nothing within its limit.
     notes : sentences a person should read.
     timing : seconds by stage; the only part that differs from run to run.
 
