@@ -17,7 +17,7 @@ BACKEND := $(shell grep -E '^(hatchling|editables|pathspec|pluggy|tomlkit|trove-
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
-.PHONY: demo test lint style types unit dist check-nightly check-floors coverage audit docs bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint style types unit dist check-nightly check-floors coverage audit docs live bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
@@ -25,6 +25,7 @@ help:
 	@echo "make test ROOM=planning  only the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), in seconds"
 	@echo "make lint           style, import rules and types (mypy); make unit: only the tests"
 	@echo "make docs           the site, with every gallery picture, in build/site/html"
+	@echo "make live           the app as a folder of files without a server, Python in the browser (needs npm): build/live"
 	@echo "make dist           wheels and source archives of both distributions"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings compared with other libraries (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
@@ -156,6 +157,9 @@ test-wheel: $(VENV)/.dev
 
 docs: $(VENV)/.docs
 	$(BIN)/python site/build.py
+
+live: $(VENV)/.run
+	$(BIN)/python site/live/build.py
 
 # Both distributions, checked as an index would check them.
 dist: $(VENV)/.dev

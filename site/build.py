@@ -3,7 +3,7 @@
     python site/build.py [OUT] [--quick]
 
 Pages are copied with their places in the repository, so that their links work in both. ``--quick`` draws no
-gallery. Warnings are errors.
+gallery and leaves out the check of the docstrings (tools/docstrings.py). Warnings are errors.
 """
 
 from __future__ import annotations
@@ -38,8 +38,11 @@ def main() -> int:
     """Build; the exit code of Sphinx."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", nargs="?", default=str(ROOT / "build" / "site" / "html"))
-    parser.add_argument("--quick", action="store_true", help="draw no gallery")
+    parser.add_argument("--quick", action="store_true", help="draw no gallery, check no docstrings")
     given = parser.parse_args()
+    docstrings = [sys.executable, str(ROOT / "tools" / "docstrings.py")]
+    if not given.quick and subprocess.run(docstrings, check=False, cwd=ROOT).returncode:
+        return 1
     source, out = ROOT / "build" / "site" / "source", Path(given.out)
     put_together(source)
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-c", str(SITE)]

@@ -46,6 +46,7 @@ html_theme = "furo"
 html_title = "lampyris"
 html_static_path = [str(SITE / "static")]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_theme_options = {

@@ -34,3 +34,16 @@ def test_the_commands_run(page: Path, tmp_path: Path) -> None:
             if not (tmp_path / name).exists()
         ]
         assert not missing, (block, missing)
+
+
+def test_the_agent_of_the_tutorial_learns(tmp_path: Path) -> None:
+    """The page's Python, as one program."""
+    pytest.importorskip("gymnasium")
+    page = (ROOT / "docs/tutorials/reinforcement_learning.md").read_text(encoding="utf-8")
+    code = "".join(re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL))
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[-600:]
+    assert "True 0.0" in done.stdout
+    assert done.stdout.splitlines()[2].endswith("after training 0.0")

@@ -101,6 +101,13 @@ def load_grid(
     FileError : it cannot be read as a map.
     LimitError : it is larger than a map may be.
     SettingError : an option out of its range, or one that does not go with the file.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> grid = lampyris.load_grid("env-1")
+    >>> grid.width, grid.height, grid.resolution
+    (50, 50, 1.0)
     """
     return load_map(
         path_or_name, values=values, colour=colour, resolution=resolution, max_cells=max_cells,
@@ -130,7 +137,7 @@ def plan(
         without its optimum and gates); the referee's check comes on top.
     record : keep AD-GSO's per-iteration record in ``Plan.jumps``.
     planner_settings : the planner's settings by name, for those called as an argument here is.
-    settings : the planner's settings, such as ``choice="exact"``.
+    **settings : the planner's settings, such as ``choice="exact"``.
 
     Raises
     ------
@@ -138,6 +145,14 @@ def plan(
         settings is, without ``planner_settings``; ``VIA``: via points, and a planner that plans times or poses.
     SettingError : a setting it does not have, or out of its range; settings beside a planner object.
     InternalFault : the referee refused the result; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> plan = lampyris.plan(scene, "astar")
+    >>> plan.status.value, plan.path.cost, plan.gap
+    ('found', 11.242640687119286, 0.0)
     """
     chosen = chosen_planner(
         plan, planner, planner_settings, settings, seed=seed, budget=budget, record=record
@@ -215,6 +230,14 @@ def smooth(
     ------
     SettingError : a plan without a path; a path through a blocked cell or off the map; ``SPACING``.
     InternalFault : the referee refused the curve; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> curve = lampyris.smooth(scene, lampyris.plan(scene, "astar"))
+    >>> curve.s.shape, bool(curve.s[0] == 0.0)
+    ((45,), True)
     """
     return _smoothed(scene, path, method, spacing, "method")
 
@@ -257,6 +280,14 @@ def speed_profile(
         would have no effect.
     SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
     InternalFault : the referee refused the profile; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> profile = lampyris.speed_profile(scene, lampyris.plan(scene, "astar"))
+    >>> float(profile.v.max()), profile.cause[0]
+    (1.0, 'start')
     """
     of_kind("scene", scene, Scene)
     of_kind("obstacle_states", obstacle_states, ObstacleStates, none=True)
@@ -475,7 +506,7 @@ def simulate(
     planner_settings : the planner's settings by name. A planner may have a setting called as an argument here
         is (``patience`` of ``mmas-dstar``): the argument is then refused without this one, and with it, even
         empty, it is the simulation's.
-    settings : the planner's settings that are called as nothing above is.
+    **settings : the planner's settings that are called as nothing above is.
 
     Raises
     ------
@@ -485,6 +516,14 @@ def simulate(
     SettingError : ``VIA``: via points and a goal that moves. ``SENSOR_EDITS``, ``GOAL_EDITS``: a sensor, or a goal that moves,
         together with edits.
     InternalFault : the referee refused the trace; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> trace = lampyris.simulate(scene, "ad-gso", traffic=lampyris.RandomWalk(3), seed=2)
+    >>> trace.outcome.value, len(trace.robot)
+    ('arrived', 13)
     """
     chosen = chosen_planner(
         simulate, planner, planner_settings, settings, traffic=traffic, seed=seed, ticks=ticks, law=law,
@@ -541,7 +580,7 @@ def drive(
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
         :func:`simulate`.
-    settings : those of :class:`lampyris.model.settings.drive.DriveSettings`; all others are the planner's.
+    **settings : those of :class:`lampyris.model.settings.drive.DriveSettings`; all others are the planner's.
 
     Raises
     ------
@@ -551,6 +590,14 @@ def drive(
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
         change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
     InternalFault : the referee refused the drive; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> drive = lampyris.drive(scene, "astar", traffic=lampyris.RandomWalk(2), seed=1)
+    >>> drive.outcome.value
+    'arrived'
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():

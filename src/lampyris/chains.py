@@ -60,13 +60,22 @@ def plan_chain(
         find is found with probability 1 as samples grow.
     seed : of all draws; the same seed gives the same plan, unless seconds end the search.
     budget : ``expansions``: samples, 20,000 if None; ``seconds`` and ``stop``.
-    settings : see :class:`lampyris.planning.chain.rrt.RrtSettings`.
+    **settings : see :class:`lampyris.planning.chain.rrt.RrtSettings`.
 
     Raises
     ------
     SettingError : ``CONFIGURATION``: not one angle for each joint, or beyond its limits; a setting out of its range.
     UsageError : ``PLANNER``: no such planner; ``SETTING``: no such setting.
     InternalFault : the referee refused the plan; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> arm = lampyris.Chain((5.0, 5.0), links=[1.0, 1.0], widths=0.2)
+    >>> plan = lampyris.plan_chain(lampyris.Grid(np.zeros((10, 10), dtype=bool)), arm, [0.0, 0.0], [1.5, 0.5])
+    >>> plan.status.value, plan.configurations.shape[1]
+    ('found', 2)
     """
     of_kind("grid", grid, Grid)
     of_kind("chain", chain, Chain)

@@ -38,6 +38,15 @@ class LampyrisError(Exception):
     setting : name of the argument, option or setting that is wrong, dotted where its owner tells it from
         others (``robot.radius``); empty: ``where`` if that is such a name, else none.
     value : its value in words, if ``what`` is the setting's name and its value; see :meth:`of`.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> try:
+    ...     lampyris.load_grid("no-such-map")
+    ... except lampyris.LampyrisError as error:
+    ...     print(error.code)
+    FILE_MISSING
     """
 
     exit_code = 3
@@ -189,7 +198,17 @@ class SceneError(InputError):
 
 
 class SettingError(InputError, ValueError):
-    """A number or name is out of its range; a ``ValueError``, too, as Python says it."""
+    """A number or name is out of its range; a ``ValueError``, too, as Python says it.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> try:
+    ...     lampyris.Robot(v_max=-1.0)
+    ... except lampyris.SettingError as error:
+    ...     print(error.setting)
+    robot.v_max
+    """
 
 
 class UnknownSettingError(SettingError):

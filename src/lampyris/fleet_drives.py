@@ -90,7 +90,7 @@ def simulate_fleet(
     budget : ``seconds`` and ``stop`` end the call: what was driven so far is not returned, its status is.
     progress : called with how many robots arrived, of how many, after each plan that was driven.
     drive_settings : settings by name, or all of them; see :class:`lampyris.model.settings.fleet_drive.FleetDriveSettings`.
-    settings : the same as keywords.
+    **settings : the same as keywords.
 
     Raises
     ------
@@ -98,6 +98,14 @@ def simulate_fleet(
     SettingError : ``FLEET_DRIVE``, ``DELAYS``, ``FAULTS``, ``SEED``, ``TRACK``, ``FLEET_ROBOT``: what is given is wrong.
     LimitError : ``MEMORY``: the trace or the tables would take more memory than is allowed.
     InternalFault : the referee refused the trace; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> trace = lampyris.simulate_fleet(fleet, delays=lampyris.Delays(0.05))
+    >>> trace.status.value, len(trace.arrivals)
+    ('found', 4)
     """
     of_kind("fleet", fleet, Fleet)
     of_kind("plan", plan, FleetPlan, none=True)

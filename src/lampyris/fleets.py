@@ -75,7 +75,7 @@ def plan_fleet(
         budget is used; without one ``lacam`` returns its first.
     progress : called now and then with the iterations so far and the sum of costs of the best plan, or None.
     planner_settings : the planner's settings by name.
-    settings : the same as keywords.
+    **settings : the same as keywords.
 
     Raises
     ------
@@ -84,6 +84,14 @@ def plan_fleet(
     SceneError : ``START_OCCUPIED``, ``GOAL_OCCUPIED``: a robot reaches into a wall there.
     LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
     InternalFault : the referee refused the plan; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> plan = lampyris.plan_fleet(fleet, seed=1)
+    >>> plan.status.value, len(plan.paths)
+    ('found', 4)
     """
     of_kind("fleet", fleet, Fleet)
     of_kind("budget", budget, Budget, none=True)
@@ -186,6 +194,13 @@ def random_fleet(grid: Grid, robots: int, *, seed: int = 0, robot: Robot | None 
     Raises
     ------
     SettingError : ``ROBOTS``: fewer than one, more than the region has cells, or more than found room beside each other.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> len(fleet.robots), fleet.grid.name
+    (4, 'env-1')
     """
     of_kind("robot", robot, Robot, none=True)
     bare = bare_fleet(grid, robots, seed, 0.0 if robot is None else robot.radius)
@@ -239,6 +254,14 @@ def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) ->
     UsageError : ``SUFFIX``: another ending; ``EXPORT``: no paths to write.
     SettingError : ``SCEN_LENGTH``: a robot that walls keep from its goal, in a ``.scen``.
     FileError : ``FILE_WRITE``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> files = lampyris.export_fleet(lampyris.plan_fleet(fleet), fleet, "plan.txt")
+    >>> [file.name for file in files]
+    ['plan.txt']
     """
     of_kind("plan", plan, FleetPlan)
     of_kind("fleet", fleet, Fleet)
@@ -270,6 +293,14 @@ def load_fleet(
     ------
     FileError, SceneError, LimitError : see :mod:`lampyris.io.fleet_files`.
     SettingError : ``ROBOTS``: no whole number of at least 1.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("agents.csv").write_text("start_x,start_y,goal_x,goal_y\\n1,8,8,2\\n8,2,1,8\\n")
+    >>> lampyris.load_fleet("agents.csv", "guide").robots[0].goal
+    (8, 2)
     """
     name = file_name("path", path)
     if robots is not None and not is_whole(robots, 1):

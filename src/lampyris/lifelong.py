@@ -83,6 +83,14 @@ def lifelong_fleet(
         wrong.
     LimitError : ``MEMORY``: the tables or the trace would take more memory than is allowed.
     InternalFault : the referee refused the trace; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> trace = lampyris.lifelong_fleet(fleet, ticks=50)
+    >>> trace.xy.shape
+    (51, 4, 2)
     """
     of_kind("fleet", fleet, Fleet)
     of_kind("budget", budget, Budget, none=True)
@@ -138,9 +146,22 @@ def lifelong_fleet(
 def load_tasks(path: str | os.PathLike[str], grid: Grid) -> tuple[FleetTask, ...]:
     """The tasks of a table (CSV); see :func:`lampyris.io.task_files.read_tasks`.
 
+    Parameters
+    ----------
+    path : the table.
+    grid : the map that its cells belong to.
+
     Raises
     ------
     FileError, LimitError : see there.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("tasks.csv").write_text("release,x,y\\n0,1,8\\n4,8,2\\n")
+    >>> lampyris.load_tasks("tasks.csv", lampyris.load_grid("guide"))[0].stops
+    ((1, 8),)
     """
     of_kind("grid", grid, Grid)
     return read_tasks(file_name("path", path), grid)

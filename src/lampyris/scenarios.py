@@ -82,6 +82,14 @@ def load_scenario(
     Raises
     ------
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> notes = lampyris.save_scenario(lampyris.Scenario(scene, planner="astar"), "guide.yaml")
+    >>> lampyris.load_scenario("guide.yaml").planner
+    'astar'
     """
     parsed, files = reading.open_scenario(path, allow_outside=allow_outside, max_cells=max_cells)
     if "fleet" in parsed.data:
@@ -132,6 +140,14 @@ def run(
     Raises
     ------
     LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.speed_profile` and :func:`lampyris.simulate`.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> result = lampyris.run(lampyris.Scenario(scene, planner="astar"))
+    >>> result.plan.status.value
+    'found'
     """
     if not isinstance(scenario, FleetScenario):
         of_kind("scenario", scenario, Scenario)
@@ -216,8 +232,9 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
 
 
 def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Write a scenario with everything decided: every setting stands in it, also those that had their
-    defaults. Running the file gives the same bytes, as long as the map is the same.
+    """Write a scenario with everything decided, every setting in it.
+
+    Also those that had their defaults. Running the file gives the same bytes, as long as the map is the same.
 
     Parameters
     ----------
@@ -234,6 +251,15 @@ def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[st
     SettingError : no such planner, law or setting; a map that is in no file and cannot be written as rows.
     LimitError : longer than such a file may be.
     FileError : it cannot be written.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> lampyris.save_scenario(lampyris.Scenario(scene, seed=7), "guide.yaml")
+    ()
+    >>> lampyris.load_scenario("guide.yaml").seed
+    7
     """
     if isinstance(scenario, FleetScenario):
         from lampyris.fleet_scenarios import save_fleet_scenario

@@ -87,7 +87,7 @@ def swarm_robots(
     budget : ``seconds`` and ``stop`` end the simulation, ``expansions`` after so many iterations; what was done is returned.
     progress : called after each iteration with how many are done, of how many.
     swarm_settings : settings by name, or all of them; see :class:`lampyris.model.settings.swarm.SwarmSettings`.
-    settings : the same as keywords; none that is in ``swarm_settings``, too.
+    **settings : the same as keywords; none that is in ``swarm_settings``, too.
 
     Raises
     ------
@@ -95,6 +95,13 @@ def swarm_robots(
     UsageError : ``SETTING_CLASH``: a setting in ``swarm_settings`` and as a keyword.
     LimitError : ``MEMORY``: the trace would take more memory than is allowed.
     InternalFault : the referee refused the motion or the trace; a bug of ours.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> swarm = lampyris.swarm_robots(lampyris.load_grid("env-1"), robots=10, seed=1)
+    >>> swarm.status.value, swarm.xy.shape[1:]
+    ('iteration-limit', (10, 2))
     """
     of_kind("grid", grid, Grid)
     of_kind("budget", budget, Budget, none=True)
@@ -214,9 +221,21 @@ def count_held(xy: Floats, source_xy: Floats, settings: SwarmSettings) -> np.nda
 def load_sources(path: str | os.PathLike[str]) -> tuple[AnySource, ...]:
     """The sources of a YAML or JSON file; see :func:`lampyris.io.source_files.read_sources`.
 
+    Parameters
+    ----------
+    path : the file; JSON if its name ends in ``.json``, YAML otherwise.
+
     Raises
     ------
     FileError, LimitError : see there.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("sources.yaml").write_text("sources: [{kind: inverse-square, at: [3.0, 4.0]}]")
+    >>> lampyris.load_sources("sources.yaml")[0].at
+    (3.0, 4.0)
     """
     return read_sources(file_name("path", path))
 
@@ -237,6 +256,13 @@ def drawn_sources(
     ------
     SettingError : ``SOURCES``: more than there are cells that a robot can reach; ``SEED``; ``ROBOTS``: no robot of this
         radius fits on the map.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> sources = lampyris.drawn_sources(lampyris.load_grid("env-1"), 2, seed=3)
+    >>> len(sources), sources[0].strength
+    (2, 1.0)
     """
     of_kind("grid", grid, Grid)
     if not is_whole(source_count, 1, MAX_SOURCES):

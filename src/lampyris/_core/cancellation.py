@@ -61,6 +61,15 @@ class CancelToken:
 
     ``set`` may be called from any thread. It also works in a handler of :mod:`signal`, but Python runs those
     between two bytecodes, not within a compiled loop; use :func:`interrupts` for that.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> stop = lampyris.CancelToken()
+    >>> stop.set()
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> lampyris.plan(scene, "astar", budget=lampyris.Budget(stop=stop)).status.value
+    'cancelled'
     """
 
     __slots__ = ("_is_set", "_watches")

@@ -37,21 +37,28 @@ class Change(Noun):
     Parameters
     ----------
     robot : the cell the robot stands on now; None: where it was.
-    pose : the pose of a robot with a heading, (x, y, yaw): metres of the map frame, radians. Planners of poses begin at
-        the pose of theirs that is nearest to it, and take its cell for ``robot``; planners on cells do not look at it.
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow). A cell that a Change blocked and another frees has its terrain again.
+    terrain : cells whose terrain value changed, with the new value, 0 to 252
+        (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
     tick : when the robot stands there: its next step ends at ``tick + 1``.
     obstacle_tracks : the moving obstacles, for planners that see traffic; None: unknown, then ``obstacles`` is all
         that is known. The two say the same of ``tick``, or of ``tick + 1`` where the obstacles have made
         their step and the robot has not.
-    terrain : cells whose terrain value changed, with the new value, 0 to 252
-        (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
+    pose : the pose of a robot with a heading, (x, y, yaw): metres of the map frame, radians. Planners of poses begin at
+        the pose of theirs that is nearest to it, and take its cell for ``robot``; planners on cells do not look at it.
     time_s : when the robot stands there, seconds since the recorded obstacles began to move: for planners of poses with
         times, whose times then count from there.
     goal_track : the goal's cells at the ticks ``tick``, ``tick + 1``, ..., at the last of which it stays: for planners that
         see traffic, which then plan to meet it; None: the goal stands still.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> change = lampyris.Change(robot=(3, 4), blocked=((5, 5),), tick=7)
+    >>> change.robot, change.blocked, change.tick
+    ((3, 4), ((5, 5),), 7)
     """
 
     robot: Cell | None = None

@@ -35,6 +35,14 @@ class Curve(Value):
     resolution : metres a cell.
     stops : int64 (k,), rising: pieces before which the robot must stand still and turn on the spot, because
         no arc that it can drive fits there.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> curve = lampyris.smooth(scene, lampyris.plan(scene, "astar"), method="arcs").curve
+    >>> round(curve.length, 2)
+    10.35
     """
 
     xy: Points

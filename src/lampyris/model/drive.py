@@ -122,7 +122,7 @@ class Drive(Value, Tabular):
     curves : the paths followed, one after the other.
     t, s, v, a : float64 (n,); seconds, metres, m/s, m/s2.
     leg : int64 (n,), index into ``curves``.
-    cause : what bound the speed of each stretch; ``cause_index`` (int64 (n,)) which obstacle or node, -1 none.
+    cause, cause_index : what bound the speed of each stretch, and (int64 (n,)) which obstacle or node, -1 none.
     tracks : where each obstacle was.
     obstacle_specs : what each was.
     moments : events in order of time.
@@ -134,6 +134,8 @@ class Drive(Value, Tabular):
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
+    notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
+        setting), a time limit that was cut; not compared.
     goal_tolerance : of a robot with a heading: metres and radians from the goal's pose within which the planner's goal lies;
         None: the planner was one of cells.
     controller : who steered: ``exact``, or the name of a controller that steers. Then there is one curve, which the robot drove.
@@ -145,10 +147,16 @@ class Drive(Value, Tabular):
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the number of the period at whose beginning each cell was first seen, -1 never. None without a
         sensor.
-    via : the scene's via points in the order of visits; ``via_times``: seconds at which the robot stood on each, as far as it
+    via, via_times : the scene's via points in the order of visits, and the seconds at which the robot stood on each, as far as it
         did.
-    notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
-        setting), a time limit that was cut; not compared.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> drive = lampyris.drive(scene, "astar")
+    >>> drive.outcome.value, float(drive.v[-1])
+    ('arrived', 0.0)
     """
 
     scene: Scene

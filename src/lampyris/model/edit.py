@@ -33,6 +33,14 @@ class Edit(Noun):
     Raises
     ------
     SettingError : ``EDIT``: a tick or a cell that is none, or a cell named twice.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> edit = lampyris.Edit(tick=2, blocked=((3, 3),))
+    >>> edit.tick, edit.blocked
+    (2, ((3, 3),))
     """
 
     tick: int

@@ -29,6 +29,15 @@ class Field(Value):
     moves : the step set.
     rho, gamma : luciferin decay and enhancement.
     revision : how many Changes went into it.
+    expansions : cells that were expanded for it.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> field = lampyris.solve_field(scene)
+    >>> field.goal, field.exact.shape
+    ((8, 2), (10, 10))
     """
 
     free: BoolGrid
@@ -71,6 +80,13 @@ class Gate(Noun):
     axis : ``x`` if its left and right neighbours are walls, ``y`` if upper and lower, ``xy`` if both.
     width_m : free width between the walls, metres.
     dead_end : whether it leads nowhere: taking it away cuts nothing off but a blind end.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> gate = lampyris.Gate(cell=(4, 5), axis="x", width_m=1.0, dead_end=False)
+    >>> gate.cell, gate.width_m
+    ((4, 5), 1.0)
     """
 
     cell: Cell

@@ -82,18 +82,27 @@ class Grid(Value):
         and, unless specified otherwise, unknown cells.
     unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
         None if there are none.
+    resolution : metres a cell.
+    origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
+    name : what to call the map in tables and pictures.
     terrain : uint8, same shape, 0 to 252, or None: what a cell costs to enter besides its distance, as a
         costmap of ROS says it. Exactly ``(63 + c) / 63`` times plain ground: 63 is twice, 252 five times,
         as Nav2's NavFn planner weighs costs by default. 0 in blocked cells, whatever was given; None if it
         is 0 everywhere.
-    resolution : metres a cell.
-    origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
-    name : what to call the map in tables and pictures.
 
     Raises
     ------
     SettingError : not two-dimensional, empty, not boolean, or a resolution or origin that is not finite and
         sensible.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> blocked = np.zeros((20, 30), dtype=bool)
+    >>> blocked[5:15, 12] = True
+    >>> lampyris.Grid(blocked, resolution=0.05, name="wall")
+    <Grid wall: 30 x 20 cells of 0.05 m, 1.7% blocked>
     """
 
     blocked: BoolGrid

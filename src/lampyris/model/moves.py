@@ -44,6 +44,9 @@ _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2
 class Moves(Noun):
     """A step set and its exact integer costs.
 
+    A knight's step (``sixteen-connected`` only) needs every cell its segment touches free: the straight and the
+    diagonal neighbour between its ends.
+
     Parameters
     ----------
     name : ``dissertation``, ``octile``, ``four-connected`` or ``sixteen-connected``.
@@ -54,8 +57,12 @@ class Moves(Noun):
     scale : by how much every cost is multiplied: 1, or 63 on a map with terrain, where a step into a cell
         of terrain value c costs ``costs[k] // 63 * (63 + c)`` (see :class:`lampyris.model.grid.Grid`).
 
-    A knight's step (``sixteen-connected`` only) needs every cell its segment touches free: the straight and the
-    diagonal neighbour between its ends.
+    Examples
+    --------
+    >>> import lampyris
+    >>> octile = lampyris.MOVES["octile"]
+    >>> len(octile.offsets), octile.corner_cutting
+    (8, False)
     """
 
     name: str

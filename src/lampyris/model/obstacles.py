@@ -33,6 +33,14 @@ class ObstacleStates(Value):
     Raises
     ------
     SettingError : ``OBSTACLE_STATES``: numbers that are not finite or negative, or arrays that do not fit.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> states = lampyris.ObstacleStates(xy=np.array([[2.0, 3.0]]), radius=[0.3], top_speed=[1.0])
+    >>> states.xy.shape
+    (1, 2)
     """
 
     xy: Points
@@ -92,6 +100,13 @@ class Track(Value):
     Raises
     ------
     SettingError : ``TRACK``: times that do not rise, or arrays that do not fit; an outline without headings.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> track = lampyris.Track(t=[0.0, 2.0], xy=[(0.0, 0.0), (2.0, 0.0)], radius=0.3, top_speed=1.0)
+    >>> track.t.tolist()
+    [0.0, 2.0]
     """
 
     t: Floats

@@ -28,6 +28,14 @@ class Path(Value):
     moves : the step set.
     steps : how many straights and diagonals (and knight's steps, for ``sixteen-connected``).
     paid : exact cost where the cells entered weigh differently (terrain); None: what the steps cost.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> path = lampyris.plan(scene, "astar").path
+    >>> path.cells[0].tolist(), path.cost
+    ([1, 8], 11.242640687119286)
     """
 
     cells: Cells

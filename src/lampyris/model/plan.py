@@ -25,7 +25,14 @@ if TYPE_CHECKING:
 
 
 class Status(StrEnum):
-    """How a search ended: a word for machines, :attr:`sentence` for people. Only ``found`` is true."""
+    """How a search ended: a word for machines, :attr:`sentence` for people. Only ``found`` is true.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> bool(lampyris.Status("found")), lampyris.Status("found").sentence
+    (True, 'A path was found.')
+    """
 
     FOUND = "found"
     NO_PATH = "no-path"
@@ -126,6 +133,14 @@ class MapModel(Value):
     clearance : of ``voronoi``: least distance of the path's cells from walls, cells; no path has more. Else None.
     ridge_clearance : of ``voronoi``: the same without the climbs from the ends, on which it only grows. Else None.
     counts : how many corners, rectangles, ridge cells or leaves there are, and how many were expanded, by name.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> plan = lampyris.plan(scene, "quadtree")
+    >>> plan.map_model.kind, len(plan.map_model.boxes) > 0
+    ('quadtree', True)
     """
 
     kind: str
@@ -174,11 +189,8 @@ class Plan(Value, Tabular):
     expansions : cells it expanded.
     commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
-    rounds : of the planner ``pad``: its rounds, in order.
     best_by_iteration : the record of a swarm, or of a planner that samples, when asked for: the fitness of its best answer
         so far (length of its best path), in cells, after each iteration (infinity before there is one); it never rises.
-    tree : of a planner that samples, when asked for: the straight lines of its trees, float64 (m, 4): x, y of either end,
-        in cells. Else None.
     gates_met : cells at which the ``replan`` gate policy sealed a gate and replanned.
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
@@ -187,15 +199,6 @@ class Plan(Value, Tabular):
     gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``min_clearance``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
         centre, see :func:`lampyris.planning.field.gates.find_gates`.
-    schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
-        where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
-        where there is a schedule.
-    frame : where the map's cells lie in metres; None: unknown (plans of a session).
-    pose_path : of a planner of poses: what is driven. ``path`` then holds the cells that the base passes through.
-    waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
-        between their centres can be driven.
-        ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places
-        between cell centres. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
@@ -203,12 +206,32 @@ class Plan(Value, Tabular):
         walls), ``obstacle_density_weight``, ``window`` (cells), ``traffic_density_weight``; empty: nothing.
         What makes a curve of the path keeps to them.
     notes : sentences a person should read, such as which of the attributes were weakened, and why.
+    waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
+        between their centres can be driven.
+        ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places
+        between cell centres. Else None.
+    tree : of a planner that samples, when asked for: the straight lines of its trees, float64 (m, 4): x, y of either end,
+        in cells. Else None.
+    schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
+        where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
+        where there is a schedule.
+    frame : where the map's cells lie in metres; None: unknown (plans of a session).
+    pose_path : of a planner of poses: what is driven. ``path`` then holds the cells that the base passes through.
+    rounds : of the planner ``pad``: its rounds, in order.
     via : the scene's via points in the order in which they are visited; empty: there are none.
     via_at : where each is on the path: rising indices of ``cells``.
     via_lower_bound : where the order was to be the best: no path through the via points costs less, cells. Else None.
     map_model : of ``visibility-graph``, ``polyanya``, ``voronoi`` and ``quadtree``: what was searched. Else None.
     time_lower_bound : of the planner ``fastest-time``: no path of the scene's moves (through the via points in this order)
         is driven in less time under the caps that its settings name, seconds. Else None.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> plan = lampyris.plan(scene, "astar")
+    >>> bool(plan), plan.planner, plan.path.cells.shape[1]
+    (True, 'astar', 2)
     """
 
     status: Status

@@ -42,6 +42,14 @@ class Profile(Value, Tabular):
         chart draws as faint lines.
     xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
     frame : where the map's cells lie in metres; None: unknown.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> profile = lampyris.speed_profile(scene, lampyris.plan(scene, "astar"))
+    >>> profile.units, len(profile.v) == len(profile.cause)
+    ('m/s', True)
     """
 
     law: str

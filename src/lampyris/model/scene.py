@@ -61,6 +61,13 @@ class Scene(Value):
         ``ZONES``: not one number a cell, or a limit that is not positive; ``EDIT_TICK``: an edit before tick
         1, or not after the one before.
     LimitError : a radius of more than 250 cells; more than 10,000 edits; more than 100 via points.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2), moves="octile")
+    >>> scene.start, scene.goal, scene.robot.v_max
+    ((1, 8), (8, 2), 1.0)
     """
 
     grid: Grid

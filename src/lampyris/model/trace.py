@@ -25,7 +25,16 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How a simulation ended. Only ``arrived`` is true."""
+    """How a simulation ended. Only ``arrived`` is true.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> bool(lampyris.Outcome("arrived"))
+    True
+    >>> [outcome.value for outcome in lampyris.Outcome][:3]
+    ['arrived', 'hit', 'blocked']
+    """
 
     ARRIVED = "arrived"
     HIT = "hit"
@@ -82,25 +91,33 @@ class Trace(Value, Tabular):
     tracks : one int32 (ticks + 1 - appears, 2) for each obstacle, from the tick it appeared.
     appears : the tick each obstacle appeared, never falling from one obstacle to the next.
     obstacle_specs : what each was.
-    speed, cause : the robot's speed at each tick and what bound it; ``law`` and ``units`` say by which rule.
+    speed, cause, law, units : the robot's speed at each tick, what bound it, by which law, in which units.
     events : in order of time.
     replans, waits : how often.
-    path_switches : how often a new plan left the path of the old one although its next step could be made.
     iterations : the planner's rounds that were driven.
     expansions : cells expanded, all plannings together.
     path : the path really driven, waits left out; None when the robot never could start.
     detail : why it ended so, in words.
-    last_tick : the tick at which it would have ended in any case; None: not known.
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
+    last_tick : the tick at which it would have ended in any case; None: not known.
+    path_switches : how often a new plan left the path of the old one although its next step could be made.
     edits : the cells that really turned, by the scene's edits; no edit without a cell.
+    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
+        each setting; not compared.
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the tick at which each cell was first seen, -1 never. None without a sensor.
     goal_track : int32 (n, 2); the goal's cell at each tick from 0, after its end the last; None: the goal stood still.
-    via : the scene's via points in the order of visits; ``via_ticks``: when each was reached, as far as they were.
-    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
-        each setting; not compared.
+    via, via_ticks : the scene's via points in the order of visits, and when each was reached, as far as they were.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> trace = lampyris.simulate(scene, "astar")
+    >>> trace.outcome.value, trace.robot[-1].tolist()
+    ('arrived', [8, 2])
     """
 
     scene: Scene

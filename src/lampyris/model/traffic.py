@@ -47,6 +47,14 @@ class RandomWalk(Noun):
     starts : cells (x, y) where the first of them begin, such as those drawn in a map; the others begin where
         the simulation's seed says. No more than ``count``, each once, and without a rate.
     footprint : vertices (x ahead, y to the left) of the outline in metres, in order, around the centre (0, 0); None: a disc.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> trace = lampyris.simulate(scene, "ad-gso", traffic=lampyris.RandomWalk(count=4), seed=1)
+    >>> len(trace.tracks)
+    4
     """
 
     count: int
@@ -87,13 +95,22 @@ class RandomWalk(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Patrol(Noun):
-    """One obstacle that drives along waypoints and back, forever, by shortest paths; it waits where its path
-    is taken.
+    """One obstacle that drives along waypoints and back, forever, by shortest paths.
+
+    It waits where its path is taken.
 
     Parameters
     ----------
     waypoints : cells (x, y), at least one; one alone stands still.
     radius, footprint : as of :class:`RandomWalk`.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> patrol = lampyris.Patrol([(2, 2), (8, 8)], radius=0.3)
+    >>> lampyris.simulate(scene, "astar", traffic=patrol).outcome.value
+    'arrived'
     """
 
     waypoints: tuple[Cell, ...]
@@ -124,6 +141,14 @@ class Crossing(Noun):
     ----------
     count : how many; their paths are drawn from the simulation's seed.
     radius, footprint : as of :class:`RandomWalk`.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> trace = lampyris.simulate(scene, "astar", traffic=lampyris.Crossing(1), seed=3)
+    >>> trace.outcome.value
+    'arrived'
     """
 
     count: int
@@ -154,6 +179,14 @@ class Recorded(Noun):
     radius, footprint : as of :class:`RandomWalk`.
     yaw : with a footprint, its heading at each tick, radians counterclockwise in the map frame, in place of the direction
         of motion; between two ticks it turns at an even rate, the shorter way.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> walker = lampyris.Recorded(track=[(5, 1), (6, 1), (7, 1)])
+    >>> lampyris.simulate(scene, "astar", traffic=walker).outcome.value
+    'arrived'
     """
 
     track: tuple[Cell, ...]

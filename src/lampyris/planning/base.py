@@ -89,6 +89,14 @@ class Budget:
     Raises
     ------
     SettingError : ``BUDGET``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> plan = lampyris.plan(scene, "astar", budget=lampyris.Budget(expansions=3))
+    >>> plan.status.value
+    'limit'
     """
 
     expansions: int | None = None

@@ -227,15 +227,23 @@ def list_planners(kind: Literal["fleets"]) -> Mapping[str, PlannerInfo[FleetTrai
 def list_planners(kind: str = "cells") -> Mapping[str, PlannerInfo[Any]]:
     """Every planner of a kind with its traits, settings and source, by name.
 
+    A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
+
     Parameters
     ----------
     kind : ``cells``; ``poses``, which :func:`lampyris.plan` alone takes; ``fleets``, for :func:`lampyris.plan_fleet`.
 
-    A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
-
     Raises
     ------
     UsageError : ``KIND``: no such kind.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> lampyris.list_planners()["astar"].traits.optimal
+    True
+    >>> sorted(lampyris.list_planners("poses"))[:3]
+    ['hybrid-astar', 'lattice', 'lattice-sipp']
     """
     if not isinstance(kind, str) or kind not in GROUPS:
         raise UsageError("KIND", f"kind {shown(kind)}", allowed=", ".join(GROUPS))

@@ -36,6 +36,15 @@ def run_study(
     Raises
     ------
     LampyrisError : of the file, of the store (another study's, damaged, in use), of the cluster.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("s.yaml").write_text("{version: 1, maps: [{bundled: guide}], planners: [astar, gso]}")
+    >>> table = lampyris.run_study("s.yaml")
+    >>> len(table)
+    8
     """
     from lampyris.study.design.study_file import load_study
 

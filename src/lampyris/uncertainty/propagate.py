@@ -95,6 +95,7 @@ def propagate_uncertainty(
 
     Examples
     --------
+    >>> import lampyris
     >>> scene = lampyris.Scene(lampyris.load_grid("env-3"), (1, 1), (47, 47), robot=lampyris.Robot(radius=0.15))
     >>> made = lampyris.propagate_uncertainty(scene, {"v_max": "0.8:1.2", "radius": "normal(0.15,0.02)"}, planner="astar")
     >>> made.method, max(made.sobol, key=lambda name: made.sobol[name].total)

@@ -4,6 +4,9 @@ import { framesOf, json as parsed } from "./frames.js";
 
 /** @typedef {{code: string, what: string, where?: string, allowed?: string, todo?: string}} Fault */
 
+/** What carries requests: HTTP, or on the page without a server the worker that answers them. */
+export const wire = { /** @type {(path: string, init: RequestInit) => Promise<Response>} */ ask: (path, init) => fetch(path, init) };
+
 export class ServerError extends Error {
   /** @param {number} status @param {Fault} fault */
   constructor(status, fault) {
@@ -49,7 +52,7 @@ export class Api {
     }
     let answer;
     try {
-      answer = await fetch(path, init);
+      answer = await wire.ask(path, init);
     } catch (error) {
       if (body?.signal?.aborted) throw error;
       this.onGone(true);

@@ -26,7 +26,7 @@ const BESIDE = new Set(["fleet", "library", "now"]);
 
 /** @param {Page} page @param {HTMLElement} pane */
 export function mount(page, pane) {
-  document.head.append(el("link", { rel: "stylesheet", href: "/static/fleet.css" }));
+  document.head.append(el("link", { rel: "stylesheet", href: new URL("fleet.css", import.meta.url).href }));
   new Fleet(page, pane);
 }
 

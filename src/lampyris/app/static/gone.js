@@ -4,6 +4,7 @@
 // A page that asks for nothing hears of nothing: a run that is all there plays on without a server. So a page that
 // is looked at asks now and then whether somebody is there.
 
+import { wire } from "./api.js";
 import { el } from "./make.js";
 import { byId } from "./page.js";
 
@@ -26,7 +27,7 @@ export function mount(page) {
     if (!page.gone) return;
     let status = 0;
     try {
-      status = (await fetch("/api/hello", { headers: { "X-Lampyris-Token": page.api.token }, cache: "no-store", credentials: "omit" })).status;
+      status = (await wire.ask("/api/hello", { headers: { "X-Lampyris-Token": page.api.token }, cache: "no-store", credentials: "omit" })).status;
     } catch {
       // Still gone.
     }

@@ -65,7 +65,7 @@ async function layer(page, own, name) {
 /** The printed tables; null where they cannot be had: then only ours are shown. @returns {Promise<Printed | null>} */
 async function asPrinted() {
   try {
-    const answer = await fetch("/static/printed.json", { credentials: "omit", redirect: "error" });
+    const answer = await fetch(new URL("printed.json", import.meta.url), { credentials: "omit", redirect: "error" });
     return answer.ok ? await answer.json() : null;
   } catch {
     return null;

@@ -31,7 +31,7 @@ export function mount(page, dialog) {
       el("section", {}, el("h2", {}, title), el("dl", {}, ...rows.flatMap(([keys, words]) =>
         [el("dt", {}, ...keys.split("  ").map((key) => el("kbd", {}, key))), el("dd", {}, words)]))))),
     el("p", { class: "hint" }, "With the mouse: click sets start and goal in turn, both can be dragged; the wheel zooms; dashes are what is still to come of a run; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
-    el("p", { class: "hint" }, "Charts are drawn by uPlot, whose ", el("a", { href: "/static/uplot-licence.txt", target: "_blank", rel: "noopener noreferrer" }, "licence"), " comes along."),
+    el("p", { class: "hint" }, "Charts are drawn by uPlot, whose ", el("a", { href: new URL("uplot-licence.txt", import.meta.url).href, target: "_blank", rel: "noopener noreferrer" }, "licence"), " comes along."),
   );
   page.on("help", () => help.showModal());
   help.addEventListener("click", (event) => {

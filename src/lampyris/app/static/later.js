@@ -21,7 +21,7 @@ const GROUPS = [
 export async function brought(page, ...names) {
   let there = false;
   try {
-    there = (await fetch("/static/icon.svg", { credentials: "omit", redirect: "error" })).ok;
+    there = (await fetch(new URL("icon.svg", import.meta.url), { credentials: "omit", redirect: "error" })).ok;
   } catch {
     page.api.onGone(true);
   }

@@ -228,7 +228,7 @@ export function mount(page) {
   const address = async () => {
     const look = viewOf(page, layer);
     const met = page.met();
-    return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${look && `&v=${look}`}${met && `&c=${encodeURIComponent(met)}`}`;
+    return `${location.origin}${location.pathname}#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${look && `&v=${look}`}${met && `&c=${encodeURIComponent(met)}`}`;
   };
   const now = async () => {
     clearTimeout(timer);
@@ -241,7 +241,7 @@ export function mount(page) {
     const long = made.length > LONGEST;
     // Where it came from has it.
     if (long && !store.touched) return;
-    const short = long ? `${location.origin}/#t=${fragment().get("t") ?? ""}` : made;
+    const short = long ? `${location.origin}${location.pathname}#t=${fragment().get("t") ?? ""}` : made;
     if (long && !reported) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Export).");
     reported = long;
     if (short !== location.href) history.replaceState(null, "", short);

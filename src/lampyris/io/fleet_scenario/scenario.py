@@ -78,6 +78,14 @@ class FleetScenario:
     ------
     SettingError : ``TYPE``: no fleet; ``SEED``; ``FLEET_SCENARIO``: an execution beside a lifelong fleet, or faults
         with neither.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> scenario = lampyris.FleetScenario(fleet, planner="pibt", seed=3)
+    >>> lampyris.run(scenario).status.value
+    'found'
     """
 
     fleet: Fleet

@@ -28,6 +28,14 @@ def load_primitives(path: str | os.PathLike[str]) -> MotionPrimitives:
     FileError : not such a file, or a primitive that does not begin and end at states of the lattice; with file, line
         and the primitive's number.
     LimitError : more bytes, headings, primitives or poses than allowed.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> robot = lampyris.Robot(drive="ackermann", turn_radius=0.5)
+    >>> lampyris.save_primitives(lampyris.motion_primitives(robot, 0.1), "car.json")
+    >>> lampyris.load_primitives("car.json").resolution
+    0.1
     """
     name = file_name("path", path)
     data = read_regular(name, MAX_BYTES)

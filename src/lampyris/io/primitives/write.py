@@ -26,6 +26,7 @@ def save_primitives(
 
     Parameters
     ----------
+    primitives : to be written.
     path : ``.json`` is Nav2's form, ``.mprim`` that of SBPL.
     drive : for the file's ``motion_model``.
 
@@ -34,6 +35,14 @@ def save_primitives(
     UsageError : another ending.
     SettingError : motions that the form cannot say: in Nav2's prices and motions in reverse.
     FileError : it cannot be written.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> robot = lampyris.Robot(drive="ackermann", turn_radius=0.5)
+    >>> lampyris.save_primitives(lampyris.motion_primitives(robot, 0.1), "car.mprim")
+    >>> lampyris.load_primitives("car.mprim").headings[:2]
+    (0.0, 0.463647609001)
     """
     of_kind("primitives", primitives, MotionPrimitives)
     target = Path(file_name("path", path))

@@ -73,14 +73,22 @@ class Scenario:
     edits : walls that come and go, all of them, in order of time; None: those of the scene. The scene follows
         them: what is of tick 0 is in its grid, the later ones are its edits.
     ground : the map before the edit of tick 0 and inflation; None: the scene's grid. The scene's grid is made from it.
+    inflation : costs of cells near walls, in the scene's terrain; walls that come later have none.
     sensor_range, field_of_view, unseen_cost : of a simulation whose robot has a sensor in place of the map: metres,
         degrees, what unseen cells cost. None: it knows the map.
     goal_track : of a simulation: the goal's cell at each tick; None: the goal stands still.
-    inflation : costs of cells near walls, in the scene's terrain; walls that come later have none.
 
     Raises
     ------
     SettingError, SceneError, LimitError : as :func:`lampyris.model.edit.check_edits`.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> scenario = lampyris.Scenario(scene, planner="astar", seed=3)
+    >>> scenario.planner, scenario.law
+    ('astar', 'physical')
     """
 
     scene: Scene

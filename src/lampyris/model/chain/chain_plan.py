@@ -35,6 +35,15 @@ class ChainPlan(Value):
     nodes : configurations in the trees.
     seed : of all draws.
     timing : seconds by stage; the only part that differs from run to run.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> arm = lampyris.Chain((5.0, 5.0), links=[1.0, 1.0], widths=0.2)
+    >>> plan = lampyris.plan_chain(lampyris.Grid(np.zeros((10, 10), dtype=bool)), arm, [0.0, 0.0], [1.5, 0.5])
+    >>> bool(plan), plan.configurations[-1].tolist()
+    (True, [1.5, 0.5])
     """
 
     status: Status

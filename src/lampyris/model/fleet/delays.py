@@ -20,6 +20,12 @@ class Delays(Noun):
     Raises
     ------
     SettingError : ``DELAYS``: out of their range.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> lampyris.Delays(probability=0.1, duration=2.0)
+    <Delays: 0.1 of all moves, 2 s on average>
     """
 
     probability: float = number(0.0, 0.0, 1.0)

@@ -48,6 +48,13 @@ class Agent(Noun):
     Raises
     ------
     SettingError : ``TYPE``: no cell, or no robot.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> agent = lampyris.Agent(start=(1, 8), goal=(8, 2), tasks=((8, 2), (1, 8)))
+    >>> agent.start, len(agent.tasks)
+    ((1, 8), 2)
     """
 
     start: Cell
@@ -95,6 +102,14 @@ class Fleet(Noun):
         overlap there; ``FLEET_ROBOT``: a robot that cannot turn in place. They name the robot by its index, from 0.
     SceneError : ``START_OUTSIDE``, ``GOAL_OUTSIDE``, ``TASK_OUTSIDE``, ``START_OCCUPIED``, ``GOAL_OCCUPIED``,
         ``TASK_OCCUPIED``, with the robot's index.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> robots = (lampyris.Agent((1, 8), (8, 2)), lampyris.Agent((8, 2), (1, 8)))
+    >>> fleet = lampyris.Fleet(lampyris.load_grid("guide"), robots)
+    >>> lampyris.plan_fleet(fleet).makespan
+    13
     """
 
     grid: Grid

@@ -57,6 +57,14 @@ class FleetPlan(Value):
     Raises
     ------
     SettingError : ``FLEET_PLAN``: a path that is none, no path of a plan that is found, or a bound that is none.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> plan = lampyris.plan_fleet(fleet)
+    >>> bool(plan), plan.sum_of_costs >= plan.lower_bound
+    (True, True)
     """
 
     status: Status

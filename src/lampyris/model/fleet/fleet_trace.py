@@ -54,8 +54,8 @@ class FleetTrace(Value):
     v, a : float64 (m,): speed at the beginning, m/s, and acceleration, m/s2.
     arrivals : float64 (n,), seconds; NaN: not arrived.
     planned : float64 (n,), seconds: the tick of arrival of the plan times :attr:`tick`; NaN: there is no plan.
-    tick : seconds of a tick of the plan: a step at the speed of the slowest robot.
     waits : float64 (n, 5), seconds that each robot stood before it arrived, by :data:`WAITS`.
+    tick : seconds of a tick of the plan: a step at the speed of the slowest robot.
     plans : the plans that were driven one after another: paths of all robots, a cell a tick. Empty with ``orca``.
     plan_times : float64 (plans,), seconds at which each began.
     faults : robots that stopped for good, and when: pairs (robot, seconds).
@@ -73,6 +73,14 @@ class FleetTrace(Value):
     Raises
     ------
     SettingError : ``FLEET_TRACE``: an array of another kind or shape.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> trace = lampyris.simulate_fleet(fleet)
+    >>> trace.status.value, trace.contacts
+    ('found', 0)
     """
 
     status: Status

@@ -40,6 +40,13 @@ class FleetTask(Noun):
     Raises
     ------
     SettingError : ``TASK``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> task = lampyris.FleetTask(stops=((1, 8), (8, 2)), release=5)
+    >>> task.stops, task.release
+    (((1, 8), (8, 2)), 5)
     """
 
     stops: tuple[Cell, ...]
@@ -85,13 +92,22 @@ class LifelongTrace(Value):
     assigned, done : int32 (k,), ticks; -1: not.
     stop_ticks : for each task the ticks at which its stops were visited, as far as they were.
     faults : robots that stopped for good, and the tick: pairs.
-    windows : how often was planned; ``fallbacks`` of them by PIBT, because the planner had found nothing within its limit.
+    windows, fallbacks : how often was planned, and how often of these by PIBT, because the
+        planner had found nothing within its limit.
     notes : sentences a person should read.
     timing : seconds by stage; the only part that differs from run to run.
 
     Raises
     ------
     SettingError : ``LIFELONG_TRACE``: an array of another kind or shape.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> fleet = lampyris.random_fleet(lampyris.load_grid("env-1"), 4)
+    >>> trace = lampyris.lifelong_fleet(fleet, ticks=50)
+    >>> trace.planner, int((trace.done >= 0).sum()) > 0
+    ('pibt', True)
     """
 
     status: Status

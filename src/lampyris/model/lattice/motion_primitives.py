@@ -50,6 +50,13 @@ class Motion(Value):
     Raises
     ------
     SettingError : ``PRIMITIVE``: a value of another kind or out of its range.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> motions = lampyris.motion_primitives(lampyris.Robot(drive="ackermann", turn_radius=0.5), 0.1).motions
+    >>> motions[0].start, motions[0].cell
+    (0, (1, 0))
     """
 
     number: int
@@ -115,6 +122,13 @@ class MotionPrimitives(Value):
     ------
     SettingError : ``PRIMITIVE``, ``PRIMITIVE_START``, ``PRIMITIVE_END``, ``PRIMITIVE_STEP``: a motion that does not
         begin and end at lattice states, or jumps; the place names it.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> made = lampyris.motion_primitives(lampyris.Robot(drive="ackermann", turn_radius=0.5), 0.1)
+    >>> made.resolution, len(made.headings)
+    (0.1, 16)
     """
 
     resolution: float

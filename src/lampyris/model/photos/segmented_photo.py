@@ -42,6 +42,15 @@ class SegmentedPhoto(Value):
     Raises
     ------
     SettingError : ``SEGMENTED_PHOTO``: a field of another kind.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> image = np.repeat(np.array([[30, 220]], dtype=np.uint8), 20, axis=1).repeat(20, axis=0)
+    >>> photo = lampyris.segment_photo(image, seed=1)
+    >>> len(photo.thresholds), float(photo.grid.blocked.mean())
+    (1, 0.5)
     """
 
     grid: Grid

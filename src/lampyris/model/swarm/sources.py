@@ -67,6 +67,13 @@ class ThreePeaks(Source):
     Raises
     ------
     SettingError : ``SOURCE``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> peaks = lampyris.ThreePeaks(centre=(5.0, 5.0), width=10.0, height=10.0)
+    >>> peaks.centre
+    (5.0, 5.0)
     """
 
     centre: Point
@@ -107,6 +114,13 @@ class InverseSquare(Source):
     Raises
     ------
     SettingError : ``SOURCE``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> source = lampyris.InverseSquare(at=(3.0, 4.0), strength=2.0)
+    >>> source.at, source.strength
+    ((3.0, 4.0), 2.0)
     """
 
     at: Point
@@ -162,6 +176,13 @@ class Plume(Source):
     Raises
     ------
     SettingError : ``SOURCE``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> plume = lampyris.Plume(at=(2.0, 5.0), towards=0.0, width=0.5)
+    >>> plume.at, plume.spread
+    ((2.0, 5.0), 0.5)
     """
 
     at: Point

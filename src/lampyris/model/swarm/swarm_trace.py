@@ -69,6 +69,13 @@ class SwarmTrace(Value):
     Raises
     ------
     SettingError : ``SWARM_TRACE``: an array of another kind or shape.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> swarm = lampyris.swarm_robots(lampyris.load_grid("env-1"), robots=10, seed=1)
+    >>> swarm.xy.shape == swarm.luciferin.shape + (2,)
+    True
     """
 
     status: Status

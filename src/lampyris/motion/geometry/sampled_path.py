@@ -33,6 +33,14 @@ class SampledPath(Value):
     stop : bool (n,): where the robot must stand still and turn on the spot.
     resolution : metres a cell.
     curve : where it comes from; None: a path of cells.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> sampled = lampyris.smooth(scene, lampyris.plan(scene, "astar"), spacing=0.5)
+    >>> sampled.xy.shape[1], float(sampled.s[0])
+    (2, 0.0)
     """
 
     s: Floats

@@ -104,6 +104,12 @@ def dissertation_speeds(cells: ArrayLike, ring1: Sequence[Any], ring2: Sequence[
 
     The tables of the dissertation come out of it: means 48.58 (Table 4.14) and 55.06 (Table 4.15) over
     nodes with v > 0.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> lampyris.dissertation_speeds([(0, 0), (1, 0), (2, 0)], [0, 1, 0], [0, 2, 0]).tolist()
+    [0.0, 20.0, 0.0]
     """
     return dissertation_profile(cells, ring1, ring2)[0]
 

@@ -45,7 +45,7 @@ def node_table(
     >>> import lampyris
     >>> scene = lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0), "dissertation")
     >>> lampyris.node_table(scene, lampyris.plan(scene)).ring1[:4]
-    array([5, 4, 2, 3])
+    array([5, 0, 2, 2])
 
     Source: dissertation, Algorithms 3.11 and 3.12, Tables 4.12 to 4.17.
     """

@@ -64,6 +64,7 @@ def solve_fields(
 
     Parameters
     ----------
+    scene : its map, moves and robot.
     goals : cells; drawn from as fields are taken.
     rho, gamma : as for :func:`lampyris.solve_field`.
     workers : how many threads, 1 or more; None for one for each processor of this process.
@@ -77,6 +78,14 @@ def solve_fields(
     SettingError : a setting out of its range.
     SceneError : a goal outside the map, when its field's turn has come.
     LimitError : ``COST_TABLE``: a cost does not fit into ``dtype``.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> fields = lampyris.solve_fields(scene, [(8, 2), (1, 8)])
+    >>> [field.goal for field in fields]
+    [(8, 2), (1, 8)]
     """
     of_kind("scene", scene, Scene)
     if dtype is not None:

@@ -30,12 +30,21 @@ def solve_field(scene: Scene, *, rho: float = RHO, gamma: float = GAMMA, gates: 
 
     Parameters
     ----------
+    scene : its map, goal, moves and robot.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
     gates : ``ignore``, or ``close`` to seal openings too narrow for the robot (never the start or the goal).
 
     Raises
     ------
     SettingError : a setting out of its range.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+    >>> field = lampyris.solve_field(scene)
+    >>> round(float(field.cost[8, 1]), 3)
+    11.243
     """
     of_kind("scene", scene, Scene)
     if not is_word(gates, ("ignore", "close")):

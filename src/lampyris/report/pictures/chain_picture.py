@@ -28,11 +28,24 @@ def draw_chain(plan: ChainPlan, out: style.OutFile) -> None:
     The chain at the start and at the goal, faint outlines of it on the way, and the path of its tip. Of a plan that
     was not found, the start and the goal.
 
+    Parameters
+    ----------
+    plan : to be drawn.
+    out : the file; an existing one is replaced.
+
     Raises
     ------
     SettingError : ``TYPE``: ``out`` is no name of a file.
     UsageError : another suffix.
     FileError : the system refuses to write.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> import numpy as np
+    >>> arm = lampyris.Chain((5.0, 5.0), links=[1.0, 1.0], widths=0.2)
+    >>> plan = lampyris.plan_chain(lampyris.Grid(np.zeros((10, 10), dtype=bool)), arm, [0.0, 0.0], [1.5, 0.5])
+    >>> lampyris.draw_chain(plan, "arm.svg")
     """
     of_kind("plan", plan, ChainPlan)
     out = file_name("out", out)

@@ -229,7 +229,7 @@ class Study:
 
     Parameters
     ----------
-    name, about : what it is called and what it asks, for people.
+    name : what it is called.
     kind : of its runs.
     worlds, planners, laws, traffic_cases : see there; at least one of each.
     seeds : numbers of the seeds, each once.
@@ -242,7 +242,17 @@ class Study:
         drive: ``execute`` (settings and delays), of lifelong ones ``lifelong`` (ticks and window).
     root : seed of the study.
     memory : whether the peak of memory is measured, in a second run of each job.
+    about : what it asks, for people.
     notes : sentences for a person on what of its maps is left out; not kept in a store.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("s.yaml").write_text("{version: 1, maps: [{bundled: guide}], planners: [astar, gso]}")
+    >>> study = lampyris.load_study("s.yaml")
+    >>> [planner.name for planner in study.planners]
+    ['astar', 'gso']
     """
 
     name: str

@@ -49,6 +49,14 @@ def load_study(
     ------
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
         LimitError: more than 10,000,000 jobs, reported before anything is expanded.
+
+    Examples
+    --------
+    >>> import lampyris
+    >>> from pathlib import Path
+    >>> _ = Path("s.yaml").write_text("{version: 1, maps: [{bundled: guide}], planners: [astar]}")
+    >>> len(list(lampyris.load_study("s.yaml").jobs()))
+    4
     """
     from lampyris.io.maps.formats.document import check_limit
     from lampyris.io.scenario.map_source import Files

@@ -1,0 +1,256 @@
+"""The page without a server: built, opened in Chromium where nothing outside its folder can be asked, and compared with
+the same questions here. Which of the two it is, Python or a recording, depends on what npm can be had from; it is printed."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from page_browser import needs_chromium
+from scipy import ndimage
+
+ROOT = Path(__file__).resolve().parents[2]
+LIVE = ROOT / "site" / "live"
+pytestmark = pytest.mark.source
+MEASURED = {"seconds", "loading_seconds", "timing"}
+"""What differs from run to run."""
+STARTED = 240_000
+"""Milliseconds in which Python starts in a browser on a busy machine."""
+
+
+class _Files(http.server.SimpleHTTPRequestHandler):
+    def guess_type(self, path: Any) -> str:
+        """Types of the page's files, whatever this system says of them."""
+        kinds = {".mjs": "text/javascript", ".js": "text/javascript", ".wasm": "application/wasm"}
+        return kinds.get(Path(path).suffix) or super().guess_type(path)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nothing is said."""
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """A folder below another on loopback; its address."""
+    handler = functools.partial(_Files, directory=str(folder.parent))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/{folder.name}/"
+        server.shutdown()
+
+
+def built(folder: Path, *options: str) -> str:
+    """Build the page; the line that says what it is."""
+    command = [sys.executable, str(LIVE / "build.py"), str(folder), *options]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=900)
+    return done.stdout.splitlines()[-1]
+
+
+@contextmanager
+def opened(browser: Any, address: str) -> Iterator[Any]:
+    """The page, ready; whatever it asks for outside its folder is refused and fails the test, as do its errors."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    outside: list[str] = []
+    wrong: list[str] = []
+
+    def judge(route: Any) -> None:
+        if route.request.url.startswith(address):
+            route.continue_()
+        else:
+            outside.append(route.request.url)
+            route.abort()
+
+    context.route("**/*", judge)
+    page = context.new_page()
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.goto(address)
+    page.wait_for_selector("body.ready", timeout=STARTED)
+    page.get_by_text("A path was found.").first.wait_for()
+    yield page
+    assert not outside
+    assert not wrong
+    context.close()
+
+
+LISTEN = """async () => {
+  const { wire } = await import("./static/api.js");
+  const ask = wire.ask;
+  window.heard = [];
+  wire.ask = async (path, init) => {
+    const answer = await ask(path, init);
+    if (path === "/api/plan") answer.clone().text().then((text) => window.heard.push([init.body, text]), () => {});
+    return answer;
+  };
+}"""
+GOAL = """() => {
+  const canvas = document.getElementById("map"), box = canvas.getBoundingClientRect();
+  return [box.x, box.y, box.width, box.height];
+}"""
+
+
+def native(body: str) -> dict[str, Any]:
+    """The same question, answered here."""
+    sys.path.insert(0, str(LIVE))
+    try:
+        import live_engine
+    finally:
+        sys.path.pop(0)
+    answer = live_engine.ask("/api/plan", body)
+    data: bytes = b"".join(iter(answer.next, None))
+    return plain(data.decode("utf-8", "replace"))
+
+
+def plain(text: str) -> dict[str, Any]:
+    """An answer's record without what is measured."""
+    record: dict[str, Any] = json.loads(text[text.index("{") :])
+    return {key: value for key, value in record.items() if key not in MEASURED}
+
+
+@pytest.mark.nightly
+@needs_chromium
+def test_goal_dragged_in_a_page_without_a_server(browser: Any, tmp_path: Path) -> None:
+    said = built(tmp_path / "live")
+    print(f"\n{said}")
+    computes = json.loads((tmp_path / "live" / "made.json").read_text())["python"]
+    with served(tmp_path / "live") as address, opened(browser, address) as page:
+        kind = page.evaluate("document.documentElement.dataset.live")
+        print(f"the page ran: {kind}")
+        assert kind == ("python" if computes else "recorded")
+        if not computes:
+            return
+        page.evaluate(LISTEN)
+        found = [
+            page.evaluate(
+                """async (planner) => {
+                  const { wire } = await import("./static/api.js");
+                  const body = JSON.stringify({ scenario: { version: 1, map: "env-3", planner } });
+                  return [body, await (await wire.ask("/api/plan", { method: "POST", body })).text()];
+                }""",
+                planner,
+            )
+            for planner in (
+                "ad-gso",
+                "astar",
+                "dijkstra",
+                "theta-star",
+                "polyanya",
+                "rrt-connect",
+                "sipp",
+                "pso",
+            )
+        ]
+        for body, text in found:
+            assert plain(text) == native(body)
+        page.evaluate("window.heard = []")
+        page.evaluate("location.hash = '#m=env-3'")
+        x, y, width, height = page.evaluate(GOAL)
+        side = min(width, height) - 4
+        left, top = x + (width - side) / 2, y + (height - side) / 2
+        goal = native(json.dumps({"scenario": {"version": 1, "map": "env-3", "planner": "astar"}}))["cells"][
+            -1
+        ]
+        cell = side / 50
+        page.mouse.move(left + (goal[0] + 0.5) * cell, top + (goal[1] + 0.5) * cell)
+        page.mouse.down()
+        began = page.evaluate("performance.now()")
+        for k in range(60):
+            page.mouse.move(
+                left + (goal[0] + 0.5) * cell + k * cell / 6, top + (goal[1] + 0.5) * cell + k * cell / 6
+            )
+        page.mouse.up()
+        page.wait_for_timeout(3000)
+        heard = page.evaluate("window.heard")
+        seconds = (page.evaluate("performance.now()") - began) / 1000
+        goals = {json.dumps(json.loads(body)["scenario"]["goal"]) for body, _ in heard}
+        print(f"{len(heard)} plans of {len(goals)} goals in {seconds:.1f} s")
+        assert len(goals) >= 5
+        for body, text in heard:
+            assert plain(text) == native(body)
+
+
+@pytest.mark.nightly
+@needs_chromium
+def test_recording_where_python_cannot_run(browser: Any, tmp_path: Path) -> None:
+    assert "a recording (--recorded was given)" in built(tmp_path / "live", "--recorded")
+    with served(tmp_path / "live") as address, opened(browser, address) as page:
+        assert "a recording" in page.inner_text("#starting")
+        page.click("#timeline button:has-text('Play')")
+        page.locator("#timeline").get_by_text("not run yet").wait_for(state="hidden")
+        # What was not recorded is answered by a sentence.
+        page.locator("#library").get_by_text("env-1", exact=True).click()
+        page.get_by_text("This is a recording").first.wait_for()
+
+
+def test_regions_are_numbered_as_scipy_numbers_them() -> None:
+    import importlib.util
+
+    spec = importlib.util.spec_from_file_location("stand_in", LIVE / "stand_ins" / "scipy" / "ndimage.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    draw = np.random.default_rng(5)
+    for share in (0.0, 0.3, 0.5, 0.6, 0.9, 1.0):
+        image = draw.random((13, 17)) < share
+        for structure in (None, np.ones((3, 3), dtype=int)):
+            regions, count = module.label(image, structure=structure)
+            expected, number = ndimage.label(image, structure=structure)
+            assert count == number
+            assert np.array_equal(regions, expected)
+
+
+SCENARIOS = """
+import json, sys
+from lampyris.scenarios import scenario_of
+from lampyris.errors import LampyrisError
+said = []
+for data in json.load(sys.stdin):
+    try:
+        found = scenario_of(data)
+        said.append([repr(found.planner), repr(found.scene.start), repr(found.scene.robot), repr(found.drive), found.seed])
+    except LampyrisError as fault:
+        said.append([fault.code, fault.what, fault.where, fault.allowed, fault.todo, getattr(fault, "__notes__", [])])
+print(json.dumps(said))
+"""
+CHANGES: tuple[dict[str, Any], ...] = (
+    {}, {"planner": "astar"}, {"planner": {"name": "gso", "settings": {"fireflies": 12}}}, {"planner": 3}, {"planner": ""},
+    {"planner": {"settings": {}}}, {"goal": [9, 9]}, {"goal": [9]}, {"goal": [9.5, 1]}, {"goal": {"m": [3.0, 4]}},
+    {"goal": {"pose": [3.0, 4, 0.5]}}, {"goal": {"cell": [3, 4], "yaw": 1}}, {"goal": "x"}, {"start": None}, {"seed": -1},
+    {"seed": True}, {"seed": 2**63}, {"robot": {"radius": 0.3}}, {"robot": {"radius": -1}}, {"robot": {"raduis": 1}},
+    {"robot": {"a_max": "1"}}, {"robot": []}, {"moves": "octil"}, {"moves": "octile"}, {"preset": "dissertation"},
+    {"law": {"name": "physical", "settings": {}}}, {"simulate": {}}, {"simulate": {"ticks": 0}}, {"simulate": None},
+    {"drive": {"clearance": 0.1}}, {"drive": {"obstacle_speed": "fast"}}, {"obstacles": [{"kind": "random-walk", "count": 2}]},
+    {"obstacles": [{"kind": "walk"}]}, {"obstacles": [{}]}, {"obstacles": [{"kind": "crossing", "count": 10**7}]},
+    {"obstacles": [{"kind": "patrol", "waypoints": []}]}, {"obstacles": [{"kind": "patrol", "waypoints": [[1, 2], [3]]}]},
+    {"edits": [{"tick": 3, "blocked": [[1, 1]]}]},
+    {"edits": [{"blocked": [[1, 1]]}]}, {"edits": [{"tick": 0, "blocked": [[1, 1, 1]]}]},
+    {"via": [[3, 3]]}, {"via": 3}, {"inflation": {"inflation_radius": 2}}, {"map_hash": "zz"}, {"name": "\\u0007"},
+    {"name": "a" * 65}, {"map": {"recipe": "rooms", "size": [20, 20]}}, {"map": {"recipe": "rooms", "size": [0, 20]}},
+    {"map": {"rows": ["S..G"]}, "start": None, "goal": None}, {"map": {"bundle": "x"}}, {"map": {}}, {"zones": ""},
+    {"version": 2}, {"colour": 1}, {"map": {"rows": ["S..G"], "resolution": float(10**6)}}, {"$schema": "x"},
+)  # fmt: skip
+
+
+@pytest.mark.nightly
+def test_stand_in_for_pydantic_reads_and_refuses_as_pydantic_does() -> None:
+    base = {"version": 1, "map": "env-3", "start": [28, 7], "goal": [26, 26]}
+    asked = json.dumps([{**base, **change} for change in CHANGES])
+    said = []
+    for before in ("", f"import sys; sys.path.insert(0, {str(LIVE / 'stand_ins')!r})\n"):
+        # SciPy's stand-in lies beside it: SciPy is imported first.
+        code = "import scipy.ndimage, scipy.sparse.csgraph\n" + before + SCENARIOS
+        done = subprocess.run(
+            [sys.executable, "-c", code], input=asked, capture_output=True, text=True, check=True
+        )
+        said.append(json.loads(done.stdout))
+    for change, real, own in zip(CHANGES, *said, strict=True):
+        assert own == real, change
