@@ -136,6 +136,14 @@ Export = Annotated[
     typer.Option("--export", metavar="FILE", help="Write the path as nav_msgs/Path (.json or .yaml)."),
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+Replay = Annotated[
+    Path | None,
+    typer.Option(
+        "--replay",
+        metavar="FILE",
+        help="Write the run as an interactive page (.html) that opens without lampyris.",
+    ),
+]
 GoalTrack = Annotated[
     Path | None,
     typer.Option(

@@ -176,6 +176,38 @@ def _ticks(part: Trace, first: int) -> bytes:
     return ticks_frame(first, part.robot, part.speed, cause, places, near_by_tick(part))
 
 
+def trace_frames(trace: Trace) -> bytes:
+    """A whole trace as the frames that :func:`watch` gives while it runs, without what each rule alone allows.
+
+    Obstacles that are polygons begin along the rows: a trace does not say with which heading.
+    """
+    grid = trace.scene.grid
+    there = sum(came == 0 for came in trace.appears)  # bits: a count of obstacles
+    specs = [{**obstacle_record(one), **_shape(one, grid, 0.0)} for one in trace.obstacle_specs]
+    head = {
+        "planner": trace.planner,
+        "law": trace.law,
+        "units": trace.units,
+        "seed": trace.seed,
+        "map": grid_record(grid),
+        "start": list(trace.scene.start),
+        "goal": list(trace.scene.goal),
+        "causes": list(WORDS),
+        "obstacle_specs": specs[:there],
+        "last_tick": trace.last_tick,
+        "sensor": None if trace.sensor is None else trace.sensor.range_m / grid.resolution,
+        "goal_track": None if trace.goal_track is None else trace.goal_track.tolist(),
+        "notes": [],
+    }
+    parts = [json_frame("H", head)]
+    if trace.events:
+        parts.append(_events(list(trace.events), trace.obstacle_specs[there:], grid))
+    if trace.seen is not None and (seen := seen_frame(trace.seen.reshape(-1), 0, trace.ticks)) is not None:
+        parts.append(seen)
+    parts += [_ticks(trace, 0), json_frame("Z", ending(trace, {}))]
+    return b"".join(parts)
+
+
 def finish(run: Simulation) -> Trace:
     """The whole trace, past the referee, with its sentence: what :func:`lampyris.simulate` gives.
 
