@@ -88,7 +88,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
         text.strip().removesuffix("×").strip() for text in other.locator(".entrants li").all_inner_texts()
     ]
     assert listed == ["ad-gso", "astar", "jps", "constant"]
-    assert other.inner_text(".tl-where").startswith("5 ")
+    assert other.inner_text(".tl-where").startswith("5.0 s ")
     # Left, the comparison is in the link no more; who meets is.
     other.get_by_role("button", name="Leave", exact=True).click()
     addressed(other)
@@ -114,7 +114,7 @@ def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) ->
 
 def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_old(page: Any) -> None:
     compare(page)
-    page.wait_for_selector("#charts figcaption >> text=/over ticks \\(/")
+    page.wait_for_selector("#charts figcaption >> text=/over seconds \\(/")
     assert page.locator("#charts figcaption").first.inner_text().endswith(")")
     page.get_by_role("button", name="Leave", exact=True).click()
     page.wait_for_selector("#compare >> text=Show it")

@@ -28,13 +28,19 @@ def fact(page: Any, name: str) -> str:
 
 def run_to_its_end(page: Any) -> int:
     """Play it as fast as it goes; its last tick."""
-    page.get_by_label("Speed of play").select_option("16")
+    page.get_by_label("Speed of play").select_option("50")
     page.get_by_role("button", name="Play", exact=True).click()
     page.wait_for_selector("#status >> text=arrived at the goal")
     page.get_by_role("button", name="Play again").wait_for()
-    shown = re.fullmatch(r"(\d+) / (\d+)", page.inner_text(".tl-where"))
+    shown = re.fullmatch(r"(\d+)\.0 s / (\d+)\.0 s", page.inner_text(".tl-where"))
     assert shown
     assert shown[1] == shown[2]
+    # A cell of 1 m at 1 m/s: a tick is a second.
+    assert (
+        page.locator(".tl-where")
+        .get_attribute("title")
+        .startswith(f"Tick {shown[2]} of {shown[2]}; a tick is 1 s")
+    )
     return int(shown[2])
 
 
@@ -49,7 +55,7 @@ def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
     for key, tick in [*moves, ("End", last), ("[", last), ("Home", 0), ("]", last), ("Home", 0)]:
         page.keyboard.press(key)
         assert now() == tick, key
-        assert slider.get_attribute("aria-valuetext") == f"tick {tick} of {last}"
+        assert slider.get_attribute("aria-valuetext") == f"{tick}.0 s of {last}.0 s, tick {tick}"
     page.wait_for_selector("#status >> text=stands at the start")
     box = slider.bounding_box()
     y = box["y"] + box["height"] / 2
@@ -80,7 +86,7 @@ def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
             box = page.locator("#charts .u-over").first.bounding_box()
             page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
             said = page.inner_text("#charts figcaption >> nth=0")
-            unit = {"Time": "tick" if of == "Run" else "s", "Distance": "m"}[over]
+            unit = {"Time": "s", "Distance": "m"}[over]
             assert re.search(rf"\b{unit}\b", said.partition(":")[0]), said
             assert said.endswith("1 m/s, limit")
     assert page.locator("#charts .ch-head-line:visible").count() == 0, "a plan has no moment"

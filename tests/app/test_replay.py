@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import in_process
 import pytest
 from page_browser import needs_chromium
 from page_person import moment, until
 
+import in_process
 from lampyris import Fleet, Grid, plan_fleet
 from lampyris.app.engine import work
 from lampyris.app.engine.frames import json_frame

@@ -51,7 +51,7 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
 
     Parameters
     ----------
-    question : ``what``: png, svg, webp, gif, csv, scenario or report (a replay: see :mod:`lampyris.app.engine.work`). ``tick``, of a png: that moment of the
+    question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
         simulation, or that sample of the drive, and not the plan. ``settings``: ``layer`` of a picture of the
         plan (luciferin, cost or none), or of a film or a moment of a simulation (none, or any of
         :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; planners, laws and seeds

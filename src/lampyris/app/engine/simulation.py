@@ -19,6 +19,7 @@ from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon
+from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
@@ -188,6 +189,7 @@ def trace_frames(trace: Trace) -> bytes:
         "planner": trace.planner,
         "law": trace.law,
         "units": trace.units,
+        "tick_s": tick_seconds(trace.scene, trace.units),
         "seed": trace.seed,
         "map": grid_record(grid),
         "start": list(trace.scene.start),
@@ -206,6 +208,11 @@ def trace_frames(trace: Trace) -> bytes:
         parts.append(seen)
     parts += [_ticks(trace, 0), json_frame("Z", ending(trace, {}))]
     return b"".join(parts)
+
+
+def tick_seconds(scene: Scene, units: str) -> float | None:
+    """Seconds that a tick stands for: what the robot needs for a cell at its greatest speed. None: speeds are not in m/s."""
+    return scene.grid.resolution / scene.robot.v_max if units.startswith("m/s") else None
 
 
 def finish(run: Simulation) -> Trace:
@@ -249,13 +256,14 @@ def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where.
 
-    ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
+    ``tick_s``: :func:`tick_seconds`; ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
     map, else null; ``goal_track``: the goal's cell at each tick, null where it stands still.
     """
     return {
         "planner": scenario.planner,
         "law": run.tick_speed.name,
         "units": run.tick_speed.units,
+        "tick_s": tick_seconds(scenario.scene, run.tick_speed.units),
         "seed": scenario.seed,
         "map": grid_record(scenario.scene.grid),
         "start": list(scenario.scene.start),

@@ -97,8 +97,15 @@ def compact(sent: bytes) -> bytes:
 
 def fleet_replay(plan: FleetPlan, fleet: Fleet, name: str = "") -> Replay:
     """The paths of a fleet."""
-    made = paths_frame(plan.paths, fleet.goals, plan.shortest) + json_frame("Z", {**fleet_ending(plan), "alone": None, "timing": {}})  # fmt: skip
-    facts = [("planner", plan.planner), ("moves", plan.moves), ("seed", str(plan.seed)), ("map", _sized(fleet.grid)), ("robots", f"{len(fleet):,}")]  # fmt: skip
+    end = {**fleet_ending(plan), "alone": None, "timing": {}}
+    made = paths_frame(plan.paths, fleet.goals, plan.shortest) + json_frame("Z", end)
+    facts = [
+        ("planner", plan.planner),
+        ("moves", plan.moves),
+        ("seed", str(plan.seed)),
+        ("map", _sized(fleet.grid)),
+        ("robots", f"{len(fleet):,}"),
+    ]
     called = name or _called(plan.planner, fleet.grid)
     return Replay("fleet", called, fleet_digest(plan, fleet), facts, _ground(fleet.grid), made)
 
