@@ -53,7 +53,7 @@ def answer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A plan with its speeds: one frame ``Z``."""
-    began, loaded = loading.wall(), loading.seconds()
+    loaded = loading.seconds()
     scenario = scenario_of_request(question)
     planner = registry.make(scenario.planner, scenario.settings)
     found = api.plan(scenario.scene, planner, seed=scenario.seed, record=bool(question.get("record")))
@@ -83,7 +83,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     ]
     # What the page shows beside the sentence: the others are of the scenario, and stand there always.
     record["weakened"] = list(found.notes)
-    record["seconds"] = loading.wall() - began
+    record["seconds"] = found.timing["plan_s"]
     record["loading_seconds"] = loading.seconds() - loaded
     yield json_frame("Z", record)
 
