@@ -40,7 +40,11 @@ print(json.dumps({
 @pytest.mark.nightly
 def test_the_first_planning_time_is_as_the_tenth_where_all_has_to_be_compiled(tmp_path: Path) -> None:
     """In a process of its own. What is shown is time of planning; compiling takes a hundred times as long."""
-    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    env = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+    }
     done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, env=env, check=False)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

@@ -1,4 +1,4 @@
-// Chapters: the ten steps of the tour, what each says, and what it puts on the map.
+// Chapters: the twelve steps of the tour, what each says, and what it puts on the map.
 
 import { GATE, VEIL } from "./colours.js";
 import { GOAL, START } from "./example.js";
@@ -6,7 +6,7 @@ import { cellOf, index } from "./guide.js";
 import { gatesOf } from "./layers.js";
 import { spelled } from "./make.js";
 import { ACCEPTED, CHOSEN, marksOf, stretchOf, wayOf } from "./stagehand.js";
-import { fieldTable, nodesTable, pointerTable, walkTable, wallsAgree } from "./tables.js";
+import { avoidedTable, fieldTable, nodesTable, pointerTable, velocityTable, walkTable, wallsAgree } from "./tables.js";
 
 /** @typedef {import("./guide.js").Numbers} Numbers */
 /** @typedef {import("./make.js").Part} Part */
@@ -117,7 +117,37 @@ export const STEPS = [
     show: (n) => ({ ways: [wayOf(n.jumps)], marks: n.jumps.map((jump) => ({ at: jump.chosen, colour: CHOSEN, fill: 0.25, ring: true })), robot: START }),
     table: (n) => nodesTable(n),
   },
+  {
+    title: "Moving obstacles (section 4.3)",
+    say: ({ avoided }) => [
+      "The same drive, tick by tick, with an obstacle that waits at (4,5) and steps onto the path, to (5,4), when the robot is about to enter that cell. The robot knows where obstacles are now, and not where they will be.",
+      `It chooses its next cell again from where it stands, waits if no acceptable neighbour is free, and arrives at tick ${avoided.ticks - 1} instead of 10. Dashed: the path without the obstacle.`,
+    ],
+    show: (n) => ({
+      ways: [{ ...wayOf(n.jumps), dash: [3, 5] }, { cells: n.avoided.robot.subarray(0, 2 * n.avoided.ticks), colour: ACCEPTED }],
+      marks: [{ at: [5, 4], colour: CHOSEN, fill: 0.45, ring: true }, { at: [4, 5], colour: CHOSEN, fill: 0.2 }], robot: START,
+    }),
+    table: (n) => avoidedTable(n),
+  },
+  {
+    title: "The velocity at each node (section 4.5)",
+    say: () => [
+      "Three limits, and the least of them counts: what the robot has gained since the start (20 for a straight transfer, 28 for a diagonal one), what the obstacles around the node leave (80, less 6 for each in the nearest ring and 3 for each ahead in the next), and what the angle of the path allows (80 straight on, 60 at 135 degrees, 20 at a right angle).",
+      "Walls and cells off the map count as obstacles. The tables that the dissertation prints for this, 4.12 to 4.17, are for other maps: here only our numbers stand.",
+    ],
+    show: (n, page) => ({
+      ways: [wayOf(n.jumps)], bare: true,
+      marks: texts(n.cost.map((_, k) => velocityAt(n, k)), (v) => v.toFixed(0), page.dark),
+    }),
+    table: (n) => velocityTable(n),
+  },
 ];
+
+/** The velocity at a cell of the path; others have none. @param {Numbers} n @param {number} k */
+function velocityAt(n, k) {
+  const at = n.plan.cells.findIndex((/** @type {Cell} */ cell) => index(cell) === k);
+  return at < 0 ? NaN : n.plan.speed.v[at];
+}
 
 /** Numbers in their cells; on dark pages the brightest colours are dimmed, so that white can be read on them. @param {number[]} values @param {(v: number) => string} spell @param {boolean} dark */
 function texts(values, spell, dark) {

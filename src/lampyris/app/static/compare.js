@@ -3,7 +3,7 @@
 import { LINES } from "./colours.js";
 import { applyEdits } from "./ground.js";
 import { brought } from "./later.js";
-import { block, button, el, fill, sentence, tell } from "./make.js";
+import { block, button, el, explained, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
@@ -96,7 +96,7 @@ class Comparison {
 
   /** @param {string} title @param {any[]} rows @param {() => Entry[]} list @param {() => Who | null} present */
   _adder(title, rows, list, present) {
-    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name, title: row.summary }, row.name)));
+    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name }, explained(row))));
     const add = (/** @type {Who} */ who) => {
       const label = labelOf(who);
       if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);

@@ -9,7 +9,7 @@ import { keeping, restore, stateOf } from "./fleetkeep.js";
 import { FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
-import { button, el, sentence, tell, formatted } from "./make.js";
+import { button, el, explained, sentence, tell, formatted } from "./make.js";
 import { byId } from "./page.js";
 import { SwarmPanel } from "./swarm.js";
 
@@ -73,7 +73,7 @@ export class Fleet {
     /** @type {Array<{name: string, summary: string}>} */
     const planners = page.hello.planners_of_fleets;
     this.planners = el("select", { onchange: () => this.about() },
-      ...planners.map(({ name }) => el("option", { value: name }, name)));
+      ...planners.map((row) => el("option", { value: row.name }, explained(row))));
     /** Say what the chosen planner is. */
     this.about = () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "");
     this.about();

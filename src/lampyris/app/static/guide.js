@@ -3,7 +3,7 @@
 import { asked } from "./flow.js";
 import { ServerError } from "./api.js";
 import { SIDE, scenario } from "./example.js";
-import { json, layerOf } from "./frames.js";
+import { addEvents, addTicks, json, layerOf, newRun } from "./frames.js";
 import { planned } from "./runs.js";
 
 /** @typedef {import("./stagehand.js").Jump} Jump */
@@ -22,12 +22,15 @@ const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0,
 
 /**
  * Ours. `luciferin` and `cost` of each cell, NaN for walls; `parent`: index of the cell pointed to, or -1.
- * `fourth`: an iteration from (7,2), where the printed walk stands and ours does not.
+ * `avoided`: the same drive with somebody who steps onto its path. `fourth`: an iteration from (7,2), where the printed walk stands and ours does not.
  * @typedef {{
  *   luciferin: number[], cost: number[], parent: number[], jumps: Jump[], fourth: Jump, plan: Record<string, any>,
- *   layers: Record<string, Layer>, printed: Printed | null,
+ *   layers: Record<string, Layer>, printed: Printed | null, avoided: Run,
  * }} Numbers
  */
+
+/** Somebody who waits beside the path, steps onto it as the robot comes, and goes back. @type {Cell[]} */
+const TRACK = [.../** @type {Cell[]} */ (Array(6).fill([4, 5])), [5, 4], [5, 4], [5, 4], [4, 5]];
 
 /** All numbers of the tour. @param {Page} page @returns {Promise<Numbers>} */
 export async function numbers(page) {
@@ -40,6 +43,7 @@ export async function numbers(page) {
   const fourth = await ask({ start: [7, 2] });
   const cost = await layer(page, own, "cost");
   const shine = await layer(page, own, "luciferin");
+  const avoided = await driven(page, { ...own, obstacles: [{ kind: "recorded", track: TRACK }] });
   const luciferin = Array.from({ length: SIDE * SIDE }, () => NaN);
   const first = wide.jumps[0];
   luciferin[index(first.at)] = first.luciferin;
@@ -48,8 +52,20 @@ export async function numbers(page) {
   const exact = [...cost.values].map((v, k) => (v && !Number.isNaN(luciferin[k]) ? Math.round((cost.low + ((v - 1) / 254) * (cost.high - cost.low)) * 5) / 5 : NaN));
   return {
     luciferin, cost: exact, parent: exact.map((_, k) => parentOf(exact, k)), jumps: plan.jumps, fourth: fourth.jumps[0], plan,
-    layers: { cost, luciferin: shine }, printed: await asPrinted(),
+    layers: { cost, luciferin: shine }, printed: await asPrinted(), avoided,
   };
+}
+
+/** A simulation, whole. @param {Page} page @param {Scenario} scenario @returns {Promise<Run>} */
+async function driven(page, scenario) {
+  let run = newRun({});
+  for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario })) {
+    if (kind === "X") throw new ServerError(200, json(bytes));
+    else if (kind === "H") run = newRun(json(bytes));
+    else if (kind === "T") addTicks(bytes, run);
+    else if (kind === "E") addEvents(bytes, run);
+  }
+  return run;
 }
 
 /** @param {Page} page @param {Scenario} own @param {string} name */

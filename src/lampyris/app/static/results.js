@@ -43,11 +43,12 @@ class Results {
     this.table = el("div", { class: "rs-table" });
     this.who = el("div", { class: "row rs-who", role: "group", "aria-label": "Highlight" });
     this.multiples = el("div", { class: "rs-multiples" });
+    this.same = el("p", { class: "hint" });
     this.chosen = el("div", { class: "row", role: "group", "aria-label": "Axes" });
     this.parallel = el("div", { class: "rs-parallel" });
     this.words = el("p", { class: "hint", role: "status" });
     this.studies = el("ul", { class: "plain rs-studies" });
-    this.body = el("div", { class: "stack" }, this.who, el("h3", null, "Table"), this.table, el("h3", null, "Measures, each on an axis of its own"), this.multiples,
+    this.body = el("div", { class: "stack" }, this.who, el("h3", null, "Table"), this.table, el("h3", null, "Measures, each on an axis of its own"), this.multiples, this.same,
       el("h3", null, "Settings and measures"), this.chosen, this.parallel);
     this.dialog = el("dialog", { id: "results", class: "results-page", "aria-labelledby": "results-title" },
       el("div", { class: "row rs-head" }, this.title, el("span", { class: "grow" }), this.size, button("Close", () => this.dialog.close())),
@@ -84,7 +85,10 @@ class Results {
       type: "button", class: "btn quiet", "aria-pressed": String(this.lit === k), onclick: () => this._light(this.lit === k ? -1 : k),
     }, swatch(k), one.label)));
     this._table(found);
-    fill(this.multiples, ...measured(found.some).map((measure) => multiple(measure, found.some, this.lit)));
+    const all = measured(found.some);
+    const same = all.filter((measure) => isSame(measure, found.some));
+    fill(this.multiples, ...all.filter((measure) => !same.includes(measure)).map((measure) => multiple(measure, found.some, this.lit)));
+    this.same.textContent = same.length ? `The same for all: ${same.map(([name, title]) => `${title} ${formatted(found.some.find((one) => one.estimates.has(name))?.estimates.get(name)?.value)}`).join(", ")}.` : "";
     this._parallel(found);
   }
 
@@ -216,6 +220,12 @@ function measured(some) {
   return MEASURES.filter(([name]) => some.some((one) => one.estimates.has(name)));
 }
 
+/** Whether a measure tells nobody from the others. @param {import("./measures.js").Measure} measure @param {Entrant[]} some */
+function isSame([name], some) {
+  const numbers = some.map((one) => one.estimates.get(name));
+  return numbers.every((one) => one?.low === null && one.value === numbers[0]?.value);
+}
+
 // ---- small drawings --------------------
 
 /** From a value to pixels, and the ends. @typedef {{x: (value: number) => number, low: number, high: number}} Scale */
@@ -243,8 +253,8 @@ function multiple([name, title, better], some, lit) {
   const scale = scaleOf(numbers, WIDE - 74);
   return el("figure", { class: "rs-one" }, el("figcaption", null, title, better ? el("span", { class: "hint" }, ` ${better} is better`) : null),
     ...numbers.map((one, k) => el("div", { class: lit === k ? "rs-line lit" : lit >= 0 ? "rs-line dim" : "rs-line", title: some[k].label },
-      el("span", { class: "unseen" }, some[k].label), one ? interval(one, scale, k, WIDE - 74) : el("span", null), el("b", null, formatted(one?.value)))),
-    el("div", { class: "rs-ends" }, el("span", null, formatted(scale.low)), el("span", null, scale.high > scale.low ? formatted(scale.high) : "")));
+      el("span", { class: "rs-name" }, some[k].label), one ? interval(one, scale, k, WIDE - 74) : el("span", null), el("b", null, formatted(one?.value)))),
+    el("div", { class: "rs-line" }, el("span", null), el("div", { class: "rs-ends" }, el("span", null, formatted(scale.low)), el("span", null, scale.high > scale.low ? formatted(scale.high) : ""))));
 }
 
 /** Settings that differ among those that met, and planners and laws. @param {Entrant[]} some @param {import("./meeting.js").Meeting} met @returns {Axis[]} */

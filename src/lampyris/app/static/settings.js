@@ -2,7 +2,7 @@
 // the store, so that it is undone, kept and linked like any other.
 
 import { field } from "./fields.js";
-import { block, button, el, fill } from "./make.js";
+import { block, button, el, explained, fill } from "./make.js";
 import { rectangleOf } from "./shape.js";
 
 /** @typedef {import("./fields.js").Setting} Setting */
@@ -156,7 +156,7 @@ function families(rows) {
     const some = [...left].filter(/** @type {(row: any) => boolean} */ (fits));
     some.forEach((row) => left.delete(row));
     return some.length ? el("optgroup", { label: String(title) },
-      ...some.map((row) => el("option", { value: row.name }, row.name))) : null;
+      ...some.map((row) => el("option", { value: row.name }, explained(row)))) : null;
   });
 }
 
@@ -164,7 +164,7 @@ function families(rows) {
 function lawPart(page, into) {
   const own = el("option", { value: "" });
   const pick = el("select", { "aria-label": "Speed law" }, own,
-    ...page.hello.laws.map((/** @type {any} */ row) => el("option", { value: row.name }, row.name)));
+    ...page.hello.laws.map((/** @type {any} */ row) => el("option", { value: row.name }, explained(row))));
   const facts = el("div", { class: "stack tight" });
   const form = new Form(page, (settings) => ({ law: { name: named().name, settings } }), "law");
   into.append(pick, facts, form.root);

@@ -88,3 +88,20 @@ export function nodesTable(n) {
     el("tbody", null, ...n.jumps.map((jump, k) => el("tr", null, el("th", { scope: "row" }, String(k)), el("td", null, spelled(jump.at)),
       el("td", null, spelled(jump.chosen)), el("td", null, jump.subpath.slice(1, -1).map(spelled).join(" ") || "–")))))];
 }
+
+/** What happened while an obstacle was avoided. @param {Numbers} n */
+export function avoidedTable({ avoided }) {
+  return [el("table", { class: "data" }, el("caption", { class: "unseen" }, "Events"),
+    el("thead", null, el("tr", null, ...["tick", "at", "what"].map((word) => el("th", { scope: "col" }, word)))),
+    el("tbody", null, ...avoided.events.map(({ tick, cell, sentence }) => el("tr", null, el("th", { scope: "row" }, String(tick)), el("td", null, spelled(cell)), el("td", { class: "words" }, sentence)))))];
+}
+
+/** The velocity of each node, and what limits it. @param {Numbers} n */
+export function velocityTable({ plan }) {
+  const { nodes, speed } = plan;
+  const shown = (/** @type {number | null} */ v) => (v === null || v === undefined ? "–" : String(Number(v.toFixed(1))));
+  return [el("table", { class: "data" }, el("caption", { class: "unseen" }, "Velocities"),
+    el("thead", null, el("tr", null, ...["cell", "ring 1, 2", "by obstacles", "angle", "by angle", "velocity", "limited by"].map((word) => el("th", { scope: "col" }, word)))),
+    el("tbody", null, ...plan.cells.map((/** @type {Cell} */ cell, /** @type {number} */ k) => el("tr", null, el("th", { scope: "row" }, spelled(cell)), el("td", null, `${nodes.ring1[k]}, ${nodes.ring2[k]}`),
+      el("td", null, shown(nodes.obstacle_velocity[k])), el("td", null, shown(nodes.angle_deg[k])), el("td", null, shown(nodes.angle_velocity[k])), el("td", null, shown(speed.v[k])), el("td", null, speed.cause[k])))))];
+}

@@ -1,4 +1,4 @@
-// Tour: the worked 10x10 example in ten steps, each table of the dissertation beside what lampyris computes. The
+// Tour: the worked 10x10 example in twelve steps, each table of the dissertation beside what lampyris computes. The
 // scenario that was there before comes back when it is left.
 
 import { STEPS } from "./chapters.js";
@@ -9,7 +9,7 @@ import { Stagehand, turned } from "./stagehand.js";
 
 /** @typedef {import("./guide.js").Numbers} Numbers */
 
-const INTRO = "The dissertation's 10 × 10 example in ten steps, with its tables beside what is computed here.";
+const INTRO = "The dissertation's 10 × 10 example in twelve steps, with its tables beside what is computed here.";
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
