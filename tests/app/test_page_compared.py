@@ -232,7 +232,7 @@ def test_results_are_sorted_drawn_and_resized_and_studies_are_listed(page: Any) 
     page.mouse.move(box["x"] + box["width"] - 204, box["y"] + box["height"] - 104, steps=4)
     page.mouse.up()
     assert window.bounding_box()["width"] < box["width"] - 100
-    window.get_by_role("button", name="Close").click()
+    window.get_by_role("button", name="Close the results").click()
 
     page.get_by_label("starts and goals").fill("1")
     page.get_by_label("seeds of each").fill("2")

@@ -88,7 +88,7 @@ def states(page: Any) -> Iterator[str]:
     page.get_by_role("button", name="Results page").click()
     page.wait_for_selector("#results[open] .rs-coordinates")
     yield "results"
-    page.get_by_role("button", name="Close", exact=True).click()
+    page.get_by_role("button", name="Close the results").click()
     page.get_by_role("button", name="Leave", exact=True).click()
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()

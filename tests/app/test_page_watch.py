@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from page_browser import needs_chromium
-from page_person import aim, in_address
+from page_person import aim, in_address, until
 
 from lampyris.app.engine.layers import layer_of
 from lampyris.app.engine.parse import scenario_of_request
@@ -184,6 +184,29 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
             told = float(words.removeprefix("about ").split()[0].replace("\u202f", ""))
             near = (there.max() - there.min()) / 254 + 0.005 * abs(values[y, x])
             assert abs(told - values[y, x]) <= near, (name, x, y)
+
+
+def test_a_ruler_measures_in_metres_by_hand_and_by_keyboard(page: Any) -> None:
+    page.get_by_role("button", name="Measure a distance").click()
+    said = page.locator("#ruler-said")
+    until(page, lambda: "Drag from one place" in said.inner_text())
+    page.mouse.move(*aim(page, (5, 20)))
+    page.mouse.down()
+    page.mouse.move(*aim(page, (8, 16)), steps=3)
+    page.mouse.up()
+    assert said.inner_text() == "5.00 m, heading 53\u00b0 (5.0 cells)"
+    page.keyboard.press("Escape")
+    assert not said.is_visible()
+    before = in_address(page)
+    page.locator("#map").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("u")
+    for _ in range(3):
+        page.keyboard.press("ArrowDown")
+    until(page, lambda: said.inner_text().startswith("3.00 m, heading 270"))
+    page.keyboard.press("u")
+    assert not said.is_visible()
+    assert in_address(page) == before, "measuring changes nothing"
 
 
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:

@@ -235,7 +235,10 @@ def test_the_first_look_is_light_and_everything_is_under_220_kb(tab: Any, addres
         tab.wait_for_selector(f"#{panel} h2")
         if panel == "compare":
             tab.get_by_role("button", name="Results page").click()
-            tab.get_by_role("button", name="Close", exact=True).click()
+            tab.get_by_role("button", name="Close the results").click()
+            tab.get_by_role("button", name="Measure a distance").click()
+            tab.wait_for_selector("#ruler-said")
+            tab.keyboard.press("Escape")
     tab.get_by_role("button", name="Begin the tour").click()
     tab.wait_for_selector("text=Step 1 of 12")
     runs = reached("index.html", all_) - {"uplot-licence.txt"}

@@ -16,7 +16,7 @@ from lampyris.cli.option_errors import check_choice
 from lampyris.errors import FileError, UsageError
 
 if TYPE_CHECKING:
-    from lampyris.app.replay.page import Replay
+    from lampyris.app.replay.page import RunPage
 
 STDOUT = Path("-")
 """In place of a file: standard output, for tables of text."""
@@ -158,7 +158,7 @@ def print_written(*paths: Path | None) -> None:
             text.line(f"wrote {path}")
 
 
-def write_replay(path: Path, replay: Replay, *, json: bool) -> None:
+def write_replay(path: Path, replay: RunPage, *, json: bool) -> None:
     """Write a replay, and print the digest that it shows: beside JSON to standard error, else where results go."""
     from lampyris.app.replay.page import replay_page
     from lampyris.io.atomic_write import whole_file

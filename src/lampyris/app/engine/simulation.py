@@ -256,7 +256,8 @@ def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where.
 
-    ``tick_s``: :func:`tick_seconds`; ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
+    ``tick_s``: see :func:`tick_seconds`.
+    ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
     map, else null; ``goal_track``: the goal's cell at each tick, null where it stands still.
     """
     return {

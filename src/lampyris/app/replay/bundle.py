@@ -15,8 +15,8 @@ from typing import Final
 from lampyris.app.server.scripts import stripped_script, stripped_style
 from lampyris.errors import InternalFault
 
-IMPORT: Final = re.compile(r'^import \{([^}]*)\} from "([./a-z]+)";$', re.MULTILINE)
-EXPORT: Final = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))", re.MULTILINE)
+IMPORT: Final = re.compile(r'^import ?\{([^}]*)\} ?from ?"([./a-z]+)";$', re.MULTILINE)
+EXPORT: Final = re.compile(r"^export (?=(?:async )?(?:function ?\*?|class|const) ?(\w+))", re.MULTILINE)
 OTHER: Final = re.compile(r"^(?:import|export)\b.*|\bimport\(", re.MULTILINE)
 NEVER: Final = re.compile(r"</(?:script|style)|<!--", re.IGNORECASE)
 """What would end an element in the middle of its text."""

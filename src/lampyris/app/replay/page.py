@@ -26,7 +26,7 @@ SHEETS: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class RunPage:
     """What a file of a replay holds.
 
     Parameters
@@ -50,12 +50,12 @@ class Replay:
     more: Mapping[str, Any] = field(default_factory=dict)
 
 
-def replay_page(replay: Replay) -> str:
+def replay_page(replay: RunPage) -> str:
     """The file, as HTML; the same bytes for the same run.
 
     Examples
     --------
-    >>> page = replay_page(Replay("run", "A </script> name", "0" * 64, (), b"", b""))
+    >>> page = replay_page(RunPage("run", "A </script> name", "0" * 64, (), b"", b""))
     >>> "A </script> name" in page, "fetch" in page.split("Content-Security-Policy")[1].split(">")[0]
     (False, False)
     """

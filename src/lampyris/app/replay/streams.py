@@ -13,7 +13,7 @@ import numpy as np
 from lampyris.app.engine import driving, simulation
 from lampyris.app.engine.fleets.fleet import ending as fleet_ending
 from lampyris.app.engine.frames import frame, json_frame, paths_frame
-from lampyris.app.replay.page import Replay
+from lampyris.app.replay.page import RunPage
 from lampyris.io.maps.formats.document import grid_codes
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.drive import Drive
@@ -30,7 +30,7 @@ FAR: Final = 2**24
 """Grains that stand for no obstacle at all; what is farther is that, too."""
 
 
-def trace_replay(trace: Trace, name: str = "", stream: bytes | None = None, layer: bytes = b"") -> Replay:
+def trace_replay(trace: Trace, name: str = "", stream: bytes | None = None, layer: bytes = b"") -> RunPage:
     """A simulation.
 
     Parameters
@@ -48,10 +48,10 @@ def trace_replay(trace: Trace, name: str = "", stream: bytes | None = None, laye
     ]
     more = {**_more(trace.scene, poses=False), "edits": [asdict(edit) for edit in trace.edits]}
     called = name or _called(trace.planner, trace.scene.grid)
-    return Replay("run", called, digest, facts, _ground(trace.scene.grid), made, layer, more)
+    return RunPage("run", called, digest, facts, _ground(trace.scene.grid), made, layer, more)
 
 
-def drive_replay(drive: Drive, name: str = "") -> Replay:
+def drive_replay(drive: Drive, name: str = "") -> RunPage:
     """A drive in continuous time."""
     head = {"controller": drive.controller, "planner": drive.planner}
     made = untimed(b"".join(map(compact, driving.frames_of(drive, head))))
@@ -59,7 +59,7 @@ def drive_replay(drive: Drive, name: str = "") -> Replay:
     facts.append(("outcome", drive.outcome.value.replace("_", " ")))
     more = {**_more(drive.scene, poses=drive.goal_tolerance is not None), "edits": []}
     called = name or _called(drive.planner, drive.scene.grid)
-    return Replay("run", called, driving.digest(drive), facts, _ground(drive.scene.grid), made, more=more)
+    return RunPage("run", called, driving.digest(drive), facts, _ground(drive.scene.grid), made, more=more)
 
 
 def untimed(stream: bytes) -> bytes:
@@ -79,9 +79,9 @@ def compact(sent: bytes) -> bytes:
     kind, payload = chr(sent[4]), sent[5:]
     if kind != "D":
         return sent
-    _, n, bodies = struct.unpack_from("<IHH", payload)
+    _, n, obstacles = struct.unpack_from("<IHH", payload)
     out, at = [payload[:8]], 8
-    for wide in (2, 1, 1, 0, 2 * bodies, 1):
+    for wide in (2, 1, 1, 0, 2 * obstacles, 1):
         if not wide:
             out.append(payload[at : at + n])
             at += n
@@ -95,7 +95,7 @@ def compact(sent: bytes) -> bytes:
     return frame("K", b"".join(out))
 
 
-def fleet_replay(plan: FleetPlan, fleet: Fleet, name: str = "") -> Replay:
+def fleet_replay(plan: FleetPlan, fleet: Fleet, name: str = "") -> RunPage:
     """The paths of a fleet."""
     end = {**fleet_ending(plan), "alone": None, "timing": {}}
     made = paths_frame(plan.paths, fleet.goals, plan.shortest) + json_frame("Z", end)
@@ -107,7 +107,7 @@ def fleet_replay(plan: FleetPlan, fleet: Fleet, name: str = "") -> Replay:
         ("robots", f"{len(fleet):,}"),
     ]
     called = name or _called(plan.planner, fleet.grid)
-    return Replay("fleet", called, fleet_digest(plan, fleet), facts, _ground(fleet.grid), made)
+    return RunPage("fleet", called, fleet_digest(plan, fleet), facts, _ground(fleet.grid), made)
 
 
 def fleet_digest(plan: FleetPlan, fleet: Fleet) -> str:

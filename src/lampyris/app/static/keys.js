@@ -19,7 +19,7 @@ const LIST = [
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
-  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["T", "colours"]]],
+  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["U", "measure a distance: with the pointer, or from the cursor with the arrow keys"], ["T", "colours"]]],
   ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
 
@@ -48,7 +48,7 @@ export function mount(page, dialog) {
     "<": () => page.play.rate(RATES.findLast((rate) => rate < page.play.speed) ?? RATES[0]), ">": () => page.play.rate(RATES.find((rate) => rate > page.play.speed) ?? page.play.speed),
     Home: () => page.play.seek(0), End: () => page.play.seek(page.play.last),
     r: () => (page.fleet ? page.fleet.again() : void page.simulate({ tick: 0, play: true })), l: () => void copyLink(page), t: () => turnTheme(page),
-    m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
+    u: () => page.tell("measure"), m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
   };
   for (const tool of TOOLS) plain[tool.key] = () => page.use(tool.name);
   SECTIONS.forEach((section, k) => {

@@ -81,7 +81,9 @@ class DriveRenderer:
         self._quick, self._step = quick, quick / fps / _FINE
         scene = drive.scene
         kinds, senses = [b.kind for b in drive.obstacle_specs], drive.seen is not None
-        self._sheet = sheet = Sheet(scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses)
+        self._sheet = sheet = Sheet(
+            scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, planner=drive.planner
+        )
         self._range = None
         if drive.sensor is not None:
             pixels = round(drive.sensor.range_m / scene.grid.resolution * sheet.scale)

@@ -79,6 +79,7 @@ class Sheet:
     layer_name : what the legend calls it.
     own_goal : whether the stage draws the goal itself (:meth:`star`), because it moves or lies under a shade.
     unseen : whether the legend names the shade of :meth:`shade`.
+    planner : whose robot it is, for the legend.
     """
 
     def __init__(
@@ -92,6 +93,7 @@ class Sheet:
         *,
         own_goal: bool = False,
         unseen: bool = False,
+        planner: str = "",
     ) -> None:
         self.grid, self._goal = grid, None if own_goal else goal
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
@@ -100,6 +102,8 @@ class Sheet:
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         self._entries = entries = _entries(grid, kinds, layer_name if layer is not None else "")
+        if planner:
+            entries[0] = (*entries[0][:3], f"robot, {planner}")
         if unseen:
             entries.append(("square", _UNSEEN, "", "unseen"))
         # Even sizes: some players of films refuse others.
