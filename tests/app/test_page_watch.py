@@ -201,6 +201,7 @@ def test_a_ruler_measures_in_metres_by_hand_and_by_keyboard(page: Any) -> None:
     page.locator("#map").focus()
     page.keyboard.press("ArrowRight")
     page.keyboard.press("u")
+    until(page, lambda: said.inner_text().startswith("0.00 m"))
     for _ in range(3):
         page.keyboard.press("ArrowDown")
     until(page, lambda: said.inner_text().startswith("3.00 m, heading 270"))
