@@ -206,7 +206,7 @@ def test_a_ruler_measures_in_metres_by_hand_and_by_keyboard(page: Any) -> None:
         page.keyboard.press("ArrowDown")
     until(page, lambda: said.inner_text().startswith("3.00 m, heading 270"))
     page.keyboard.press("u")
-    assert not said.is_visible()
+    until(page, lambda: not said.is_visible())
     assert in_address(page) == before, "measuring changes nothing"
 
 
