@@ -22,7 +22,7 @@ class Ruler {
     this.to = null;
     this.casing = svg("path", { fill: "none", stroke: "#fff", "stroke-width": 5, "stroke-linecap": "round" });
     this.line = svg("path", { fill: "none", stroke: "#20242c", "stroke-width": 2, "stroke-linecap": "round" });
-    this.said = el("output", { class: "hover", id: "ruler-said", "aria-live": "polite" });
+    this.said = el("output", { class: "chip", id: "ruler-said", "aria-live": "polite" });
     this.root = /** @type {SVGSVGElement} */ (svg("svg", { id: "ruler", "aria-hidden": "true" }, this.casing, this.line));
     Object.assign(this.root.style, { position: "absolute", inset: "0", width: "100%", height: "100%", cursor: "crosshair", touchAction: "none" });
     Object.assign(this.said.style, { position: "absolute", left: "50%", top: "10px", transform: "translateX(-50%)", pointerEvents: "none" });
