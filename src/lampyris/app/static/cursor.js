@@ -1,7 +1,7 @@
 // Cursor: the map by keyboard. Arrows move a cell, other keys do to it what a hand would.
 
 import { byId } from "./page.js";
-import { moveBy } from "./zoom.js";
+import { moveBy } from "./view.js";
 
 /** @typedef {import("./edit.js").Editor} Editor */
 

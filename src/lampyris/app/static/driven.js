@@ -93,7 +93,7 @@ function pathAt({ paths, step = 1 }, tick) {
   return over.length ? over[over.length - 1].poses : NO_PATH;
 }
 
-/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./ways.js").Way[]} */
+/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./marks.js").Way[]} */
 function waysOf(run, path) {
   const cells = path.flatMap(([x, y]) => [x, y]);
   const others = run.rivals.map((one, k) => ({ cells: one.robot.subarray(0, 2 * one.ticks), colour: LINES[(k + 1) % LINES.length][0], wide: 2.5 }));

@@ -2,7 +2,7 @@
 // pans; two fingers pinch.
 
 import { HANDLE, handleOf } from "./shape.js";
-import { moveBy, zoomBy } from "./zoom.js";
+import { moveBy, zoomBy } from "./view.js";
 
 /** @typedef {import("./edit.js").Editor} Editor */
 

@@ -4,7 +4,7 @@ import { copyLink, turnTheme } from "./theme.js";
 import { TOOLS } from "./edit.js";
 import { el } from "./make.js";
 import { byId } from "./page.js";
-import { fit, zoomBy } from "./zoom.js";
+import { fit, zoomBy } from "./view.js";
 
 const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn", "fleet"];
 

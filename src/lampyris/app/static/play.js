@@ -3,8 +3,7 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
-import { robotHeading } from "./headings.js";
-import { goalAt, headingsAt, outlinesOf, seenAt } from "./runs.js";
+import { goalAt, headingsAt, outlinesOf, robotHeading, seenAt } from "./runs.js";
 
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
 
