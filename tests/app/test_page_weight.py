@@ -159,9 +159,13 @@ def test_what_looks_like_a_comment_and_is_none_stays(script: str, sent: str) -> 
 
 
 def test_a_style_sheet_keeps_the_spaces_that_mean_something() -> None:
-    style = 'a :hover, b + .c { margin: calc(1px + 2px) 0; content: "a: { b"; } /* d */\n\n@media (min-width: 3px) and (e) {\n  f { g: h }\n}'
+    style = (
+        'a :hover, b + .c { margin: calc(1px + 2px) 0; content: "a: { b"; } /* d */\n\n'
+        "@media (min-width: 3px) and (e) {\n  f { g: h }\n}"
+    )
     assert stripped_style(style) == (
-        'a :hover,b + .c{margin:calc(1px + 2px) 0;content:"a: { b";}\n\n@media (min-width:3px) and (e){\nf{g:h}\n}'
+        'a :hover,b + .c{margin:calc(1px + 2px) 0;content:"a: { b";}\n\n'
+        "@media (min-width:3px) and (e){\nf{g:h}\n}"
     )
 
 

@@ -2,7 +2,7 @@
 // while the robots drive. The run is in fleetrun.js, its picture in fleetdraw.js, its numbers in fleetseen.js.
 
 import { ServerError } from "./api.js";
-import { line } from "./brush.js";
+import { line } from "./hand.js";
 import { FleetPicture } from "./fleetdraw.js";
 import { keeping, restore, stateOf } from "./fleetkeep.js";
 import { FleetClock, FleetRun, pathsOf } from "./fleetrun.js";

@@ -8,7 +8,7 @@ import { el, spelled, spoken } from "./make.js";
 import { planned } from "./runs.js";
 import { jumpTable } from "./steps.js";
 
-/** @typedef {import("./stagehand.js").Jump} Jump */
+/** @typedef {import("./steps.js").Jump} Jump */
 
 /** A neighbour's place less the cell's, in the order in which ties fall. */
 const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]];
@@ -114,8 +114,6 @@ const SIGNS = { same: "✓", near: "≈", other: "≠" };
 
 // ---- the dissertation's tables beside ours ----
 
-/** @typedef {import("./guide.js").Numbers} Numbers */
-/** @typedef {import("./stagehand.js").Jump} Jump */
 /** @typedef {import("./make.js").Part} Part */
 
 /** @param {Numbers} n */

@@ -130,7 +130,6 @@ function polygon(pen, x, y, r, corners) {
 
 // ---- lines ----
 
-/** @typedef {CanvasRenderingContext2D} Pen */
 /** @typedef {import("./view.js").View} View */
 
 /**

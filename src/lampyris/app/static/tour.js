@@ -6,7 +6,7 @@ import { GOAL, keep, scenario, SIDE, START } from "./opening.js";
 import { cellOf, fieldTable, index, nodesTable, numbers, pointerTable, walkTable, wallsAgree } from "./guide.js";
 import { gatesOf } from "./layers.js";
 import { block, button, el, fill, sentence, spelled } from "./make.js";
-import { ACCEPTED, CHOSEN, marksOf, Stagehand, stretchOf, turned, wayOf } from "./stagehand.js";
+import { ACCEPTED, CHOSEN, marksOf, Stagehand, stretchOf, turned, wayOf } from "./steps.js";
 
 /** @typedef {import("./guide.js").Numbers} Numbers */
 
@@ -162,9 +162,7 @@ function shown(page) {
 
 // ---- the ten steps ----
 
-/** @typedef {import("./guide.js").Numbers} Numbers */
 /** @typedef {import("./make.js").Part} Part */
-/** @typedef {import("./stagehand.js").Stagehand} Stagehand */
 
 /**
  * A step: what is said, what is on the map, and its table.
@@ -279,7 +277,7 @@ function texts(values, spell, dark) {
   return framed(values.map((v, k) => ({ at: cellOf(k), colour, fill: Number.isNaN(v) ? 0 : share, text: Number.isNaN(v) ? "" : spell(v) })));
 }
 
-/** Start and goal as frames: their letters would hide what stands in the cells. @param {import("./stagehand.js").Mark[]} marks */
+/** Start and goal as frames: their letters would hide what stands in the cells. @param {import("./steps.js").Mark[]} marks */
 function framed(marks) {
   return [...marks, ...[START, GOAL].map((at) => ({ at, colour: CHOSEN, fill: 0, ring: true }))];
 }
