@@ -122,7 +122,7 @@ class TickSpeed:
             return LAW_DISSERTATION, *law_tables(settings), grid.blocked
         if type(settings) is not PhysicalLaw or robot.jerk_max is not None:
             return None
-        # The kernel knows the limit, clearance and the obstacles' cells. Obstacles have no velocities in ticks: `moving` says nothing.
+        # The kernel knows the limit, clearance and the obstacles' cells; in ticks obstacles have no velocities for `moving`.
         others = (getattr(settings, name) for name in RULES if name != "moving")
         if any(rule is not None for rule in others) or (settings.zones and scene.zones is not None):
             return None
