@@ -1,8 +1,7 @@
 // Viewer of fleets: the paths of many robots.
 
 import { FleetPicture } from "../static/fleetdraw.js";
-import { FleetClock } from "../static/fleetplay.js";
-import { FleetRun, pathsOf } from "../static/fleetrun.js";
+import { FleetClock, FleetRun, pathsOf } from "../static/fleetrun.js";
 import { FleetSeen } from "../static/fleetseen.js";
 import { framesOf, json } from "../static/frames.js";
 import { byId } from "../static/page.js";

@@ -21,7 +21,7 @@ ENTRIES: Final[Mapping[str, str]] = {"run": "viewer.js", "fleet": "fleetviewer.j
 """What is replayed, and the module that plays it."""
 SHEETS: Final[Mapping[str, tuple[str, ...]]] = {
     "run": ("theme.css", "uplot.css", "see.css"),
-    "fleet": ("theme.css", "uplot.css", "see.css", "fleet.css"),
+    "fleet": ("theme.css", "uplot.css", "see.css", "forms.css"),
 }
 
 

@@ -3,7 +3,7 @@
 import { el, iconButton } from "../static/make.js";
 import { Hand } from "../static/hand.js";
 import { byId, makePage } from "../static/page.js";
-import { fit, zoomBy, zoomButtons } from "../static/zoom.js";
+import { fit, zoomBy, zoomButtons } from "../static/view.js";
 import { loadGround } from "../static/ground.js";
 
 const LOOK = "M10 3a7 7 0 1 0 0 14zM10 3a7 7 0 0 1 0 14";

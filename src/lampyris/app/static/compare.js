@@ -7,8 +7,7 @@ import { block, button, el, explained, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
-import { robotHeading } from "./headings.js";
-import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, seenAt } from "./runs.js";
+import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, robotHeading, seenAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
 

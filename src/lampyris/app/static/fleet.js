@@ -2,11 +2,10 @@
 // while the robots drive. The run is in fleetrun.js, its picture in fleetdraw.js, its numbers in fleetseen.js.
 
 import { ServerError } from "./api.js";
-import { line } from "./brush.js";
-import { FleetClock } from "./fleetplay.js";
+import { line } from "./hand.js";
 import { FleetPicture } from "./fleetdraw.js";
 import { keeping, restore, stateOf } from "./fleetkeep.js";
-import { FleetRun, pathsOf } from "./fleetrun.js";
+import { FleetClock, FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
 import { button, el, explained, sentence, tell, formatted } from "./make.js";
@@ -26,7 +25,6 @@ const BESIDE = new Set(["fleet", "library", "now"]);
 
 /** @param {Page} page @param {HTMLElement} pane */
 export function mount(page, pane) {
-  document.head.append(el("link", { rel: "stylesheet", href: "/static/fleet.css" }));
   new Fleet(page, pane);
 }
 

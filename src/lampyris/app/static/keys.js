@@ -5,7 +5,7 @@ import { TOOLS } from "./edit.js";
 import { el } from "./make.js";
 import { byId } from "./page.js";
 import { RATES } from "./play.js";
-import { fit, zoomBy } from "./zoom.js";
+import { fit, zoomBy } from "./view.js";
 
 const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn", "fleet"];
 

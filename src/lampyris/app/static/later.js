@@ -10,7 +10,7 @@ import { byId } from "./page.js";
 
 /** @type {Group[]} */
 const GROUPS = [
-  { panels: ["settings", "traffic"], parts: [["settings", "settings"], ["drives", "settings"], ["traffic", "traffic"]] },
+  { panels: ["settings", "traffic"], parts: [["settings", "settings"], ["drives", "settings"]] },
   { panels: ["fleet"], parts: [["fleet", "fleet"]] },
   { panels: ["compare"], parts: [["compare", "compare"], ["study", "compare"]] },
   { panels: ["keep"], parts: [["keep", "keep"]] },

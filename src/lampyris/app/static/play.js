@@ -4,8 +4,7 @@
 // plays; a seek draws one.
 
 import { secondsOf } from "./frames.js";
-import { robotHeading } from "./headings.js";
-import { goalAt, headingsAt, outlinesOf, seenAt } from "./runs.js";
+import { goalAt, headingsAt, outlinesOf, robotHeading, seenAt } from "./runs.js";
 
 /** Speeds of play; 1 is real time where ticks have a length. */
 export const RATES = [0.25, 0.5, 1, 2, 5, 10, 20, 50];

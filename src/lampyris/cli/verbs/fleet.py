@@ -75,7 +75,7 @@ def fleet(
         typer.Option(
             "--robots",
             metavar="N",
-            help="How many robots (default: all of the file); without a file, drawn at random with the seed.",
+            help="Number of robots (default: all of the file); without a file, drawn at random with the seed.",
         ),
     ] = None,
     planner: Annotated[

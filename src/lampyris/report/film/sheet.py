@@ -162,7 +162,7 @@ class Sheet:
         return sprites.ring(round(pixels), 2, colour, 0.18) if pixels > self.scale / 2 else None
 
     def leg(self, canvas: Rgb, a: tuple[float, float], b: tuple[float, float], share: float) -> None:
-        """A piece of the path driven, cells to cells, coloured by a share of the greatest speed."""
+        """A piece of the path driven, cells to cells, coloured by a share of the maximum speed."""
         red, green, blue = self._speeds[round(255 * min(1.0, share))].tolist()
         _line(canvas, self.at(*a), self.at(*b), (red, green, blue), max(3, round(self.scale * 0.2)))
 
