@@ -44,12 +44,13 @@ def script(entry: str) -> str:
 def _add(name: str, where: Traversable, done: dict[str, str], above: tuple[str, ...]) -> None:
     if name in done:
         return
-    if name in above:
-        raise InternalFault("BUNDLE", f"{name} imports itself by {' and '.join(above)}")
     text = stripped_script(where.joinpath(name).read_text("utf-8"))
     heads = []
     for words, path in IMPORT.findall(text):
         file = path.rpartition("/")[2]
+        if file in (*above, name):
+            heads += [_later(word.strip(), file) for word in words.split(",")]
+            continue
         _add(file, folder("static") if path.startswith("../static/") else where, done, (*above, name))
         heads.append(f"const {{{words.replace(' as ', ': ')}}} = {_variable(file)};")
     body = IMPORT.sub("", text)
@@ -60,6 +61,13 @@ def _add(name: str, where: Traversable, done: dict[str, str], above: tuple[str, 
     body = re.sub(r"\n{2,}", "\n", body).strip("\n")
     give = f"return {{ {', '.join(names)} }};"
     done[name] = "\n".join([f"const {_variable(name)} = (() => {{", *heads, body, give, "})();"])
+
+
+def _later(word: str, file: str) -> str:
+    """A function of a module that imports this one, and so is there only when the function is called."""
+    if " as " in word or not word[:1].islower():
+        raise InternalFault("BUNDLE", f"{word} of {file}, which imports the module that wants it")
+    return f"const {word} = (...given) => {_variable(file)}.{word}(...given);"
 
 
 def _variable(file: str) -> str:
