@@ -45,7 +45,7 @@ export function mount(page, dialog) {
   const plain = {
     "?": () => help.showModal(), "+": () => zoomBy(page, 1.4), "=": () => zoomBy(page, 1.4), "-": () => zoomBy(page, 1 / 1.4),
     0: () => fit(page), ",": () => page.play.step(-1), ".": () => page.play.step(1),
-    "<": () => page.play.rate(RATES.findLast((rate) => rate < page.play.speed) ?? RATES[0]), ">": () => page.play.rate(RATES.find((rate) => rate > page.play.speed) ?? page.play.speed),
+    "<": () => page.play.rate([...RATES].reverse().find((rate) => rate < page.play.speed) ?? RATES[0]), ">": () => page.play.rate(RATES.find((rate) => rate > page.play.speed) ?? page.play.speed),
     Home: () => page.play.seek(0), End: () => page.play.seek(page.play.last),
     r: () => (page.fleet ? page.fleet.again() : void page.simulate({ tick: 0, play: true })), l: () => void copyLink(page), t: () => turnTheme(page),
     u: () => page.tell("measure"), m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),

@@ -119,7 +119,7 @@ class Results {
     const scales = new Map(columns.map(([name]) => [name, scaleOf(some.map((one) => one.estimates.get(name)))]));
     const cell = (/** @type {number} */ k, /** @type {string} */ name) => {
       const one = some[k].estimates.get(name);
-      const { who = [], sure = false } = bests[name] ?? {};
+      const { who, sure } = bests[name] ?? { who: [], sure: false };
       const star = !who.includes(some[k].label) ? null : sure ? "\u2605" : "\u2606";
       return el("td", star && sure ? { class: "best" } : null, formatted(one?.value),
         star ? el("span", { class: "star", title: STARS[star] }, ` ${star}`, el("span", { class: "unseen" }, ` ${STARS[star]}`)) : null,
