@@ -70,7 +70,7 @@ class Row:
     own : seconds over those of the same law's profile on that way with nobody about; for ``physical`` only.
     gap : least distance between the rims while it moved, metres.
     stood : seconds it stood.
-    lateral : greatest acceleration to the side, m/s2.
+    lateral : maximum acceleration to the side, m/s2.
     replans : how often it planned anew.
     """
 

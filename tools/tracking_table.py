@@ -2,7 +2,7 @@
 
 ``python tools/tracking_table.py [--runs 10] [--write]``
 
-Every cell is the mean over the runs. Without obstacles: the greatest distance between where the robot was
+Every cell is the mean over the runs. Without obstacles: the maximum distance between where the robot was
 and where it was commanded to be, and seconds over those of perfect tracking. Among ten walkers: seconds over
 those of the time optimum for the runs that arrived, how many did, and collisions. ``--write`` puts them into
 the page.
@@ -86,7 +86,7 @@ def tables(runs: int) -> list[str]:
     return [
         first,
         "",
-        *table("Greatest error along the way without obstacles, metres", lambda *k: f"{alone[k].error:.2f}"),
+        *table("Maximum error along the way without obstacles, metres", lambda *k: f"{alone[k].error:.2f}"),
         *table("Times the duration of perfect tracking", lambda *k: f"{alone[k].duration / perfect:.2f}"),
         *table(f"Among ten walkers: times the optimum (how many of {runs} arrive)", ratio),
         *table(f"Collisions in {runs} runs", hit),

@@ -2,7 +2,7 @@
 The safest path
 ===============
 
-The Voronoi planner keeps the greatest distance from walls that any path can keep.
+The Voronoi planner keeps the maximum distance from walls that any path can keep.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 A limit on jerk
 ===============
 
-With a greatest jerk the acceleration changes gradually.
+With a maximum jerk the acceleration changes gradually.
 """
 
 import matplotlib.pyplot as plt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from typing import Any
 
@@ -88,7 +89,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
         text.strip().removesuffix("×").strip() for text in other.locator(".entrants li").all_inner_texts()
     ]
     assert listed == ["ad-gso", "astar", "jps", "constant"]
-    assert other.inner_text(".tl-where").startswith("5 ")
+    assert other.inner_text(".tl-where").startswith("5.0 s ")
     # Left, the comparison is in the link no more; who meets is.
     other.get_by_role("button", name="Leave", exact=True).click()
     addressed(other)
@@ -114,7 +115,7 @@ def test_a_link_that_no_page_has_written_chooses_nobody(page: Any, text: str) ->
 
 def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_old(page: Any) -> None:
     compare(page)
-    page.wait_for_selector("#charts figcaption >> text=/over ticks \\(/")
+    page.wait_for_selector("#charts figcaption >> text=/over seconds \\(/")
     assert page.locator("#charts figcaption").first.inner_text().endswith(")")
     page.get_by_role("button", name="Leave", exact=True).click()
     page.wait_for_selector("#compare >> text=Show it")
@@ -190,3 +191,54 @@ SEEN = """([x, y]) => [...document.querySelectorAll(".mosaic canvas")].map((canv
   const [r, g, b] = pen.getImageData(at(canvas.width, x), at(canvas.height, y), 1, 1).data;
   return r + g + b;
 })"""
+
+
+# ---- the window of results --------------------
+
+
+@pytest.mark.nightly
+def test_results_are_sorted_drawn_and_resized_and_studies_are_listed(page: Any) -> None:
+    page.click("#tab-compare")
+    page.get_by_role("button", name="Results page").click()
+    page.wait_for_selector("#results >> text=Nothing has been compared yet")
+    page.keyboard.press("Escape")
+    page.get_by_label("seeds", exact=True).fill("6")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_selector("#compare table.measures")
+    page.get_by_role("button", name="Results page").click()
+    window = page.locator("#results")
+    expansions = window.get_by_role("button", name="expansions", exact=True)
+
+    def column() -> list[float]:
+        at = window.locator("thead th").all_inner_texts()
+        k = next(k for k, text in enumerate(at) if text.startswith("expansions"))
+        cells = window.locator(f"tbody tr > :nth-child({k + 1})").all_inner_texts()
+        return [float(text.split()[0].replace(",", "")) for text in cells]
+
+    expansions.click()
+    assert column() == sorted(column())
+    page.keyboard.press("Enter")
+    assert column() == sorted(column(), reverse=True)
+    assert window.locator("th[aria-sort=descending]").count() == 1
+    # Intervals are drawn where there are any, on axes of their own.
+    assert window.locator(".rs-multiples .rs-one", has_text="planning (ms)").locator(".whisker").count() == 3
+    assert window.locator(".rs-coordinates g").count() == 3
+    before = window.locator(".rs-coordinates line").count()
+    window.get_by_label("iterations", exact=True).check()
+    assert window.locator(".rs-coordinates line").count() == before + 1
+    box = window.bounding_box()
+    page.mouse.move(box["x"] + box["width"] - 4, box["y"] + box["height"] - 4)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] - 204, box["y"] + box["height"] - 104, steps=4)
+    page.mouse.up()
+    assert window.bounding_box()["width"] < box["width"] - 100
+    window.get_by_role("button", name="Close the results").click()
+
+    page.get_by_label("starts and goals").fill("1")
+    page.get_by_label("seeds of each").fill("2")
+    page.get_by_role("button", name="Send to a study").click()
+    page.wait_for_selector("#compare >> text=Done:", timeout=240_000)
+    page.get_by_role("button", name="Results page").click()
+    window.get_by_role("button", name=re.compile("^Show here")).click()
+    page.wait_for_selector("#results-title >> text=Study on env-3")
+    assert window.locator("tbody tr").count() == 3

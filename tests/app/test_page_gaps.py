@@ -140,7 +140,7 @@ def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: A
     page.click("#tab-settings")
     page.locator("#settings .law select").first.select_option("dissertation")
     page.wait_for_timeout(300)
-    page.get_by_label("Speed of play").select_option("16")
+    page.get_by_label("Speed of play").select_option("50")
     page.get_by_role("button", name="Play", exact=True).click()
     page.get_by_role("button", name="Play again").wait_for()
     plot = page.locator("#charts .u-over").first.bounding_box()

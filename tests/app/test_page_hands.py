@@ -114,7 +114,7 @@ def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> 
 
 
 STROKES = """
-import { line, brush } from "./brush.js";
+import { line, brush } from "./hand.js";
 import { applyEdits, withStroke } from "./ground.js";
 let state = 12345;
 const draw = (n) => {

@@ -90,7 +90,7 @@ def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_pat
         page.goto(address)
         page.get_by_role("alert").wait_for(state="hidden")
         assert in_address(page) == painted, "nothing that was drawn is lost"
-        page.get_by_role("combobox", name="Speed of play").select_option("16×")
+        page.get_by_role("combobox", name="Speed of play").select_option("50×")
         page.get_by_role("button", name="Play", exact=True).click()
         page.get_by_role("button", name="Play again").wait_for()
         assert fact(page, "Outcome")
@@ -114,7 +114,7 @@ def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, 
         page.goto(address)
         page.get_by_role("alert").wait_for(state="hidden")
         # More may have come than was played.
-        page.get_by_role("combobox", name="Speed of play").select_option("16×")
+        page.get_by_role("combobox", name="Speed of play").select_option("50×")
         until(page, lambda: moment(page) > reached + 3)
         page.get_by_role("button", name="Pause").wait_for()
 

@@ -85,13 +85,17 @@ def states(page: Any) -> Iterator[str]:
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_selector("#compare table.measures")
     yield "compared"
+    page.get_by_role("button", name="Results page").click()
+    page.wait_for_selector("#results[open] .rs-coordinates")
+    yield "results"
+    page.get_by_role("button", name="Close the results").click()
     page.get_by_role("button", name="Leave", exact=True).click()
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
-    for step in range(10):
-        page.wait_for_selector(f"#learn >> text=Step {step + 1} of 10")
+    for step in range(12):
+        page.wait_for_selector(f"#learn >> text=Step {step + 1} of 12")
         yield f"tour {step + 1}"
-        if step < 9:
+        if step < 11:
             page.get_by_role("button", name="Next").click()
     page.get_by_role("button", name="Leave the tour").click()
     page.get_by_role("button", name="Show its steps").click()

@@ -87,13 +87,20 @@ def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any)
     before = in_address(page)
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
-    for step in range(1, 11):
-        page.wait_for_selector(f"text=Step {step} of 10")
+    for step in range(1, 13):
+        page.wait_for_selector(f"text=Step {step} of 12")
         if step in TALLIES:
             assert page.inner_text(".tour .tally") == TALLIES[step]
-        if step < 10:
+        if step == 10:
+            assert "4 + 6 × 1.4 = 12.4" in page.inner_text(".tour")
+        if step == 11:
+            assert "arrives at tick 12 instead of 10" in page.inner_text(".tour")
+            assert "Moving obstacles stand on every acceptable neighbour" in page.inner_text(".tour table")
+        if step < 12:
             page.keyboard.press("ArrowRight") if step > 1 else page.get_by_role("button", name="Next").click()
-    assert "4 + 6 × 1.4 = 12.4" in page.inner_text(".tour")
+    # Of node (5,5): two obstacles in ring 1 and one ahead in ring 2 leave 80 - 12 - 3, the angle of 135 degrees 60.
+    row = page.locator(".tour tr", has_text="(5,5)").inner_text().split("\t")
+    assert row[1:] == ["2, 1", "65", "135", "60", "60", "angle"]
     assert in_address(page)["map"] == "guide"
     page.get_by_role("button", name="Leave the tour").click()
     page.wait_for_selector("#where >> text=env-3")
@@ -105,7 +112,7 @@ def test_a_tour_that_is_cut_short_gives_it_back_too(page: Any, address: str) -> 
     before = in_address(page)
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
-    page.wait_for_selector("text=Step 1 of 10")
+    page.wait_for_selector("text=Step 1 of 12")
     assert in_address(page)["map"] == "guide"
     page.reload()
     page.wait_for_selector("#where >> text=env-3")

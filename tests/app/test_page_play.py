@@ -331,7 +331,7 @@ console.log(JSON.stringify(said));
     assert (end, playing, frames) == (29, False, 0)
     assert shares, "a faster speed that comes later changes the colours of what was before"
     assert again, "played again from the beginning"
-    assert (stepping, whole, speed) == (False, True, 16)
+    assert (stepping, whole, speed) == (False, True, 50)
     assert hidden, "a page that was hidden does not leap"
 
 

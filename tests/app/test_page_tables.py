@@ -70,7 +70,7 @@ def test_printed_tables_are_the_packaged_ones() -> None:
 @pytest.mark.source
 def test_the_tour_says_where_the_map_is_drawn_and_what_is_printed_for_another() -> None:
     """Figure 4.1 draws the map; 16.2, in Table 4.10, is for a map with two gates (issue 24, C22)."""
-    told = source("chapters.js")
+    told = source("tour.js")
     assert "draws no map" not in told
     assert "Figure 4.1" in told
     assert re.search(r"table_cost\} of its Table 4\.10 is for another map", told)

@@ -7,7 +7,7 @@ from pathlib import Path
 from test_page_play import needs_node, node
 
 TRAIL = """
-import { Trail } from "./ways.js";
+import { Trail } from "./marks.js";
 import { View } from "./view.js";
 
 const view = new View();

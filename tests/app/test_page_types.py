@@ -86,10 +86,11 @@ def complaints(modules: dict[str, str], folder: Path) -> list[str]:
 
 
 def page_modules() -> dict[str, str]:
-    """All of them but uPlot, which is not ours."""
+    """All of them but uPlot, which is not ours; those of replays as if they were in the same folder."""
     found: dict[str, Any] = {
-        file.name: file.read_text("utf-8")
-        for file in files("lampyris.app").joinpath("static").iterdir()
+        file.name: file.read_text("utf-8").replace('"../static/', '"./')
+        for folder in ("static", "replay")
+        for file in files("lampyris.app").joinpath(folder).iterdir()
         if file.name.endswith(".js") and file.name != "uplot.js"
     }
     return found

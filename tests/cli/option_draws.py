@@ -362,7 +362,7 @@ def _fleet_planner(chance: Chance) -> str:
 
 
 ENDINGS = {
-    "csv": ("new.csv", "-"), "picture": ("new.png", "new.svg"), "film": ("new.gif", "new.webp"),
+    "csv": ("new.csv", "-"), "picture": ("new.png", "new.svg"), "film": ("new.gif", "new.webp"), "replay": ("new.html",),
     "chart": ("new.png", "new.svg"), "save": ("new.yaml", "new.json"), "report": ("new.html",),
     "parquet": ("new.parquet",), "latex": ("new.tex",), "zones": ("zones.csv", "zones.npy"),
     "path": ("way.csv", "way.json"), "obstacle_states": ("movers.csv",), "track": ("track.csv",),

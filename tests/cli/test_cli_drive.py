@@ -196,6 +196,6 @@ def test_without_a_way_there_is_no_drive() -> None:
     done = run(*words, "--chart", "c.png", "--film", "c.webp", "--csv", "c.csv")
     assert (done.exit, done.err) == (
         4,
-        "note: the robot never set off, so no film, picture, chart or CSV was written\n",
+        "note: the robot never set off, so no film, picture, chart, replay or CSV was written\n",
     )
     assert [p.name for p in Path().iterdir()] == ["wall.txt"]

@@ -168,6 +168,7 @@ OUTPUTS = [
     ("plan", "guide", "--picture"),
     ("plan", "guide", "--save-scenario"),
     ("simulate", "guide", "--film"),
+    ("simulate", "guide", "--replay"),
     ("speed", "guide", "--chart"),
     ("maps", "convert", "guide"),
     ("study", "write", "density"),
@@ -175,7 +176,7 @@ OUTPUTS = [
     ("selfcheck", "grids", "--cases", "1", "--only", "3x3", "--record"),
 ]
 NAMES = {
-    "--csv": ".csv", "--picture": ".png", "--save-scenario": ".yaml", "--film": ".gif", "--chart": ".svg",
+    "--csv": ".csv", "--picture": ".png", "--save-scenario": ".yaml", "--film": ".gif", "--replay": ".html", "--chart": ".svg",
     "guide": ".txt", "density": ".yaml", "--ledger": ".ledger", "--record": ".jsonl",
 }  # fmt: skip
 

@@ -43,7 +43,12 @@ def test_files_and_functions_hold_one_idea() -> None:
     assert long == []
 
 
-SCRIPTS = sorted(path for path in (PACKAGE / "app" / "static").glob("*.js") if path.name != "uplot.js")
+SCRIPTS = sorted(
+    path
+    for folder in ("static", "replay")
+    for path in (PACKAGE / "app" / folder).glob("*.js")
+    if path.name != "uplot.js"
+)
 
 
 def test_scripts_hold_one_idea() -> None:

@@ -17,7 +17,7 @@ from lampyris.model.robot import DRIVES, Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.hybrid.hybrid_planner import HybridAStar
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
-from lampyris.planning.lattice.map import BorderedMap
+from lampyris.planning.lattice.map import ClearanceMap
 from lampyris.planning.lattice.primitives import angles
 from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
 from lampyris.referee import check_plan
@@ -132,9 +132,9 @@ def test_a_curve_that_costs_less_but_hits_a_wall_is_not_taken() -> None:
     end = np.zeros(3 * len(detour))
     sample(*first, *detour.T.copy(), np.ones(len(detour), dtype=np.int64), end)
     assert end[-2] == pytest.approx(15.0, abs=0.1)
-    free = shortened(first, detour, robot, BorderedMap(Grid(walls), 8))
+    free = shortened(first, detour, robot, ClearanceMap(Grid(walls), 8))
     walls[15, 13] = True
-    kept = shortened(first, detour, robot, BorderedMap(Grid(walls), 8))
+    kept = shortened(first, detour, robot, ClearanceMap(Grid(walls), 8))
     shortest = math.hypot(end[-3] - 5.0, end[-2] - 15.0)
     assert robot.costs(free).sum() == pytest.approx(shortest, rel=0.01)
     assert 1.02 * shortest < robot.costs(kept).sum() <= robot.costs(detour).sum()

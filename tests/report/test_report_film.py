@@ -33,6 +33,15 @@ def count(picture: np.ndarray, colour: tuple[int, int, int], slack: int = 8) -> 
     return int((np.abs(picture.astype(int) - colour).max(axis=-1) <= slack).sum())
 
 
+def test_a_film_names_the_planner_below_the_map() -> None:
+    one, other = (
+        TraceRenderer(replace(sample_trace(), planner=name), None).frame(1.0) for name in ("astar", "jps-2")
+    )
+    rows = np.flatnonzero((one != other).any(axis=(1, 2)))
+    assert rows.size
+    assert rows.min() > len(one) - 40, "in the legend alone"
+
+
 @pytest.mark.commit(1)
 @pytest.mark.parametrize("suffix", [".webp", ".gif"])
 def test_a_film_tells_the_whole_run(tmp_path: Path, suffix: str) -> None:

@@ -12,10 +12,12 @@ from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.trace import Trace
+from lampyris.motion.laws.physical import RULES, PhysicalLaw
 from lampyris.planning import registry
 from lampyris.sim.grid import loop
 from lampyris.sim.grid.compiled_ticks import supported
 from lampyris.sim.grid.steps_since import since
+from lampyris.sim.grid.tick_speed import TickSpeed
 from reference.kernel_forms import use
 
 WALLS = np.zeros((14, 16), dtype=bool)
@@ -103,3 +105,12 @@ def test_what_the_kernel_does_not_know_is_left_to_the_loop() -> None:
     for scene in (sized, far):
         assert not supported(loop.Simulation(scene, who))
         assert differ(by_tick(loop.Simulation(scene, who)), loop.run(scene, who)) == []
+
+
+def test_the_kernel_drives_by_no_rule_that_it_does_not_know() -> None:
+    """Whatever rule is added to the table of rules: a list of names here once left the new one out without a word."""
+    scene = scene_of("walkers")
+    assert TickSpeed(scene, PhysicalLaw()).for_kernel() is not None
+    for name, kind in RULES.items():
+        known = TickSpeed(scene, PhysicalLaw(**{name: kind()})).for_kernel() is not None
+        assert known == (name == "moving"), name

@@ -49,7 +49,9 @@ Cases = Annotated[
         "--cases", metavar="N", help="Number of cases of each kind (default: as --size says).", min=1
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of all random draws: same seed, same cases.", min=0)]
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="N", help="Seed of all random draws: same seed, same cases.", min=0)
+]
 Folder = Annotated[
     Path | None,
     typer.Option("--folder", metavar="DIR", help="Input data: MovingAI maps, for `scen`."),

@@ -53,17 +53,19 @@ Via = Annotated[
 ]
 ViaM = Annotated[
     list[str] | None,
-    typer.Option("--via-m", metavar="X,Y", help="The same in metres of the map frame."),
+    typer.Option("--via-m", metavar="X,Y", help="The same as --via, in metres of the map frame."),
 ]
 ViaOrder = Annotated[
     str,
     typer.Option(
         "--via-order",
         metavar="|".join(VIA_ORDERS),
-        help="The order of these: as given, or the one with the shortest path (exact up to 12 points).",
+        help="Order of the via points: as given, or the one with the shortest path (exact up to 12 points).",
     ),
 ]
-Planner = Annotated[str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")]
+Planner = Annotated[
+    str, typer.Option("--planner", metavar="NAME", help="Name of the planner: see `lampyris planners`.")
+]
 Preset = Annotated[
     str,
     typer.Option(
@@ -82,13 +84,16 @@ Moves = Annotated[
     ),
 ]
 Law = Annotated[
-    str | None, typer.Option("--law", help="The speed law: see `lampyris laws` (default: the preset's).")
+    str | None,
+    typer.Option("--law", metavar="NAME", help="The speed law: see `lampyris laws` (default: the preset's)."),
 ]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of all random draws: same seed, same bytes.")]
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="N", help="Seed of all random draws: same seed, same bytes.")
+]
 Resolution = Annotated[
     float | None,
     typer.Option(
@@ -136,12 +141,20 @@ Export = Annotated[
     typer.Option("--export", metavar="FILE", help="Write the path as nav_msgs/Path (.json or .yaml)."),
 ]
 Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+Replay = Annotated[
+    Path | None,
+    typer.Option(
+        "--replay",
+        metavar="FILE",
+        help="Write the run as an interactive page (.html) that opens without lampyris.",
+    ),
+]
 GoalTrack = Annotated[
     Path | None,
     typer.Option(
         "--goal-track",
         metavar="FILE",
-        help="The goal moves: a CSV with columns x,y, its cell at each tick.",
+        help="Moving goal: a CSV with columns x,y, the cell of the goal at each tick.",
     ),
 ]
 Explain = Annotated[
@@ -230,7 +243,7 @@ Track = Annotated[
 Obstacles = Annotated[
     int,
     typer.Option(
-        "--obstacles", metavar="N", help="How many moving obstacles, besides those drawn in the map."
+        "--obstacles", metavar="N", help="Number of moving obstacles, in addition to those drawn in the map."
     ),
 ]
 Mobility = Annotated[
@@ -253,7 +266,8 @@ Rate = Annotated[
     float | None,
     typer.Option(
         "--rate",
-        help="Chance in each tick that one more random walker appears (1: the dissertation's; default: "
-        "all are there from the start).",
+        metavar="P",
+        help="Probability per tick that another random walker appears (1: the dissertation's; default: all are there "
+        "from the start).",
     ),
 ]

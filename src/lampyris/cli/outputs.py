@@ -9,11 +9,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lampyris.cli import text
 from lampyris.cli.option_errors import check_choice
 from lampyris.errors import FileError, UsageError
+
+if TYPE_CHECKING:
+    from lampyris.app.replay.page import RunPage
 
 STDOUT = Path("-")
 """In place of a file: standard output, for tables of text."""
@@ -26,6 +29,7 @@ ENDINGS: Mapping[str, tuple[str, ...]] = {
     "latex": (".tex", ".txt", ""),
     "parquet": (".parquet",),
     "report": (".html", ".htm"),
+    "replay": (".html", ".htm"),
     "export": (".json", ".yaml", ".yml"),
     "bag": (".mcap", ".db3", ""),
     "scenario": (".yaml", ".yml", ".json"),
@@ -154,6 +158,21 @@ def print_written(*paths: Path | None) -> None:
             text.line(f"wrote {path}")
 
 
+def write_replay(path: Path, replay: RunPage, *, json: bool) -> None:
+    """Write a replay, and print the digest that it shows: beside JSON to standard error, else where results go."""
+    from lampyris.app.replay.page import replay_page
+    from lampyris.io.atomic_write import whole_file
+
+    page = replay_page(replay).encode()
+    with whole_file(path) as file:
+        file.write(page)
+    if json:
+        text.print_notes((f"digest of the replay: {replay.digest}",))
+    else:
+        print_written(path)
+        text.line(f"digest {replay.digest}")
+
+
 @dataclass(frozen=True)
 class Outputs:
     """What ``plan``, ``simulate``, ``run`` and ``drive`` print and write."""
@@ -170,6 +189,7 @@ class Outputs:
     chart: Path | None = None
     export: Path | None = None
     bag: Path | None = None
+    replay: Path | None = None
 
     def check(self) -> None:
         """Reject before any work what could not be written at the end."""
@@ -177,7 +197,7 @@ class Outputs:
 
         check_outputs(
             self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
-            csv=self.csv, export=self.export, bag=self.bag,
+            csv=self.csv, export=self.export, bag=self.bag, replay=self.replay,
         )  # fmt: skip
         if self.bag is not None:
             from lampyris.ros.stores import typestore

@@ -35,7 +35,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",
         ),
         "Output": (
-            "picture", "layer", "colour-by", "chart", "film", "csv", "export", "bag", "out", "save-scenario", "explain",
+            "picture", "layer", "colour-by", "chart", "film", "replay", "csv", "export", "bag", "out", "save-scenario", "explain",
             "json", "no-timing", "force",
         ),
     }

@@ -277,7 +277,7 @@ def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
 
 
 def track_speed(options: TrafficOptions) -> float:
-    """The greatest speed of the tracks in metres and seconds along an axis, m/s; 0: there are none."""
+    """The maximum speed of the tracks in metres and seconds along an axis, m/s; 0: there are none."""
     found = [timed_track(path) for path in options.tracks]
     return max((one.top_speed for one in found if one is not None), default=0.0)
 

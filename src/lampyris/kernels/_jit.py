@@ -421,6 +421,7 @@ def _tell(on: bool) -> None:
         ear(on)
 
 
+@loading()
 def _compile(k: Kernel) -> Callable[..., Any]:
     from lampyris.kernels import _machine as machine
 

@@ -120,7 +120,7 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool
     compile_for, resolve = made._compile_for_args, made.get_call_template
 
     def undivided(*args: Any, **kwargs: Any) -> Any:
-        with cancellation.uninterrupted(), uncollected():
+        with cancellation.uninterrupted(), loading(), uncollected():
             return compile_for(*args, **kwargs)
 
     # Numba's dispatcher, in C, calls this by name for arguments of types that it does not know yet, and runs

@@ -129,7 +129,7 @@ class Drive(Value, Tabular):
     period : seconds between two decisions.
     optimum : seconds that the fastest drive of the first curve takes without obstacles; None: not known.
     replans, expansions : of the planner.
-    error : greatest distance between where the robot was and where it was commanded to be, metres.
+    error : maximum distance between where the robot was and where it was commanded to be, metres.
     detail : why it ended so, in words.
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part

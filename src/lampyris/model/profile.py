@@ -148,10 +148,10 @@ class NodeTable(NamedTuple):
     ----------
     ring1, ring2 : int64 (n,): obstacles counted in ring 1 and, ahead, in ring 2; walls, cells off the map (ring 1) and
         moving obstacles.
-    obstacle_velocity : float64 (n,): greatest velocity beside them.
+    obstacle_velocity : float64 (n,): maximum velocity beside them.
     angle_deg : float64 (n,): interior angle of the path, degrees: 180 straight on, 135, 90, 45, 0 back; NaN at both
         ends.
-    angle_velocity : float64 (n,): greatest velocity at that angle; NaN at both ends.
+    angle_velocity : float64 (n,): maximum velocity at that angle; NaN at both ends.
     """
 
     ring1: NDArray[np.int64]

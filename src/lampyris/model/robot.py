@@ -31,18 +31,18 @@ class Robot(Noun):
     ----------
     radius : robot radius; 0 treats the robot as a point. With a footprint it is the distance from the base to the
         farthest vertex, whatever was given: what plans for discs keeps that far from walls.
-    v_max : greatest speed.
-    a_max : greatest acceleration.
-    d_max : greatest braking.
-    a_lat_max : greatest lateral acceleration in a turn.
-    turn_radius : smallest turning radius. Where no arc of that radius fits, it stands still and turns on the
+    v_max : maximum speed.
+    a_max : maximum acceleration.
+    d_max : maximum deceleration.
+    a_lat_max : maximum lateral acceleration in a turn.
+    turn_radius : minimum turning radius. Where no arc of that radius fits, it stands still and turns on the
         spot. 0: any bend, as slowly as a_lat_max requires.
-    jerk_max : greatest jerk; it limits profiles, not drives.
+    jerk_max : maximum jerk; it limits profiles, not drives.
     drive : drive type, used only by planners with headings: differential turns in place, ackermann does not,
         omnidirectional also moves sideways.
     footprint : vertices (x ahead, y to the left) of its outline in metres, in order; the origin is its base, the
         point between the wheels that do not steer. None: a disc.
-    yaw_rate_max : greatest yaw rate on a path of poses. The default lets the point that is farthest from the base move at
+    yaw_rate_max : maximum yaw rate on a path of poses. The default lets the point that is farthest from the base move at
         v_max while the robot turns in place, and limits nothing else.
 
     Raises

@@ -24,7 +24,7 @@ from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, CellLike, FloatGrid
 
 MAX_RADIUS = 250
-"""Greatest radius of a robot or an obstacle, in cells."""
+"""Maximum radius of a robot or an obstacle, in cells."""
 MAX_VIA = 100
 """Most via points of a scene."""
 _ROBOT = Robot()

@@ -44,7 +44,7 @@ _STEPS = 1500
 
 
 def jerks(ds: Floats, v: Floats) -> Floats:
-    """The greatest jerk at each node by the definition above, m/s3 >= 0; shape (n,).
+    """The maximum jerk at each node by the definition above, m/s3 >= 0; shape (n,).
 
     Less what the rounding of v^2 may have made of it: between nodes 1e-9 m apart that is all of it.
 

@@ -31,7 +31,7 @@ _TOGETHER = 4_096
 """Places whose walls are looked up at once."""
 
 Bound: TypeAlias = tuple[str, Floats]
-"""The name of a rule and the greatest speed it allows at each node, m/s (n,); infinity where it is silent."""
+"""The name of a rule and the maximum speed it allows at each node, m/s (n,); infinity where it is silent."""
 
 LawCap: TypeAlias = Callable[[Profile, Points, Scene, float], Bound]
 """A rule of a law: profile, places of its nodes (cells, (n, 2)), scene and creep to a bound."""

@@ -17,7 +17,7 @@ from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid, Cell
 
 TOP_SPEED = 80.0
-"""The dissertation's greatest speed, velocity units (Table 3.1)."""
+"""The dissertation's maximum speed, velocity units (Table 3.1)."""
 
 _NEVER_DROVE = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 

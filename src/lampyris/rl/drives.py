@@ -37,7 +37,7 @@ def _measures(episodes: DriveEpisodes) -> dict[str, NDArray[Any]]:
 class DriveEnv(EpisodeEnv):
     """A disc with differential drive: it accelerates, brakes and turns; touching a wall ends the episode.
 
-    Action: float32 (2,), -1 to 1: share of the greatest acceleration (of braking, if negative) and of the greatest yaw
+    Action: float32 (2,), -1 to 1: share of the maximum acceleration (of braking, if negative) and of the maximum yaw
     rate (positive: counterclockwise), for a period. The robot does not drive backwards.
 
     Observation: float32, a patch of cells (1: the robot's centre may not be there) in the frame of the robot, row by row

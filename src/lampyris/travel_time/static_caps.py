@@ -20,7 +20,7 @@ from lampyris.typing import BoolGrid, FloatGrid, Floats
 
 
 def node_caps(scene: Scene, free: BoolGrid, *, clearance: bool, creep: float) -> FloatGrid:
-    """The greatest speed in each cell: v_max, and the clearance cap; m/s, (height, width)."""
+    """The maximum speed in each cell: v_max, and the clearance cap; m/s, (height, width)."""
     robot = scene.robot
     out = np.full(free.shape, robot.v_max)
     if clearance:
@@ -35,7 +35,7 @@ def node_caps(scene: Scene, free: BoolGrid, *, clearance: bool, creep: float) ->
 
 @lru_cache(maxsize=32)
 def corner_speeds(robot: Robot, resolution: float, moves: Moves) -> Floats:
-    """The greatest speed at each corner between two steps, as a profile on the path's cells has it.
+    """The maximum speed at each corner between two steps, as a profile on the path's cells has it.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def corner_speeds(robot: Robot, resolution: float, moves: Moves) -> Floats:
 def edge_caps(
     scene: Scene, free: BoolGrid, moves: Moves, *, zones: bool, blind: BlindArea | None
 ) -> Floats | None:
-    """The greatest speed on the step that leaves each cell, (steps, height, width); None: there is no such cap."""
+    """The maximum speed on the step that leaves each cell, (steps, height, width); None: there is no such cap."""
     found: list[NDArray[np.float64]] = []
     if zones and scene.zones is not None:
         found.append(np.stack([_least_touched(scene.zones, dx, dy) for dx, dy in moves.offsets]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -55,7 +55,7 @@ def drive(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[byt
         )
     made = driven(scenario, look)
     head = {"job": question.get("job"), "controller": made.controller, "planner": scenario.planner}
-    yield from frames_of(made, head, scenario)
+    yield from frames_of(made, head, scenario.notes)
 
 
 def driven(scenario: Scenario, look: Callable[[], None]) -> Drive:
@@ -75,12 +75,12 @@ def driven(scenario: Scenario, look: Callable[[], None]) -> Drive:
     return made  # type: ignore[no-any-return]
 
 
-def frames_of(made: Drive, head: Mapping[str, Any], scenario: Scenario) -> Iterator[bytes]:
+def frames_of(made: Drive, head: Mapping[str, Any], notes: Sequence[str] = ()) -> Iterator[bytes]:
     """A drive as frames: what it is, its samples, its events, its end."""
     step = step_of(made)
     causes = list(dict.fromkeys(made.cause))
     paths, omitted = paths_of(made)
-    yield json_frame("H", {**head, **_header(made, scenario, step, causes), "paths": paths})
+    yield json_frame("H", {**head, **_header(made, notes, step, causes), "paths": paths})
     many = max(1, math.ceil(made.duration / step - 1e-9) + 1)
     times = np.minimum(np.arange(many) * step, made.duration)
     times[-1] = made.duration
@@ -131,7 +131,7 @@ def digest(made: Drive) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> dict[str, Any]:
+def _header(made: Drive, notes: Sequence[str], step: float, causes: list[str]) -> dict[str, Any]:
     return {
         "law": made.law,
         "units": laws.named(made.law).units if made.law in laws.LAWS else "m/s",
@@ -145,7 +145,7 @@ def _header(made: Drive, scenario: Scenario, step: float, causes: list[str]) -> 
             {**obstacle_record(one), "radius": track.radius, **_outline(track, made.scene.grid.resolution)}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)
         ],
-        "notes": list(scenario.notes),
+        "notes": list(notes),
     }
 
 

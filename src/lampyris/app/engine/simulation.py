@@ -19,6 +19,7 @@ from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon
+from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
@@ -176,6 +177,44 @@ def _ticks(part: Trace, first: int) -> bytes:
     return ticks_frame(first, part.robot, part.speed, cause, places, near_by_tick(part))
 
 
+def trace_frames(trace: Trace) -> bytes:
+    """A whole trace as the frames that :func:`watch` gives while it runs, without what each rule alone allows.
+
+    Obstacles that are polygons begin along the rows: a trace does not say with which heading.
+    """
+    grid = trace.scene.grid
+    there = sum(came == 0 for came in trace.appears)  # bits: a count of obstacles
+    specs = [{**obstacle_record(one), **_shape(one, grid, 0.0)} for one in trace.obstacle_specs]
+    head = {
+        "planner": trace.planner,
+        "law": trace.law,
+        "units": trace.units,
+        "tick_s": tick_seconds(trace.scene, trace.units),
+        "seed": trace.seed,
+        "map": grid_record(grid),
+        "start": list(trace.scene.start),
+        "goal": list(trace.scene.goal),
+        "causes": list(WORDS),
+        "obstacle_specs": specs[:there],
+        "last_tick": trace.last_tick,
+        "sensor": None if trace.sensor is None else trace.sensor.range_m / grid.resolution,
+        "goal_track": None if trace.goal_track is None else trace.goal_track.tolist(),
+        "notes": [],
+    }
+    parts = [json_frame("H", head)]
+    if trace.events:
+        parts.append(_events(list(trace.events), trace.obstacle_specs[there:], grid))
+    if trace.seen is not None and (seen := seen_frame(trace.seen.reshape(-1), 0, trace.ticks)) is not None:
+        parts.append(seen)
+    parts += [_ticks(trace, 0), json_frame("Z", ending(trace, {}))]
+    return b"".join(parts)
+
+
+def tick_seconds(scene: Scene, units: str) -> float | None:
+    """Seconds that a tick stands for: what the robot needs for a cell at its greatest speed. None: speeds are not in m/s."""
+    return scene.grid.resolution / scene.robot.v_max if units.startswith("m/s") else None
+
+
 def finish(run: Simulation) -> Trace:
     """The whole trace, past the referee, with its sentence: what :func:`lampyris.simulate` gives.
 
@@ -217,6 +256,7 @@ def outline_record(outline: Polygon, resolution: float) -> list[list[float]]:
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where.
 
+    ``tick_s``: see :func:`tick_seconds`.
     ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
     map, else null; ``goal_track``: the goal's cell at each tick, null where it stands still.
     """
@@ -224,6 +264,7 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "planner": scenario.planner,
         "law": run.tick_speed.name,
         "units": run.tick_speed.units,
+        "tick_s": tick_seconds(scenario.scene, run.tick_speed.units),
         "seed": scenario.seed,
         "map": grid_record(scenario.scene.grid),
         "start": list(scenario.scene.start),

@@ -226,10 +226,29 @@ def _run(question: Mapping[str, Any], folder: Path, tell: Any) -> None:
 
         running.run(study, keep, done=store.keys(), progress=progress)
         tell(state="writing the report", done=len(store), total=len(study))
-        write_page(folder / REPORT, study, table_of(study, store.scan()))
-        tell(state="done", done=len(store), total=len(study), report=True)
+        table = table_of(study, store.scan())
+        summary = write_page(folder / REPORT, study, table).as_json()
+        tell(
+            state="done",
+            done=len(store),
+            total=len(study),
+            report=True,
+            results=_results(summary, study, table),
+        )
     finally:
         store.close()
+
+
+def _results(summary: Mapping[str, Any], study: Study, table: Any) -> dict[str, Any]:
+    """What the page shows of a study itself: the entrants' numbers over all places, and who is best."""
+    from lampyris.study.analysis.best import best
+    from lampyris.study.analysis.runs import runs_of
+
+    entries = [
+        {"entrant": one["entrant"], "own": one["own"]} for one in summary["entries"] if one["place"] == ""
+    ]
+    tops = best(runs_of(study, table.records()))
+    return {"entries": entries, "best": {name: one._asdict() for name, one in tops.items()}}
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def answer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A plan with its speeds: one frame ``Z``."""
-    began, loaded = loading.wall(), loading.seconds()
+    loaded = loading.seconds()
     scenario = scenario_of_request(question)
     planner = registry.make(scenario.planner, scenario.settings)
     found = api.plan(scenario.scene, planner, seed=scenario.seed, record=bool(question.get("record")))
@@ -83,7 +83,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     ]
     # What the page shows beside the sentence: the others are of the scenario, and stand there always.
     record["weakened"] = list(found.notes)
-    record["seconds"] = loading.wall() - began
+    record["seconds"] = found.timing["plan_s"]
     record["loading_seconds"] = loading.seconds() - loaded
     yield json_frame("Z", record)
 
@@ -164,9 +164,34 @@ def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
             yield frame("B", data[at : at + PIECE])
         yield json_frame("Z", {"bytes": len(data)})
         return
+    if question.get("what") == "replay":
+        data = _replay(scenario_of_request(question), settings or {}, look)
+        for at in range(0, len(data), PIECE):
+            look()
+            yield frame("B", data[at : at + PIECE])
+        yield json_frame("Z", {"bytes": len(data)})
+        return
     from lampyris.app.engine.export import export as exported
 
     yield from exported(question, scenario_of_request(question), look)
+
+
+def _replay(scenario: Scenario, settings: Mapping[str, Any], look: Look) -> bytes:
+    """The scenario's run as an interactive page; with ``settings.layer`` beneath it as it is at the beginning."""
+    from lampyris.app.replay.page import replay_page
+    from lampyris.app.replay.streams import drive_replay, trace_replay
+
+    if scenario.drive is not None:
+        from lampyris.app.engine.driving import driven
+
+        return replay_page(drive_replay(driven(scenario, look), scenario.name)).encode()
+    run = begin(scenario)
+    sent = [json_frame("H", header(run, scenario)), *watch(run, look)]
+    trace = finish(run)
+    sent.append(json_frame("Z", ending(trace, {})))
+    name = str(settings.get("layer") or "none")
+    below = b"" if name == "none" else layer_frame(name, layer_of(name, scenario, 0, None))
+    return replay_page(trace_replay(trace, scenario.name, b"".join(sent), below)).encode()
 
 
 def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

@@ -1,4 +1,4 @@
-"""The page's files as they are sent: scripts and styles without comments and indentation, which are half of them.
+"""The page's files as they are sent: scripts and styles without comments and needless spaces, which are half of them.
 
 Every line keeps its number, so that what a browser reports is found in the file.
 """
@@ -15,7 +15,7 @@ from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 
 KINDS: Final = {".js": "text/javascript", ".css": "text/css"}
-"""Files that are sent without comments, and their types."""
+"""Files that are sent without comments, and their types; a module is UTF-8, a style sheet what its page is."""
 
 WORD: Final = re.compile(
     r"""(?P<comment>//[^\n]*|/\*(?:(?!\*/)[\s\S])*\*/)
@@ -30,6 +30,13 @@ PATTERN: Final = re.compile(r"/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])
 """A regular expression, where a slash is no division."""
 NOT_OURS: Final = "uplot"
 """How the files of others begin: they are sent as they are, with their licence."""
+NEEDS_SPACE: Final = re.compile(r"[\w$] [\w$.]|[+-] [+-]|/ /")
+"""The characters on both sides of a space that cannot be left out."""
+STYLE_SPACE: Final = re.compile(
+    r"""(?P<text>"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')|[ \t]*(?P<sign>[{}])[ \t]*|[ \t]*\n[ \t]*"""
+    r"""|(?<=[:,;])[ \t]+"""
+)
+"""Spaces of a style sheet that mean nothing, and its texts."""
 BEFORE_PATTERN: Final = frozenset("(,=:[!&|?{};+-*%<>~^") | {
     "", "return", "typeof", "case", "in", "of", "do", "else", "void", "await", "yield", "delete",
 }  # fmt: skip
@@ -46,7 +53,7 @@ class PageFiles(StaticFiles):
         path = Path(full_path)
         kind = KINDS.get(path.suffix)
         if kind is not None and not path.name.startswith(NOT_OURS):
-            return Response(code_of(str(full_path), stat_result.st_mtime_ns), media_type=kind)
+            return Response(code_of(str(full_path), stat_result.st_mtime_ns), headers={"content-type": kind})
         return super().file_response(full_path, stat_result, *given, **named)
 
 
@@ -59,46 +66,49 @@ def code_of(path: str, changed: int) -> bytes:
 
 
 def stripped_style(text: str) -> str:
-    """A style sheet without comments and indentation; its lines keep their numbers."""
+    """A style sheet without comments and needless spaces; its lines keep their numbers, and its texts stay."""
     bare = re.sub(r"/\*[\s\S]*?\*/", lambda found: "\n" * found[0].count("\n"), text)
-    return re.sub(r"[ \t]*\n[ \t]*", "\n", bare)
+    return STYLE_SPACE.sub(lambda found: found["text"] or found["sign"] or found[0].strip(" \t"), bare)
 
 
 def stripped_script(text: str) -> str:
-    """A script without comments and indentation; its lines keep their numbers, and texts and patterns stay."""
+    """A script without comments and needless spaces; its lines keep their numbers, and texts and patterns stay."""
     out: list[str] = []
     at, before = 0, ""
+    spaced = False  # a space or a comment is behind `before`, in the same line
     depths: list[int] = []  # open braces within each ${...} of a template that is open
     while at < len(text):
         found = WORD.match(text, at)
         assert found is not None
         kind, piece = str(found.lastgroup), found[0]
+        if kind in ("space", "comment"):
+            at += len(piece)
+            lines = piece.count("\n")
+            # A line's end ends a statement; more than one are kept for their numbers.
+            out += ["\n"] * lines
+            spaced = True
+            continue
         if kind == "sign" and piece == "/" and before in BEFORE_PATTERN:
             pattern = PATTERN.match(text, at)
-            if pattern is not None:
-                kind, piece = "text", pattern[0]
+            piece = pattern[0] if pattern is not None else piece
         elif kind == "sign" and (piece == "`" or (piece == "}" and depths and depths[-1] == 0)):
             if piece == "}":
                 depths.pop()
             piece, inside = _template(text, at)
             if inside:
                 depths.append(0)
-            kind, before = ("text", "{") if inside else ("text", "`")
             out.append(piece)
-            at += len(piece)
+            at, before, spaced = at + len(piece), "{" if inside else "`", False
             continue
         elif kind == "sign" and depths and piece in "{}":
             depths[-1] += 1 if piece == "{" else -1
         at += len(piece)
-        if kind == "comment":
-            out.append("\n" * piece.count("\n"))
-        elif kind == "space":
-            lines = piece.count("\n")
-            # A line's end ends a statement; more than one are kept for their numbers.
-            out.append("\n" * lines if lines or not out or out[-1].endswith("\n") else " ")
-        else:
-            out.append(piece)
-            before = piece
+        if spaced and out and out[-1] != "\n":
+            # A pattern ends like a word: with its flags.
+            last = before if len(before) == 1 else "w"
+            out += [" "] if NEEDS_SPACE.match(f"{last} {piece[0]}") else []
+        out.append(piece)
+        before, spaced = piece, False
     return "".join(out)
 
 

@@ -101,6 +101,7 @@ EXPORTS: Final[Mapping[str, tuple[str, str]]] = {
     "csv": ("text/csv; charset=utf-8", "csv"),
     "scenario": ("application/yaml; charset=utf-8", "yaml"),
     "report": ("text/html; charset=utf-8", "html"),
+    "replay": ("text/html; charset=utf-8", "html"),
 }
 """What can be had as a file: its type, and how its name ends."""
 

@@ -5,6 +5,7 @@
 
 import { capsOf, closeness, whyOf } from "./bounds.js";
 import { causeColour } from "./colours.js";
+import { secondsOf } from "./frames.js";
 import { el } from "./make.js";
 
 /** @typedef {"time" | "path"} Over */
@@ -174,7 +175,7 @@ class Charts {
     }
     this._walked = n;
     const x = this._way.slice(0, n);
-    if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k * (run.step ?? 1);
+    if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k * (secondsOf(run) || 1);
     // A step needs an x that grows; a robot that waits does not.
     else for (let k = 1; k < n; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + 1e-9;
     const among = run.bodies.length > 0;
@@ -183,7 +184,7 @@ class Charts {
     const word = (/** @type {number} */ k) => run.causes[causes[k]] ?? "";
     return {
       x, v: run.speed.subarray(0, n), near, causes, word, why: (k) => whyOf(run, k, brief), units: run.units, caps: capsOf(run, n), run: true,
-      along: this.over === "path" ? "m" : run.step ? "s" : "ticks",
+      along: this.over === "path" ? "m" : secondsOf(run) ? "s" : "ticks",
     };
   }
 

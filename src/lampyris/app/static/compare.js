@@ -2,12 +2,12 @@
 
 import { LINES } from "./colours.js";
 import { applyEdits } from "./ground.js";
-import { block, button, el, fill, sentence, tell } from "./make.js";
+import { brought } from "./later.js";
+import { block, button, el, explained, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
-import { robotHeading } from "./headings.js";
-import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, seenAt } from "./runs.js";
+import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, robotHeading, seenAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
 
@@ -33,6 +33,8 @@ class Comparison {
     this.shown = false;
     /** @type {{run: Run | null, tick: number} | null} */
     this.before = null;
+    /** Who met in it. @type {import("./meeting.js").Meeting | null} */
+    this.met = null;
     /** @type {AbortController | null} */
     this.asked = null;
     this.mosaic = new Mosaic(page);
@@ -78,6 +80,7 @@ class Comparison {
     this.whose = el("p", { class: "hint", hidden: true });
     this.again = button("Show it", () => this._show(), { hidden: true });
     this.results = el("div", { class: "results" });
+    this.sheet = button("Results page", () => void this._sheet(), { title: "Table, intervals, settings and studies in a large window" });
     into.append(
       el("h3", null, "Planners"), this.chosen,
       this._adder("Add a planner", page.hello.planners, () => this.who.planners, () => page.store.scenario.planner),
@@ -85,14 +88,14 @@ class Comparison {
       this._adder("Add a speed law", page.hello.laws, () => this.who.laws, () => page.store.scenario.law),
       el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
         el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
-      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.whose, this.results,
+      el("div", { class: "row" }, this.go, this.end, this.again, this.sheet), this.progress, this.old, this.bar, this.whose, this.results,
     );
     this._list();
   }
 
   /** @param {string} title @param {any[]} rows @param {() => Entry[]} list @param {() => Who | null} present */
   _adder(title, rows, list, present) {
-    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name, title: row.summary }, row.name)));
+    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name }, explained(row))));
     const add = (/** @type {Who} */ who) => {
       const label = labelOf(who);
       if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);
@@ -169,6 +172,7 @@ class Comparison {
       const frames = page.api.frames("/api/compare", { scenario: page.asked(true), ...who }, asked.signal);
       const found = await gather(frames, (some) => tell(this.progress, `${some.ended} of ${all} runs`));
       this.found = found;
+      this.met = who;
       tell(this.progress, "");
       this._results(found, who.seeds);
       this._show(tick);
@@ -204,6 +208,17 @@ class Comparison {
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
     fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})),
       ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
+  }
+
+  /** The same in a large window. */
+  async _sheet() {
+    const { found, met, page } = this;
+    try {
+      const [results] = await brought(page, "results");
+      results.askResults(page, found && met ? { title: `Comparison on ${page.ground?.name ?? "the map"}`, some: entrants(found), bests: found.summary?.best ?? {}, met } : null);
+    } catch (error) {
+      page.fault(error);
+    }
   }
 
   // ---- on the map --------------------

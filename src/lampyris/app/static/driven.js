@@ -15,7 +15,7 @@ const ROWS = [
 ];
 /** What a heading means. @type {Record<string, string>} */
 const ABOUT = {
-  cross_track_max: "Greatest distance from the base to the nearest point of the path that it followed then", cross_track_mean: "The same distance, on average",
+  cross_track_max: "Maximum distance from the base to the nearest point of the path that it followed then", cross_track_mean: "The same distance, on average",
   yaw_error_max: "Greatest difference between the robot's yaw and that of the path",
   yaw_error_mean: "The same difference, on average", jerk_mean: "Changes of the acceleration, summed up, by the duration", yaw_acceleration_mean: "Changes of the yaw rate, summed up, by the duration: the steering effort",
   stops: "How often it came to rest before the end", contacts: "Contacts while it moved",
@@ -93,7 +93,7 @@ function pathAt({ paths, step = 1 }, tick) {
   return over.length ? over[over.length - 1].poses : NO_PATH;
 }
 
-/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./ways.js").Way[]} */
+/** What a drive follows, and what the drives of other controllers were. @param {Run} run @param {number[][]} path @returns {import("./marks.js").Way[]} */
 function waysOf(run, path) {
   const cells = path.flatMap(([x, y]) => [x, y]);
   const others = run.rivals.map((one, k) => ({ cells: one.robot.subarray(0, 2 * one.ticks), colour: LINES[(k + 1) % LINES.length][0], wide: 2.5 }));

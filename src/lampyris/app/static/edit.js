@@ -1,12 +1,10 @@
-// Edit: the tools beside the map, and what each does with a cell. Hands are in hand.js, keys in cursor.js.
+// Edit: the tools beside the map, and what each does with a cell; patrols, drawn cell by cell; the map by keyboard, where
+// arrows move a cell and other keys do to it what a hand would. Hands are in hand.js.
 
+import { brush, Hand, Stroke } from "./hand.js";
 import { el, iconButton } from "./make.js";
 import { byId } from "./page.js";
-import { Stroke, brush } from "./brush.js";
-import { Cursor } from "./cursor.js";
-import { Hand } from "./hand.js";
-import { Patrols } from "./patrols.js";
-import { fit, zoomButtons } from "./zoom.js";
+import { fit, moveBy, zoomButtons } from "./view.js";
 
 export const TOOLS = [
   { name: "ends", key: "v", label: "Start and goal", tip: "Click the start, then the goal; drag either. Drag the ground to pan.", path: "M2.500 12.500h5v5h-5zM13 17V3l5 2.700-5 2.700M7.500 15h3" },
@@ -216,5 +214,177 @@ export class Editor {
     if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
     if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
     return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";
+  }
+}
+
+// ---- patrols ----
+
+class Patrols {
+  /** @param {Page} page @param {() => void} changed called when what is being drawn is another */
+  constructor(page, changed) {
+    this.page = page;
+    this._changed = changed;
+    /** Waypoints of the patrol that is being drawn. @type {Cell[]} */
+    this.draft = [];
+  }
+
+  /** One more waypoint, on a free cell. @param {Cell} cell */
+  add(cell) {
+    if (this.isLast(cell)) return;
+    this.draft = [...this.draft, cell];
+    this.show();
+    this._changed();
+    byId("live").textContent = `waypoint ${this.draft.length} at column ${cell[0]}, row ${cell[1]}`;
+  }
+
+  /** @param {Cell} cell */
+  isLast(cell) {
+    const last = this.draft[this.draft.length - 1];
+    return Boolean(last) && last[0] === cell[0] && last[1] === cell[1];
+  }
+
+  /** What was drawn becomes an obstacle. */
+  end() {
+    if (!this.draft.length) return;
+    const { store } = this.page;
+    const waypoints = this.draft;
+    this.draft = [];
+    store.set({ obstacles: [...store.scenario.obstacles, { kind: "patrol", waypoints }] });
+    this.page.say(`Patrol of ${waypoints.length} ${waypoints.length === 1 ? "cell" : "cells"} placed.`, "good");
+  }
+
+  drop() {
+    if (!this.draft.length) return;
+    this.draft = [];
+    this.show();
+    this._changed();
+  }
+
+  /** The cells that a patrol takes, as the plan says; before it does, straight lines where no wall is. @param {Cell[]} waypoints @returns {Cell[][]} */
+  _linesOf(waypoints) {
+    const key = JSON.stringify(waypoints);
+    const path = this.page.plan?.obstacle_specs?.find((body) => body.waypoints && JSON.stringify(body.waypoints) === key)?.path;
+    return path ? [path] : this._clear(waypoints);
+  }
+
+  /** Straight lines between waypoints that lead through no wall. @param {Cell[]} waypoints @returns {Cell[][]} */
+  _clear(waypoints) {
+    const { ground } = this.page;
+    /** @type {Cell[][]} */
+    const lines = [];
+    for (let k = 1; k < waypoints.length; k++) {
+      const [[ax, ay], [bx, by]] = [waypoints[k - 1], waypoints[k]];
+      const n = 4 * Math.max(Math.abs(bx - ax), Math.abs(by - ay), 1);
+      let clear = ground !== null;
+      for (let i = 0; clear && ground && i <= n; i++) {
+        const x = Math.round(ax + ((bx - ax) * i) / n);
+        const y = Math.round(ay + ((by - ay) * i) / n);
+        clear = ground.cells[y * ground.width + x] === 0;
+      }
+      if (clear) lines.push([waypoints[k - 1], waypoints[k]]);
+    }
+    return lines;
+  }
+
+  show() {
+    const { map, store } = this.page;
+    /** @type {import("./map.js").Patrol[]} */
+    const patrols = [];
+    for (const one of store.scenario.obstacles) {
+      if (one.kind === "patrol") patrols.push({ cells: one.waypoints, draft: false, lines: this._linesOf(one.waypoints) });
+    }
+    if (this.draft.length) patrols.push({ cells: this.draft, draft: true, lines: this._clear(this.draft) });
+    if (!patrols.length && !map.patrols.length) return;
+    map.patrols = patrols;
+    map.refresh();
+  }
+}
+
+// ---- the map by keyboard ----
+
+
+class Cursor {
+  /** @param {Editor} editor */
+  constructor(editor) {
+    this.editor = editor;
+    /** Where it was when the map was left. @type {Cell | null} */
+    this._left = null;
+    /** Where a wall was painted or taken away last, for a line from there. @type {Cell | null} */
+    this._painted = null;
+    /** The map of both. @type {Ground | null} */
+    this._ground = null;
+  }
+
+  /** Keys while the map has the focus. @param {KeyboardEvent} event */
+  key(event) {
+    const { page, patrols } = this.editor;
+    const { map, ground } = page;
+    if (!ground) return;
+    const step = event.shiftKey ? 10 : 1;
+    /** @type {Record<string, Cell>} */
+    const arrows = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+    const by = arrows[event.key];
+    if (by) this.move(by);
+    else if (event.key === "Enter" && page.tool === "patrol" && map.cursor && patrols.isLast(map.cursor)) patrols.end();
+    else if (event.key === "Enter" && map.cursor) this.editor.click(map.cursor);
+    else if (event.key === "Enter" && patrols.draft.length) patrols.end();
+    else if (event.key === "Enter") this.move([0, 0]);
+    else if (event.key === "Escape" && patrols.draft.length) patrols.drop();
+    else if (event.key === "Escape" && page.tool !== "ends") page.use("ends");
+    else if ((event.key === "s" || event.key === "g") && map.cursor) this._end(event.key === "s" ? "start" : "goal", map.cursor);
+    else if (/^q$/i.test(event.key) && map.cursor) this._turn(map.cursor, event.shiftKey ? -1 : 1);
+    else if (/^[wx]$/i.test(event.key) && map.cursor) this._paint(event.key.toLowerCase() === "w" ? 1 : 0, map.cursor, event.shiftKey);
+    else return;
+    event.preventDefault();
+  }
+
+  /** Move it; by nothing: put it where it is seen. @param {Cell} by */
+  move(by) {
+    const { page } = this.editor;
+    const { map, ground } = page;
+    if (!ground) return;
+    if (ground !== this._ground) this._left = this._painted = null;
+    this._ground = ground;
+    const from = map.cursor ?? this._left ?? page.store.scenario.start ?? /** @type {Cell} */ ([Math.floor(ground.width / 2), Math.floor(ground.height / 2)]);
+    const x = Math.min(Math.max(from[0] + by[0], 0), ground.width - 1);
+    const y = Math.min(Math.max(from[1] + by[1], 0), ground.height - 1);
+    map.cursor = this._left = [x, y];
+    const [px, py] = map.view.pixel(x, y);
+    const edge = Math.max(30, map.view.scale);
+    const dx = px < edge ? edge - px : px > map.view.width - edge ? map.view.width - edge - px : 0;
+    const dy = py < edge ? edge - py : py > map.view.height - edge ? map.view.height - edge - py : 0;
+    if (dx || dy) moveBy(page, dx, dy);
+    map.draw();
+    const what = ["free", "wall", "unknown"][ground.cells[y * ground.width + x]];
+    const { start, goal } = page.store.scenario;
+    const end = start?.[0] === x && start[1] === y ? ", start" : goal?.[0] === x && goal[1] === y ? ", goal" : "";
+    byId("live").textContent = `column ${x}, row ${y}, ${what}${end}`;
+  }
+
+  /** @param {"start" | "goal"} end @param {Cell} cell */
+  _end(end, cell) {
+    this.editor.putEnd(end, cell);
+    this.editor.page.store.settle();
+  }
+
+  /** Turn the heading of the end at a cell. @param {Cell} cell @param {number} by 1: counterclockwise, -1: clockwise */
+  _turn(cell, by) {
+    const { editor } = this;
+    if (editor.page.fleet) return;
+    const end = editor.page.map.shape?.ends.find(({ at }) => at[0] === cell[0] && at[1] === cell[1]);
+    if (!end) return;
+    editor.setHeading(end.end, (end.heading ?? 0) + (by * Math.PI) / 12);
+    editor.page.store.settle();
+  }
+
+  /** A wall here, or none; `line`: all the way from where the last one was. @param {number} value @param {Cell} cell @param {boolean} line */
+  _paint(value, cell, line) {
+    const { page } = this.editor;
+    const from = (line && this._painted) || cell;
+    this.editor.paint(value, cell, from);
+    this._painted = cell;
+    const now = page.ground?.cells[cell[1] * page.ground.width + cell[0]] === 1 ? "wall" : "no wall";
+    const where = from === cell ? "at" : `from column ${from[0]}, row ${from[1]} to`;
+    byId("live").textContent = `${now} ${where} column ${cell[0]}, row ${cell[1]}`;
   }
 }

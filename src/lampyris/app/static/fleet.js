@@ -2,14 +2,13 @@
 // while the robots drive. The run is in fleetrun.js, its picture in fleetdraw.js, its numbers in fleetseen.js.
 
 import { ServerError } from "./api.js";
-import { line } from "./brush.js";
-import { FleetClock } from "./fleetplay.js";
+import { line } from "./hand.js";
 import { FleetPicture } from "./fleetdraw.js";
 import { keeping, restore, stateOf } from "./fleetkeep.js";
-import { FleetRun, pathsOf } from "./fleetrun.js";
+import { FleetClock, FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
-import { button, el, sentence, tell, formatted } from "./make.js";
+import { button, el, explained, sentence, tell, formatted } from "./make.js";
 import { byId } from "./page.js";
 import { SwarmPanel } from "./swarm.js";
 
@@ -26,7 +25,6 @@ const BESIDE = new Set(["fleet", "library", "now"]);
 
 /** @param {Page} page @param {HTMLElement} pane */
 export function mount(page, pane) {
-  document.head.append(el("link", { rel: "stylesheet", href: new URL("fleet.css", import.meta.url).href }));
   new Fleet(page, pane);
 }
 
@@ -73,7 +71,7 @@ export class Fleet {
     /** @type {Array<{name: string, summary: string}>} */
     const planners = page.hello.planners_of_fleets;
     this.planners = el("select", { onchange: () => this.about() },
-      ...planners.map(({ name }) => el("option", { value: name }, name)));
+      ...planners.map((row) => el("option", { value: row.name }, explained(row))));
     /** Say what the chosen planner is. */
     this.about = () => (about.textContent = planners.find(({ name }) => name === this.planners.value)?.summary ?? "");
     this.about();

@@ -80,7 +80,7 @@ export class FleetSeen {
       ["\u2003behind another", formatted(hindered), "Of these: at the end of the tick another robot is in the cell that the robot enters next"],
     );
     if (end.alone) rows.push(["Conflicts avoided", formatted(end.alone.vertex + end.alone.swap), "If each robot drove a shortest path as if it were alone: pairs of robots in one cell or exchanging cells, summed over ticks"]);
-    rows.push(["Planned in", `${formatted(end.timing?.plan_s, 3)} s`]);
+    if (end.timing?.plan_s !== undefined) rows.push(["Planned in", `${formatted(end.timing.plan_s, 3)} s`]);
     const conflicts = end.alone ? el("p", { class: "hint" }, `Had each robot driven a shortest path as if it were alone, pairs of robots would have been in one cell ${formatted(end.alone.vertex)} times and exchanged cells ${formatted(end.alone.swap)} times (pairs, summed over ticks). The plan has none of either${since === undefined ? "" : "; counted for the first plan"}.`) : null;
     fill(this.sums, facts(rows), conflicts, ...end.notes.map((/** @type {string} */ note) => el("p", { class: "hint" }, note)));
     fill(this.cuts, ...run.cuts.map((cut) => el("li", null, button(`tick ${cut.tick}`, () => this.fleet.clock.seek(cut.tick), { class: "btn quiet" }), ` ${cut.what}`)));

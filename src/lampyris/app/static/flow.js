@@ -300,7 +300,7 @@ function endsOf(plan) {
     Math.atan2(cells[2 * a + 1] - cells[2 * b + 1], cells[2 * b] - cells[2 * a]), 1]);
 }
 
-/** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./ways.js").Way} */
+/** The path of a plan: its cells, or where the robot drives if the planner plans poses. @param {Plan} plan @param {Page} page @returns {import("./marks.js").Way} */
 function wayOf(plan, page) {
   const places = plan.pose_cells && (plan.speed?.xy ?? plan.pose_cells.map(([x, y]) => [x, y]));
   const cells = places ? Float32Array.from(places.flat()) : plan.cells;

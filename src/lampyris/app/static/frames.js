@@ -115,9 +115,15 @@ export function addSeen(bytes, run) {
   for (let k = 0; k < n; k++) run.seen[cells[k]] = ticks[k];
 }
 
+/** Seconds from one sample of a run to the next; 0: its ticks have no known length. @param {Run | null} run */
+export function secondsOf(run) {
+  return run?.step ?? run?.tick_s ?? 0;
+}
+
 /** Ticks of a run as a time, or as their number. @param {Run | null} run @param {number} tick */
 export function timeOf(run, tick) {
-  return run?.step ? `${(tick * run.step).toFixed(1)} s` : String(tick);
+  const seconds = secondsOf(run);
+  return seconds ? `${(tick * seconds).toFixed(1)} s` : String(tick);
 }
 
 /** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {Run} */
@@ -127,7 +133,7 @@ export function newRun(head) {
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
-    step: head.step, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
+    step: head.step, tick_s: head.tick_s ?? null, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
     seen: head.sensor ? new Int32Array(head.map.width * head.map.height).fill(-1) : null, reach: head.sensor ?? 0,
     goals: head.goal_track ?? null,
   };

@@ -65,7 +65,7 @@ function driven(page, x, y, reach) {
   const last = Math.min(Math.floor(page.play.tick + 1e-6), run.ticks - 1);
   const tick = nearest(run.robot, last + 1, x, y, reach);
   if (tick < 0 || last === 0) return null;
-  return [[run.step ? "Time" : "Tick", timeOf(run, tick)], ["Speed", `${brief(run.speed[tick])} ${run.units}: ${run.causes[run.cause[tick]] ?? ""}`]];
+  return [[run.step || run.tick_s ? "Time" : "Tick", timeOf(run, tick)], ["Speed", `${brief(run.speed[tick])} ${run.units}: ${run.causes[run.cause[tick]] ?? ""}`]];
 }
 
 /** A node of the plan. @param {Page} page @param {number} x @param {number} y @param {number} reach @returns {Array<[string, string]> | null} */

@@ -11,6 +11,7 @@ const GROUPS = [
   { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
   {
     title: "Everything", kinds: [
+      ["replay", "html", "Interactive page: play and scrub the run in any browser, without lampyris"],
       ["scenario", "yaml", "What decides the run: the command line replays it to the same bytes"],
       ["report", "html", "One page about the run: pictures, film, numbers, events"],
       ["compared", "html", "One page about those chosen to meet, with statistics"],
@@ -23,7 +24,7 @@ const STAGES = {
   compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], driving: ["Driving", "second"], drawing: ["Drawing the film", "frames"],
   writing: ["Writing the file", ""], comparing: ["Running", "runs"],
 };
-const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report", compared: "Comparison" });
+const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", replay: "HTML", report: "Report", compared: "Comparison" });
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
@@ -86,7 +87,7 @@ class Keep {
     const asked = new AbortController();
     this.asked = asked;
     this._busy(true);
-    const name = `${safe(this.name.value) || nameOf(page)}${what === "compared" ? "-compared" : ""}.${ending}`;
+    const name = `${safe(this.name.value) || nameOf(page)}${{ compared: "-compared", replay: "-replay" }[what] ?? ""}.${ending}`;
     const began = performance.now();
     this.stage = `Making ${name}`;
     const beat = () => {
@@ -102,7 +103,7 @@ class Keep {
       const moment = this.now.checked && what === "png" && page.run;
       if (moment) body.tick = Math.round(page.play.tick);
       // Films and moments know every layer, pictures of the plan two.
-      if (what === "webp" || what === "gif" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
+      if (what === "webp" || what === "gif" || what === "replay" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
       else if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
       const file = await fileOf(page, body, ending, asked.signal, (said) => this._share(said));
       // A scenario too large for YAML comes as JSON.

@@ -4,7 +4,8 @@ import { copyLink, turnTheme } from "./theme.js";
 import { TOOLS } from "./edit.js";
 import { el } from "./make.js";
 import { byId } from "./page.js";
-import { fit, zoomBy } from "./zoom.js";
+import { RATES } from "./play.js";
+import { fit, zoomBy } from "./view.js";
 
 const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn", "fleet"];
 
@@ -18,7 +19,7 @@ const LIST = [
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
-  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["T", "colours"]]],
+  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["U", "measure a distance: with the pointer, or from the cursor with the arrow keys"], ["T", "colours"]]],
   ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
 
@@ -44,10 +45,10 @@ export function mount(page, dialog) {
   const plain = {
     "?": () => help.showModal(), "+": () => zoomBy(page, 1.4), "=": () => zoomBy(page, 1.4), "-": () => zoomBy(page, 1 / 1.4),
     0: () => fit(page), ",": () => page.play.step(-1), ".": () => page.play.step(1),
-    "<": () => page.play.rate(page.play.speed / 2), ">": () => page.play.rate(page.play.speed * 2),
+    "<": () => page.play.rate([...RATES].reverse().find((rate) => rate < page.play.speed) ?? RATES[0]), ">": () => page.play.rate(RATES.find((rate) => rate > page.play.speed) ?? page.play.speed),
     Home: () => page.play.seek(0), End: () => page.play.seek(page.play.last),
     r: () => (page.fleet ? page.fleet.again() : void page.simulate({ tick: 0, play: true })), l: () => void copyLink(page), t: () => turnTheme(page),
-    m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
+    u: () => page.tell("measure"), m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
   };
   for (const tool of TOOLS) plain[tool.key] = () => page.use(tool.name);
   SECTIONS.forEach((section, k) => {

@@ -3,14 +3,14 @@
 // A browser remembers for good that a module could not be loaded (Chromium 150 does), so the server is asked for
 // something small first, and nothing is imported while it does not answer.
 
-import { button, el, sentence } from "./make.js";
+import { button, el, iconButton, sentence } from "./make.js";
 import { byId } from "./page.js";
 
 /** Panels, and the modules they need, each with the element it is mounted on. @typedef {{panels: string[], parts: Array<[string, string]>}} Group */
 
 /** @type {Group[]} */
 const GROUPS = [
-  { panels: ["settings", "traffic"], parts: [["settings", "settings"], ["drives", "settings"], ["traffic", "traffic"]] },
+  { panels: ["settings", "traffic"], parts: [["settings", "settings"], ["drives", "settings"]] },
   { panels: ["fleet"], parts: [["fleet", "fleet"]] },
   { panels: ["compare"], parts: [["compare", "compare"], ["study", "compare"]] },
   { panels: ["keep"], parts: [["keep", "keep"]] },
@@ -45,6 +45,9 @@ export function mount(page) {
   page.on("gone", (gone) => {
     if (!gone) all.forEach((one) => one.wanted && one.open());
   });
+  const measure = () => brought(page, "ruler").then(([ruler]) => ruler.askRuler(page)).catch(page.fault);
+  byId("zoom").append(iconButton("Measure a distance (U)", "M3 13L13 3l4 4L7 17zM6 10l2 2M9 7l2 2", () => void measure()));
+  page.on("measure", () => void measure());
   // A tab may have been chosen before it was known what there is.
   all.forEach((one) => one.group.panels.some((panel) => !byId(panel).hidden) && one.open());
 }

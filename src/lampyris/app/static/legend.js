@@ -57,7 +57,7 @@ function dashes(pen, colour) {
   pen.setLineDash([]);
 }
 
-/** Greatest speed of what is shown, with its unit; null: no speeds. @param {Page} page @returns {[number, string] | null} */
+/** Maximum speed of what is shown, with its unit; null: no speeds. @param {Page} page @returns {[number, string] | null} */
 function fastest(page) {
   const { run, plan } = page;
   // Ways of a comparison are coloured by their planner.

@@ -8,7 +8,7 @@ import { fragment } from "./link.js";
 const PARTS = [
   ["tabs", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
   ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["rounds", "layers"], ["legend", "legend"],
-  ["hover", "hover"], ["compiling", "stage"], ["timeline", "timeline"], ["charts", "charts"], ["example", "learn"], ["keys", "help"],
+  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["opening", "learn"], ["keys", "help"],
   ["later", "left"],
 ];
 

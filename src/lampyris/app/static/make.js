@@ -70,6 +70,11 @@ export function fill(into, ...parts) {
   into.replaceChildren(...parts.filter(real));
 }
 
+/** A name with the line by which it explains itself, for lists. @param {{name: string, summary?: string}} row */
+export function explained({ name, summary }) {
+  return summary ? `${name} \u2013 ${summary.replace(/\.$/, "")}` : name;
+}
+
 /** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */
 export function formatted(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";

@@ -6,15 +6,14 @@
 
 import { GOAL, START, THEMES } from "./colours.js";
 import { GroundPicture, LayerPicture, UnseenPicture, drawCells, penOf } from "./cells.js";
-import { goalMark, startMark } from "./marks.js";
+import { drawWay, goalMark, startMark, Trail } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
 import { drawRound } from "./rounds.js";
 import { drawShape } from "./shape.js";
 import { View } from "./view.js";
-import { Trail, drawWay } from "./ways.js";
 
-/** @typedef {import("./ways.js").Way} Way */
+/** @typedef {import("./marks.js").Way} Way */
 /** @typedef {import("./still.js").Patrol} Patrol */
 /** @typedef {import("./moving.js").Moment} Moment */
 

@@ -4,8 +4,9 @@
 import { el, fill, svg, formatted } from "./make.js";
 import { LINES } from "./colours.js";
 
-/** Name, title, better ("less", "more", ""), what it is multiplied with. @type {Array<[string, string, string, number]>} */
-const MEASURES = [
+/** Name, title, better ("less", "more", ""), what it is multiplied with. @typedef {[string, string, string, number]} Measure */
+/** @type {Measure[]} */
+export const MEASURES = [
   ["arrived", "arrived (%)", "more", 100],
   ["found", "found (%)", "more", 100],
   ["collisions", "collisions", "less", 1],
@@ -39,21 +40,25 @@ const MEASURES = [
 /** Entrants of what was gathered. @param {import("./runs.js").Gathered} all @returns {Entrant[]} */
 export function entrants(all) {
   return all.runs.map((run, k) => {
-    /** @type {Map<string, Estimate>} */
-    const numbers = new Map();
     const one = { ...run.end?.metrics, plan_s: planSeconds(run.end) };
-    const own = entryOf(all.summary, run.label, k)?.own ?? {};
-    for (const [name, , , scale] of MEASURES) {
-      const many = own[name];
-      const value = many ? many.value : typeof one[name] === "boolean" ? Number(one[name]) : one[name];
-      if (typeof value !== "number") continue;
-      const spread = many && many.units > 1 && typeof many.low === "number" && many.low !== many.high;
-      numbers.set(name, { value: scale * value, low: spread ? scale * many.low : null, high: spread ? scale * many.high : null });
-    }
-    // In a simulation both say the same.
-    if (numbers.has("arrived")) numbers.delete("found");
-    return { label: run.label, outcome: run.end?.outcome ?? "", estimates: numbers };
+    return { label: run.label, outcome: run.end?.outcome ?? "", estimates: numbersOf(one, entryOf(all.summary, run.label, k)?.own ?? {}) };
   });
+}
+
+/** Numbers of one run, or where there are means those. @param {Record<string, any>} one @param {Record<string, any>} own @returns {Map<string, Estimate>} */
+export function numbersOf(one, own) {
+  /** @type {Map<string, Estimate>} */
+  const numbers = new Map();
+  for (const [name, , , scale] of MEASURES) {
+    const many = own[name];
+    const value = many ? many.value : typeof one[name] === "boolean" ? Number(one[name]) : one[name];
+    if (typeof value !== "number") continue;
+    const spread = many && many.units > 1 && typeof many.low === "number" && many.low !== many.high;
+    numbers.set(name, { value: scale * value, low: spread ? scale * many.low : null, high: spread ? scale * many.high : null });
+  }
+  // In a simulation both say the same.
+  if (numbers.has("arrived")) numbers.delete("found");
+  return numbers;
 }
 
 /** @param {Record<string, any> | null} summary @param {string} label @param {number} k */
@@ -74,7 +79,7 @@ function planSeconds(end) {
  */
 
 /** What each mark of the table says. @type {Record<string, string>} */
-const STARS = { "★": "best", "☆": "best number, not distinguishable" };
+export const STARS = { "★": "best", "☆": "best number, not distinguishable" };
 
 /** The table: measures down, entrants across. @param {Entrant[]} some @param {string} note @param {Bests} bests */
 export function tableOf(some, note, bests) {

@@ -17,7 +17,7 @@ const FAINT = 0.45;
  * @typedef {{
  *   robot: [number, number] | null, bodies: Float32Array | null, kinds: string[], radii: number[],
  *   outlines?: Array<import("./shape.js").Outline | null>, headings?: number[],
- *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number, heading?: number}>, heading?: number,
+ *   trail: import("./marks.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number, heading?: number}>, heading?: number,
  *   seen?: import("./cells.js").Seen | null, goal?: [number, number] | null,
  * }} Moment
  */

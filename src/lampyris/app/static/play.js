@@ -3,13 +3,17 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
-import { robotHeading } from "./headings.js";
-import { goalAt, headingsAt, outlinesOf, seenAt } from "./runs.js";
+import { secondsOf } from "./frames.js";
+import { goalAt, headingsAt, outlinesOf, robotHeading, seenAt } from "./runs.js";
 
-export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
+/** Speeds of play; 1 is real time where ticks have a length. */
+export const RATES = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
 
-/** Ticks a second at speed 1. */
+/** Ticks a second at speed 1 where they have none. */
 export const PACE = 8;
+
+/** A simulation that lasts longer, in seconds, begins at a speed at which it is seen in this time. */
+const SEEN = 30;
 
 /** A frame that comes later than this was not late, the page was hidden: milliseconds. */
 const LONGEST = 250;
@@ -22,6 +26,8 @@ export class Player {
     this.tick = 0;
     this.playing = false;
     this.speed = 1;
+    /** Somebody has chosen the speed. */
+    this._chosen = false;
     /** The hand is on the slider: time stands still until it lets go. */
     this.held = false;
     this._before = 0;
@@ -115,8 +121,9 @@ export class Player {
     this.seek((n > 0 ? Math.floor(this.tick + 1e-6) : Math.ceil(this.tick - 1e-6)) + n);
   }
 
-  /** @param {number} f 0.25 to 16 */
+  /** @param {number} f 0.25 to 50 */
   rate(f) {
+    this._chosen = true;
     this.speed = Math.min(Math.max(f, RATES[0]), RATES[RATES.length - 1]);
     this.page.tell("rate", this.speed);
   }
@@ -147,7 +154,7 @@ export class Player {
     }
     // What has not been simulated yet is waited for, and the picture stands still.
     if (this.tick < this.last) {
-      this.tick = Math.min(this.tick + (passed / 1000) * (run.step ? 1 / run.step : PACE) * this.speed, this.last);
+      this.tick = Math.min(this.tick + (passed / 1000) * (secondsOf(run) ? 1 / secondsOf(run) : PACE) * this.speed, this.last);
       this._show();
     }
     if (run.done && this.tick >= this.last) this.pause();
@@ -162,6 +169,7 @@ export class Player {
     this._bent = -1;
     this._trail.version++;
     this._run = this.page.run;
+    if (this._run && !this._run.step && !this._chosen) this._pace(this._run);
     this.tick = Math.max(0, how.tick ?? 0);
     const plays = Boolean(this._run) && (how.play ?? true);
     const changed = plays !== this.playing;
@@ -171,6 +179,14 @@ export class Player {
     if (!this._run || this._run.ticks > this.tick) this._show();
     this._ask();
     if (changed) this.page.tell("play", plays);
+  }
+
+  /** A speed for a simulation that nobody has chosen one for, by how long it lasts or its plan does. @param {Run} run */
+  _pace(run) {
+    const speed = this.page.plan?.speed;
+    const lasts = run.done ? run.ticks * secondsOf(run) : speed?.units === "m/s" && run.tick_s ? speed.t[speed.t.length - 1] : 0;
+    this.speed = RATES.find((rate) => rate >= 1 && lasts / rate <= SEEN) ?? RATES[RATES.length - 1];
+    this.page.tell("rate", this.speed);
   }
 
   _more() {

@@ -1,7 +1,7 @@
 // Rounds: where the planner `pad` searched with headings, round by round: spheres, tunnel, planned and tracking path.
 
 import { el } from "./make.js";
-import { drawLine } from "./ways.js";
+import { drawLine } from "./marks.js";
 import { THEMES } from "./colours.js";
 
 /** As the server sends it. @typedef {{

@@ -1,8 +1,10 @@
 // Settings: who plans, by which speed law, which robot, among what, from which seed. Every change goes through
 // the store, so that it is undone, kept and linked like any other.
+// ---- planner and law --------------------
+// ---- preset, robot, seed --------------------
 
 import { field } from "./fields.js";
-import { block, button, el, fill } from "./make.js";
+import { block, button, el, explained, fill } from "./make.js";
 import { rectangleOf } from "./shape.js";
 
 /** @typedef {import("./fields.js").Setting} Setting */
@@ -91,6 +93,7 @@ export function mount(page, into) {
   shown.push(seedPart(page, /** @type {HTMLElement} */ (block(into, "seed", "Seed and end"))));
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "counted", "Moving obstacles"))));
+  mountTraffic(page, traffic);
   const show = () => shown.forEach((one) => one());
   page.store.listen(show);
   show();
@@ -156,7 +159,7 @@ function families(rows) {
     const some = [...left].filter(/** @type {(row: any) => boolean} */ (fits));
     some.forEach((row) => left.delete(row));
     return some.length ? el("optgroup", { label: String(title) },
-      ...some.map((row) => el("option", { value: row.name }, row.name))) : null;
+      ...some.map((row) => el("option", { value: row.name }, explained(row)))) : null;
   });
 }
 
@@ -164,7 +167,7 @@ function families(rows) {
 function lawPart(page, into) {
   const own = el("option", { value: "" });
   const pick = el("select", { "aria-label": "Speed law" }, own,
-    ...page.hello.laws.map((/** @type {any} */ row) => el("option", { value: row.name }, row.name)));
+    ...page.hello.laws.map((/** @type {any} */ row) => el("option", { value: row.name }, explained(row))));
   const facts = el("div", { class: "stack tight" });
   const form = new Form(page, (settings) => ({ law: { name: named().name, settings } }), "law");
   into.append(pick, facts, form.root);
@@ -461,4 +464,36 @@ function placedPart(page, k, one) {
 function stopped(text) {
   const word = text.charAt(0).toUpperCase() + text.slice(1);
   return /[.!?]$/.test(word) ? word : `${word}.`;
+}
+
+// ---- what was drawn on the map, in words, below the numbers ----
+
+/** @param {Page} page @param {HTMLElement} pane */
+function mountTraffic(page, pane) {
+  const { store } = page;
+  const draw = el("button", { type: "button", class: "btn", "aria-pressed": String(page.tool === "patrol"), onclick: () => page.use("patrol") }, "Draw a patrol on the map");
+  pane.append(draw);
+  const list = el("ul", { class: "plain" });
+  const none = el("p", { class: "hint" }, "None. Paint with the brush (B); while a run is shown, the wall comes at that moment and the run is made again from there.");
+  const box = el("div", { class: "walls" }, el("h2", {}, "Painted walls"), none, list);
+  pane.append(box);
+
+  const show = () => {
+    const { edits } = store.scenario;
+    none.hidden = edits.length > 0;
+    list.replaceChildren(...edits.map((edit) => {
+      const when = edit.tick ? `at tick ${edit.tick}` : "before the start";
+      const parts = [];
+      if (edit.blocked.length) parts.push(`${edit.blocked.length.toLocaleString("en")} walls`);
+      if (edit.freed.length) parts.push(`${edit.freed.length.toLocaleString("en")} freed`);
+      const gone = el("button", { type: "button", class: "btn quiet icon", "aria-label": `Take back what was painted ${when}`, title: "Take back",
+        onclick: () => store.set({ edits: store.scenario.edits.filter((one) => one !== edit) }) }, "\u00d7");
+      const to = el("button", { type: "button", class: "btn quiet grow", disabled: !page.run || !edit.tick, onclick: () => page.play.seek(edit.tick) }, `${when}: ${parts.join(", ")}`);
+      return el("li", { class: "row" }, to, gone);
+    }));
+  };
+  store.listen(show);
+  page.on("run", show);
+  page.on("tool", (tool) => draw.setAttribute("aria-pressed", String(tool === "patrol")));
+  show();
 }

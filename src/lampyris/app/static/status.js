@@ -160,7 +160,10 @@ class Status {
       : "Paint a wall (B), and it replans. Space pauses, the keys , and . go tick by tick.");
 
     /** @type {Array<[string, string]>} */
-    const rows = [drive ? ["Time", `${timeOf(run, tick)} of ${timeOf(run, run.ticks - 1)}`] : ["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
+    const rows = [];
+    const more = run.done ? "" : "+";
+    if (drive || run.tick_s) rows.push(["Time", `${timeOf(run, tick)} of ${timeOf(run, run.ticks - 1)}${more}`]);
+    if (!drive) rows.push(["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${more}`]);
     const near = run.near[tick];
     if (run.bodies.length) {
       const there = drive ? run.places[tick].filter((x, k) => k % 2 === 0 && x > -1).length : run.places[tick].length / 2;
@@ -223,7 +226,7 @@ class Status {
         this.page.play.seek(event.tick);
       };
       lines.push(
-        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to ${run.step ? "" : "tick "}${timeOf(run, event.tick)}` },
+        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to ${run.step || run.tick_s ? "" : "tick "}${timeOf(run, event.tick)}` },
           glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, timeOf(run, event.tick)),
           el("span", {}, event.sentence || look.label))),
       );

@@ -1,8 +1,7 @@
 // Still: what stands on the ground and changes seldom: lines between cells, gates, marks, patrols.
 
 import { GATE, KINDS, THEMES } from "./colours.js";
-import { gateMarks } from "./marks.js";
-import { drawLine } from "./ways.js";
+import { drawLine, gateMarks } from "./marks.js";
 
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */

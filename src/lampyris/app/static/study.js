@@ -1,5 +1,6 @@
 // Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
 
+import { remember } from "./history.js";
 import { block, button, el, sentence, tell } from "./make.js";
 import { labelOf, meeting } from "./meeting.js";
 import { plansPoses } from "./shape.js";
@@ -79,6 +80,7 @@ class Study {
       const { job } = await page.api.json("/api/study", {
         scenario: page.asked(!own), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
       });
+      remember({ job: String(job), when: Date.now(), title: `Study on ${page.ground?.name ?? "a map"}`, met: who });
       this._watch(String(job));
     } catch (error) {
       tell(this.words, sentence(error), true);

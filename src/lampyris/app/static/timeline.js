@@ -138,7 +138,8 @@ class Timeline {
     const [at, all] = [timeOf(run, tick), timeOf(run, this.last)];
     this.where.textContent = `${at} / ${all}${more}`;
     this.track.setAttribute("aria-valuenow", String(Math.min(tick, this.last)));
-    this.track.setAttribute("aria-valuetext", `${run.step ? "" : "tick "}${at} of ${all}${run.done ? "" : ", more to come"}`);
+    this.where.title = run.step ? "" : `Tick ${tick} of ${this.last}${run.tick_s ? `; a tick is ${Number(run.tick_s.toPrecision(3))} s, a cell at the robot's top speed` : ""}`;
+    this.track.setAttribute("aria-valuetext", `${run.step || run.tick_s ? "" : "tick "}${at} of ${all}${run.tick_s ? `, tick ${tick}` : ""}${run.done ? "" : ", more to come"}`);
   }
 
   _button() {

@@ -24,6 +24,7 @@ from lampyris.cli.options import (
     MaxCells,
     NoTiming,
     Picture,
+    Replay,
     Resolution,
     Save,
     Seed,
@@ -74,7 +75,7 @@ def fleet(
         typer.Option(
             "--robots",
             metavar="N",
-            help="How many robots (default: all of the file); without a file, drawn at random with the seed.",
+            help="Number of robots (default: all of the file); without a file, drawn at random with the seed.",
         ),
     ] = None,
     planner: Annotated[
@@ -139,6 +140,7 @@ def fleet(
     max_cells: MaxCells = None,
     picture: Picture = None,
     film: Film = None,
+    replay: Replay = None,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -166,9 +168,11 @@ def fleet(
     from lampyris.io.maps.coarse import coarse_grid
     from lampyris.planning.fleet import registry
 
-    out = FleetOutputs(json_, no_timing, picture, film, export, save)
+    out = FleetOutputs(json_, no_timing, picture, film, export, save, replay)
     exported = () if export is None else export_paths(export)
-    outputs.check_outputs(force, *exported, json=json_, picture=picture, film=film, scenario=save)
+    outputs.check_outputs(
+        force, *exported, json=json_, picture=picture, film=film, replay=replay, scenario=save
+    )
     check_options(driving, robot_file)
     lifelong = driving.lifelong is not None
     chosen = (LIFELONG_PLANNER if lifelong else PLANNER) if planner is None else planner
@@ -226,6 +230,7 @@ class FleetOutputs:
     film: Path | None = None
     export: Path | None = None
     save: Path | None = None
+    replay: Path | None = None
 
 
 def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
@@ -236,7 +241,8 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
 
     print_notes(scenario.notes)
     if scenario.lifelong is not None or scenario.reactive:
-        _without_plan(scenario, {"--picture": out.picture, "--export": out.export}, "a whole plan")
+        unused = {"--picture": out.picture, "--export": out.export, "--replay": out.replay}
+        _without_plan(scenario, unused, "a whole plan")
         if out.save is not None:
             print_notes(scenarios.save_scenario(scenario, out.save))
         trace: Any
@@ -247,6 +253,10 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
         return _saved(out, 0 if trace else NO_ANSWER)
     fleet_ = scenario.fleet
     if scenario.execution is not None:
+        if out.replay is not None:
+            from lampyris.errors import UsageError
+
+            raise UsageError("OPTIONS", "--replay with --execute", allowed="--film, or --replay of the plan")
         from lampyris.fleet_drives import robots_of
 
         with fleet_scenarios.named_in(scenario):
@@ -278,6 +288,13 @@ def run_scenario(scenario: FleetScenario, out: FleetOutputs) -> int:
     else:
         _print(made, fleet_)
         print_written(out.picture, out.film, *exported, out.save)
+    if out.replay is not None:
+        if not made.paths:
+            print_notes(("no paths, so no replay was written",))
+        else:
+            from lampyris.app.replay.streams import fleet_replay
+
+            outputs.write_replay(out.replay, fleet_replay(made, fleet_), json=out.json)
     return 0 if made else NO_ANSWER
 
 

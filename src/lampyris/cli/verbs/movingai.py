@@ -41,7 +41,7 @@ def movingai(
         typer.Option("--map", metavar="FILE", help="The map (default: the one next to the queries)."),
     ] = None,
     planner: Annotated[
-        str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")
+        str, typer.Option("--planner", metavar="NAME", help="Name of the planner: see `lampyris planners`.")
     ] = "astar",
     moves: Annotated[
         str,
@@ -57,7 +57,7 @@ def movingai(
         typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; repeatable."),
     ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", help="Seed of all random draws: same seed, same answers.")
+        int, typer.Option("--seed", metavar="N", help="Seed of all random draws: same seed, same answers.")
     ] = 0,
     limit: Annotated[
         int | None, typer.Option("--limit", metavar="N", help="Run only the first N queries.")

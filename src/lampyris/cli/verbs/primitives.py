@@ -30,7 +30,7 @@ def primitives(
     resolution: Annotated[
         float | None, typer.Option("--resolution", metavar="M", help="Metres per cell of the map.")
     ] = None,
-    headings: Annotated[int, typer.Option("--headings", metavar="16|32", help="How many headings.")] = 16,
+    headings: Annotated[int, typer.Option("--headings", metavar="16|32", help="Number of headings.")] = 16,
     out: Annotated[
         Path | None,
         typer.Option(

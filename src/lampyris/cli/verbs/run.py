@@ -11,7 +11,18 @@ from typing import Annotated
 import typer
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.cli.options import AllowOutside, Explain, Film, Force, Json, MaxCells, NoTiming, Picture, Save
+from lampyris.cli.options import (
+    AllowOutside,
+    Explain,
+    Film,
+    Force,
+    Json,
+    MaxCells,
+    NoTiming,
+    Picture,
+    Replay,
+    Save,
+)
 from lampyris.cli.outputs import Outputs
 from lampyris.cli.verbs import plan, simulate
 from lampyris.cli.verbs.drive import command as drive
@@ -36,6 +47,7 @@ def run(
         ),
     ] = None,
     film: Film = None,
+    replay: Replay = None,
     chart: Annotated[
         Path | None, typer.Option("--chart", metavar="FILE", help="Draw the speed over time, of a drive.")
     ] = None,
@@ -47,7 +59,7 @@ def run(
     force: Force = False,
 ) -> None:
     """Plan, simulate or drive the scenario in a file, of one robot or of a fleet."""
-    out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart)
+    out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart, replay=replay)
     raise typer.Exit(run_file(scenario, allow_outside, max_cells, out))
 
 
@@ -69,13 +81,14 @@ def run_file(path: Path, allow_outside: bool, max_cells: int | None, out: Output
             if given:
                 raise UsageError("OPTIONS", f"{option} with a scenario of a fleet", where=str(path))
         return run_scenario(
-            scenario, FleetOutputs(out.json, not out.timing, out.picture, out.film, None, out.save)
+            scenario,
+            FleetOutputs(out.json, not out.timing, out.picture, out.film, None, out.save, out.replay),
         )
     kind = "drives" if scenario.drive is not None else "simulates" if scenario.simulated else "plans"
     only = {
         "--explain": (out.explain, "plans"), "--picture": (out.picture, "plans"),
         "--layer": (out.layer, "plans"), "--film": (out.film, "simulates drives"),
-        "--chart": (out.chart, "drives"),
+        "--chart": (out.chart, "drives"), "--replay": (out.replay, "simulates drives"),
     }  # fmt: skip
     for option, (given, kinds) in only.items():
         if given and kind not in kinds:

@@ -26,7 +26,18 @@ from lampyris.cli.option_groups import (
     ViaOptions,
     settings_in,
 )
-from lampyris.cli.options import Bag, Export, Film, Force, GoalTrack, Json, NoTiming, PlanLimit, Save
+from lampyris.cli.options import (
+    Bag,
+    Export,
+    Film,
+    Force,
+    GoalTrack,
+    Json,
+    NoTiming,
+    PlanLimit,
+    Replay,
+    Save,
+)
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
@@ -52,6 +63,7 @@ def simulate(
     json_: Json = False,
     no_timing: NoTiming = False,
     film: Film = None,
+    replay: Replay = None,
     csv: Annotated[
         Path | None,
         typer.Option(
@@ -71,7 +83,7 @@ def simulate(
     moving = None if goal_track is None else read_goal_track(goal_track)
     ends, codes = with_goal(ends, moving)
     request = Request(map_options, ends, robot, rules, planning, law_options)
-    out = Outputs(json_, not no_timing, csv, save, force, film=film, export=export, bag=bag)
+    out = Outputs(json_, not no_timing, csv, save, force, film=film, export=export, bag=bag, replay=replay)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     with file_errors(goal_track, codes):
@@ -119,6 +131,11 @@ def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = 
         with outputs.text_beside(out.csv):
             print_trace(trace, name=scenario.name)
             print_written(out.film, out.csv, out.export, out.bag, out.save)
+    if out.replay is not None:
+        from lampyris.app.replay.streams import trace_replay
+
+        with outputs.text_beside(out.csv):
+            outputs.write_replay(out.replay, trace_replay(trace, scenario.name), json=out.json)
     return 0 if trace.arrived else NO_ANSWER
 
 

@@ -57,7 +57,10 @@ def speed(
         typer.Option("--laws", metavar="NAME,...", help="The laws to compare, or all: see `lampyris laws`."),
     ] = DEFAULT,
     law: Annotated[
-        str, typer.Option("--law", help="The law that is reported in detail and written to files.")
+        str,
+        typer.Option(
+            "--law", metavar="NAME", help="The law that is reported in detail and written to files."
+        ),
     ] = "physical",
     set_law: SetLaw = None,
     zones: Zones = None,
@@ -77,7 +80,7 @@ def speed(
         typer.Option(
             "--spacing",
             metavar="M",
-            help=f"Greatest distance between two nodes of a curve, metres (default {SAMPLE_SPACING:g} of a cell).",
+            help=f"Maximum distance between two nodes of a curve, metres (default {SAMPLE_SPACING:g} of a cell).",
         ),
     ] = None,
     obstacle_states: Annotated[

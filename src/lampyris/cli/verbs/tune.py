@@ -55,7 +55,11 @@ def tune(
     ] = 0.3,
     seed: Annotated[
         int,
-        typer.Option("--seed", help="Seed of the held-out queries and of the trials: same seed, same bytes."),
+        typer.Option(
+            "--seed",
+            metavar="N",
+            help="Seed of the held-out queries and of the trials: same seed, same bytes.",
+        ),
     ] = 0,
     store: Annotated[
         Path | None,

@@ -1,7 +1,7 @@
 """Speed zones: how fast a robot may be in each cell, from a mask of Nav2's speed filter or from numbers.
 
 A mask is a ROS map (YAML and picture) in mode ``scale`` or ``raw``: 0 is no limit, 1 to 100 are per cent of
-the robot's greatest speed, as Nav2's speed filter has them. A ``.npy`` or ``.csv`` holds metres a second
+the robot's maximum speed, as Nav2's speed filter has them. A ``.npy`` or ``.csv`` holds metres a second
 for each cell, row 0 on top; ``inf`` (in a CSV an empty field as well) is no limit. There is no speed zero:
 where a robot must not be is for the map to say.
 """
@@ -42,7 +42,7 @@ def read_zones(
     ----------
     path : the file.
     grid : the map; the zones must have its cells.
-    v_max : the robot's greatest speed, m/s, of which a mask has per cents.
+    v_max : the robot's maximum speed, m/s, of which a mask has per cents.
     allow_outside, confined : which pictures a YAML file may name: see :class:`lampyris.io.maps.formats.document.FileSource`.
 
     Returns

@@ -13,7 +13,7 @@ from lampyris.model.lattice.motion_primitives import (
 )
 
 
-class Motions:
+class CheckedMotions:
     """Collects the motions of a file.
 
     Parameters

@@ -24,7 +24,7 @@ import math
 import re
 
 from lampyris.errors import FileError, LimitError, SettingError
-from lampyris.io.primitives.checked import Motions, enough_headings
+from lampyris.io.primitives.checked import CheckedMotions, enough_headings
 from lampyris.io.text.strict_yaml import shown
 from lampyris.model.lattice.motion_primitives import MAX_MOTIONS, MAX_POSES, MotionPrimitives, headings_of
 
@@ -84,7 +84,7 @@ class _Words:
         self._key("totalnumberofprimitives:")
         total = self._whole(1, 10**9)
         stated = self._where()
-        motions = Motions(self._name, resolution, headings)
+        motions = CheckedMotions(self._name, resolution, headings)
         while self._at < len(self._words):
             self._motion(motions)
         if len(motions.made) != total:
@@ -108,7 +108,7 @@ class _Words:
         except SettingError as fault:
             raise FileError("PRIMITIVE", fault.what, where=self._where(), allowed=fault.allowed) from None
 
-    def _motion(self, motions: Motions) -> None:
+    def _motion(self, motions: CheckedMotions) -> None:
         n = len(motions.headings)
         self._key("primID:")
         where = f"{self._where()}:1"

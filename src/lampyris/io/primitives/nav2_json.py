@@ -13,7 +13,7 @@ from typing import Any
 
 from lampyris._core.scalars import in_range
 from lampyris.errors import FileError, SettingError
-from lampyris.io.primitives.checked import Motions, enough_headings
+from lampyris.io.primitives.checked import CheckedMotions, enough_headings
 from lampyris.io.text.strict_json import JsonDocument, pointer, read_json
 from lampyris.io.text.strict_yaml import KeyPath, shown
 from lampyris.model.lattice.motion_primitives import MotionPrimitives, headings_of
@@ -54,14 +54,14 @@ class _Reader:
             radius = self._number((*head, "turning_radius"), 0.0, 1e6, "metres")
         listed = self._value(("primitives",), list, "a list")
         self._same((*head, "number_of_trajectories"), len(listed), "the number of primitives")
-        motions = Motions(self._document.where, resolution, headings)
+        motions = CheckedMotions(self._document.where, resolution, headings)
         for k in range(len(listed)):
             self._motion(motions, ("primitives", k))
         if not listed:
             raise self._refuse(("primitives",), "no primitive", "at least one")
         return motions.primitives(opposite=True, turn_radius=radius)
 
-    def _motion(self, motions: Motions, at: KeyPath) -> None:
+    def _motion(self, motions: CheckedMotions, at: KeyPath) -> None:
         self._value(at, dict, "a table")
         number = self._whole((*at, "trajectory_id"), 2**31)
         most = len(motions.headings) - 1
@@ -80,7 +80,7 @@ class _Reader:
         motions.add(number, (start, end), (round(x), round(y)), poses, 1.0, self._document.at(*at))
         self._check_length(motions, (*at, "trajectory_length"))
 
-    def _check_length(self, motions: Motions, at: KeyPath) -> None:
+    def _check_length(self, motions: CheckedMotions, at: KeyPath) -> None:
         """Refuse a stated length that is not that of the poses."""
         if at[-1] not in self._table(at[:-1]):
             return

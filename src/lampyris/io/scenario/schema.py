@@ -295,7 +295,7 @@ class TrackFileTable(Table):
         Annotated[float, Field(ge=1e-6, le=1e6)] | None, Rule("OBSTACLE_TIME", "1e-6 to 1e6 seconds")
     ] = Field(
         None,
-        description=".dob and CSV with t, x_m, y_m: seconds a tick; null: what the robot needs for a cell at its greatest speed.",
+        description=".dob and CSV with t, x_m, y_m: seconds a tick; null: what the robot needs for a cell at its maximum speed.",
     )
     footprint: Outline = Field(None, description=OUTLINE)
     rectangle: Rectangle = Field(None, description=RECTANGLE)

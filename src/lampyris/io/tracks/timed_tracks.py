@@ -41,7 +41,7 @@ class TimedTrack:
 
     @property
     def top_speed(self) -> float:
-        """The greatest speed along one axis of the map frame, m/s: a step to a neighbouring cell takes no longer."""
+        """The maximum speed along one axis of the map frame, m/s: a step to a neighbouring cell takes no longer."""
         if len(self.t) < 2:
             return 0.0
         return float((np.abs(np.diff(self.xy, axis=0)).max(axis=1) / np.diff(self.t)).max())

@@ -224,10 +224,15 @@ def theta(
             factor = (63.0 + weight[u64(v & mask)]) / 63.0
             known = g[u64(v)] if seen[u64(v)] == run else -1.0
             by_step = g[u64(u)] + sqrt(float(dx[k] * dx[k] + dy[k] * dy[k])) * factor
-            in_line = g[u64(p)] + _length(stride, p, v) * factor
+            to_x = x + dx[k]
+            to_y = y + dy[k]
+            in_line = (
+                g[u64(p)]
+                + sqrt(float((to_x - aside) * (to_x - aside) + (to_y - above) * (to_y - above))) * factor
+            )
             like = weight[u64(p & mask)] == weight[u64(v & mask)]
             if like and in_line <= by_step + EQUAL and (known < 0.0 or in_line < known):
-                if lazy > 0 or sees(free, weight, mask, stride, p, aside, above, x + dx[k], y + dy[k], rule):
+                if lazy > 0 or sees(free, weight, mask, stride, p, aside, above, to_x, to_y, rule):
                     _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, in_line, p)
                     continue
             if known < 0.0 or by_step < known:

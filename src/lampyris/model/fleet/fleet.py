@@ -18,7 +18,7 @@ from lampyris.model.robot import Robot
 from lampyris.typing import Cell, CellLike
 
 MOST_RADIUS = math.sqrt(2) / 4
-"""Greatest radius, in cells, of robots that never touch if none are in one cell or change places, with four-connected moves.
+"""Maximum radius, in cells, of robots that never touch if none are in one cell or change places, with four-connected moves.
 Where one robot leaves a cell and another enters it round a corner in the same tick, their centres come within sqrt(2) / 2 cells
 of each other."""
 OCTILE_RADIUS = math.sqrt(5) / 10
@@ -29,7 +29,7 @@ FORGIVEN = 1e-9
 
 
 def most_radius(moves: str) -> float:
-    """The greatest radius in cells of robots that the conflicts of a step set keep apart; see :data:`MOST_RADIUS`."""
+    """The maximum radius in cells of robots that the conflicts of a step set keep apart; see :data:`MOST_RADIUS`."""
     return OCTILE_RADIUS if moves == "octile" else MOST_RADIUS
 
 

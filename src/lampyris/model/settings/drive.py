@@ -44,7 +44,7 @@ class DriveSettings:
     command_period : time between two commands, unless tracking is perfect.
     delay : latency of a command, unless tracking is perfect; known to the law.
     lag : time constant of the motors, unless tracking is perfect.
-    noise : greatest error of a reported position; known to the law.
+    noise : maximum error of a reported position; known to the law.
     patience : time the robot stands still because of obstacles before it replans.
     give_up : uninterrupted time standing still after which the drive ends as ``blocked``.
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
@@ -58,9 +58,9 @@ class DriveSettings:
     safety_filter : filter on the commands of controllers that steer: ``braking`` passes a command only if the robot can still
         stop before any contact; ``none`` passes every command.
     controller_settings : settings of the controller by name.
-    spacing : greatest distance between two nodes of the path. What walls require is bounded between nodes, so
+    spacing : maximum distance between two nodes of the path. What walls require is bounded between nodes, so
         the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
-    sensor_range : how far the robot sees: it begins without the map, and cells count as free until they are seen. For planners
+    sensor_range : sensor range: the robot starts without the map, and unseen cells count as free. For planners
         on cells, perfect tracking and laws of the physical family.
     field_of_view : angle that the sensor sees around the direction of travel.
     unseen_cost : what a cell that has not been seen costs to enter, as a multiple of what it costs once it is seen.
@@ -71,7 +71,9 @@ class DriveSettings:
     """
 
     period: float = number(0.1, 1e-6, 1e6, unit="s")
-    time_limit: float | None = number(None, 1e-6, 1e6, unit="s", none="ample for the first path")
+    time_limit: float | None = number(
+        None, 1e-6, 1e6, unit="s", none="depends on the length of the first path"
+    )
     obstacle_speed: float | None = number(None, 1e-6, 1e6, unit="m/s", none="the robot's top speed")
     obstacle_info: ObstacleInfo = word("positions", get_args(ObstacleInfo))
     tracking: Tracking = word("perfect", get_args(Tracking))

@@ -56,7 +56,7 @@ class DriveEpisodeSettings(EpisodeSettings):
     Parameters
     ----------
     period : duration of a step.
-    yaw_rate_max : greatest yaw rate, where the robot does not state one.
+    yaw_rate_max : maximum yaw rate, where the robot does not state one.
     goal_tolerance : distance from the goal at which the robot has arrived.
     collision_cost : what touching a wall costs, besides the time to go; it ends the episode.
     """

@@ -13,8 +13,8 @@ class Inflation:
 
     Parameters
     ----------
-    inflation_radius : cells within this distance of a wall cost more, the nearer the more. 0: none do.
-    cost_scaling_factor : how fast that cost falls with the distance; a greater factor lets the robot drive closer to
+    inflation_radius : cells within this distance of a wall cost more, and more the closer they are. 0: none do.
+    cost_scaling_factor : how fast that cost falls with the distance; a larger factor lets the robot drive closer to
         walls.
 
     Raises

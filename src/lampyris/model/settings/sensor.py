@@ -26,7 +26,7 @@ class Sensor(Noun):
 
     Parameters
     ----------
-    range_m : greatest distance between the centres of the robot's cell and a cell that it sees, metres.
+    range_m : maximum distance between the centres of the robot's cell and a cell that it sees, metres.
     field_of_view : angle that it sees, radians, half of it on either side of the direction of the robot's last move. Before
         its first move it looks all around.
     unseen_cost : what a cell that has not been seen costs the planner to enter, as a multiple of what it costs once it is

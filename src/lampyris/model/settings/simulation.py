@@ -23,7 +23,7 @@ class SimulationSettings:
     ticks : the last tick. The default is ten times (height + width), and four times the steps of the first plan
         on top, but at most 250,000.
     patience : consecutive ticks that the robot waits before it gives up.
-    sensor_range : how far the robot sees: it begins without the map, and cells count as free until they are seen.
+    sensor_range : sensor range: the robot starts without the map, and unseen cells count as free.
     field_of_view : angle that the sensor sees around the direction of the last move.
     unseen_cost : what a cell that has not been seen costs to enter, as a multiple of what it costs once it is seen. 1:
         paths over unseen cells are as good as others.
@@ -33,7 +33,7 @@ class SimulationSettings:
     SettingError : ``TICKS``, ``PATIENCE``, ``SENSOR_RANGE``, ``FIELD_OF_VIEW``, ``UNSEEN_COST``.
     """
 
-    ticks: int | None = whole(None, 1, MAX_TICKS, none="ample for the size of the map")
+    ticks: int | None = whole(None, 1, MAX_TICKS, none="depends on the size of the map")
     patience: int | None = whole(None, 0, MAX_TICKS, unit="ticks", none=f"{SIMULATION_PATIENCE}")
     sensor_range: float | None = number(None, 1e-3, 1e6, unit="metres", none="the map is known")
     field_of_view: float = number(ALL_AROUND, 0.0, ALL_AROUND, unit="degrees", above=True)

@@ -53,7 +53,7 @@ class PurePursuit(Steering):
     ----------
     lookahead_time : time in which the robot drives the lookahead distance at its speed.
     lookahead_min : least lookahead distance.
-    lookahead_max : greatest lookahead distance.
+    lookahead_max : maximum lookahead distance.
     """
 
     name: ClassVar[str] = "pure-pursuit"

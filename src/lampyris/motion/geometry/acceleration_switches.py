@@ -26,7 +26,7 @@ def with_switches(samples: SampledPath, v: Floats, robot: Robot) -> SampledPath:
     Parameters
     ----------
     samples : on a curve.
-    v : float64 (n,), m/s: the greatest speeds at the nodes under the robot's limits. They are exact, as the
+    v : float64 (n,), m/s: the maximum speeds at the nodes under the robot's limits. They are exact, as the
         optimum from node to node depends on nothing else; only what lies between them is not.
     robot : its limits.
     """

@@ -24,7 +24,7 @@ def length_of(points: Points) -> float:
 
 
 def deviation(a: Points, b: Points, step: float) -> float:
-    """The greatest distance of either polyline from the other, in the unit of their points.
+    """The maximum distance of either polyline from the other, in the unit of their points.
 
     Looked at are the corners of both and points no farther apart than ``step`` between them, so it may be
     more by at most half of that (and a ten-thousandth of it where lines lie on one another). Points are
@@ -100,7 +100,7 @@ def _once(rows: Floats, same: float) -> Floats:
 
 
 def _farthest(points: Points, line: Points, same: float) -> float:
-    """The greatest distance of the points from the polyline; what differs by less than ``same`` is one."""
+    """The maximum distance of the points from the polyline; what differs by less than ``same`` is one."""
     begin, end = (line[:-1], line[1:]) if len(line) > 1 else (line, line)
     # Of lines that lie on one another all would be nearest, and none could be left out.
     lines_once = _once(np.hstack((begin, end)), same)

@@ -64,7 +64,7 @@ class ShortestCurve:
 
         Parameters
         ----------
-        spacing : greatest distance along the curve between two of them; on each segment they are evenly spaced.
+        spacing : maximum distance along the curve between two of them; on each segment they are evenly spaced.
 
         Raises
         ------

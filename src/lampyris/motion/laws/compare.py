@@ -164,7 +164,7 @@ def _lateral_in_corners(profile: Profile, samples: SampledCellPath) -> Floats:
 
 
 def jerk_of(profile: Profile) -> float:
-    """The greatest jerk of a profile, m/s3, as :mod:`lampyris.motion.jerk` has it; 0 where it never moves.
+    """The maximum jerk of a profile, m/s3, as :mod:`lampyris.motion.jerk` has it; 0 where it never moves.
 
     An edge from rest to rest has that of the gentlest motion that takes its time. A wait is one node.
     """

@@ -40,7 +40,7 @@ class DissertationLaw:
 
     Parameters
     ----------
-    v_max : greatest velocity.
+    v_max : maximum velocity.
     v_min : what obstacles alone never go below.
     ring1_drop, ring2_drop : less for each obstacle counted in ring 1, in ring 2.
     a_straight, a_diagonal, a_knight : more with each step of that kind. Half of the acceleration 40 times

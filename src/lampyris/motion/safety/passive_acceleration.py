@@ -83,7 +83,7 @@ def rails_of(samples: SampledPath) -> Rails:
 def push(
     rails: Rails, ceiling: Floats, s: float, v: float, near: Near, period: float, a_max: float, d_max: float
 ) -> Push:
-    """The greatest acceleration from which full braking stays safe, held for one period.
+    """The maximum acceleration from which full braking stays safe, held for one period.
 
     Parameters
     ----------

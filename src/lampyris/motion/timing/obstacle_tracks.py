@@ -57,7 +57,7 @@ class Discs(NamedTuple):
     begin : int64 (m + 1,): the corners of disc i are ``begin[i]`` up to ``begin[i + 1]``.
     t, x, y : float64: corners.
     reach : float64 (m,): how near the centres may not come; 0 or less: never too near.
-    top : float64 (m,): greatest speed, as driven.
+    top : float64 (m,): maximum speed, as driven.
     """
 
     begin: NDArray[np.int64]

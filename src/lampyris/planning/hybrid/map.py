@@ -12,7 +12,7 @@ from lampyris._core import elementary
 from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.planning.hybrid.motions import HybridShape
-from lampyris.planning.lattice.map import BorderedMap, cost_to_any
+from lampyris.planning.lattice.map import ClearanceMap, cost_to_any
 from lampyris.planning.lattice.poses import distance
 from lampyris.typing import Cell, Floats
 
@@ -26,7 +26,7 @@ _THICK = 1.21
 Vertex = tuple[int, int]
 
 
-class HybridMap(BorderedMap):
+class HybridMap(ClearanceMap):
     """The map of one grid with obstacles, for one robot.
 
     Parameters

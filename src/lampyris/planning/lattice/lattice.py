@@ -32,7 +32,7 @@ from lampyris.typing import Floats
 UNIT = 1 << 20
 """Cost of a cell's length: costs are whole numbers, so that equal costs are equal."""
 STEP = 0.1
-"""Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
+"""Maximum distance, in cells, that a point of the footprint moves between two poses of a sweep."""
 MOST_REACH = 1_000
 """Cells that a motion with the footprint may reach."""
 MOST_LENGTH = 200_000

@@ -28,7 +28,7 @@ _CHUNK = 1 << 20
 """Cells under footprints that are looked at together."""
 
 
-class BorderedMap:
+class ClearanceMap:
     """The map of one grid with obstacles and a border.
 
     Parameters
@@ -82,7 +82,7 @@ def cost_to_any(free: NDArray[np.bool_], goals: Iterable[Cell]) -> Floats:
     return best
 
 
-class LatticeMap(BorderedMap):
+class LatticeMap(ClearanceMap):
     """The map of one grid with obstacles, and the cells of a lattice's sweeps in it.
 
     Parameters

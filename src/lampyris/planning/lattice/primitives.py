@@ -96,7 +96,7 @@ class Primitive:
 
         Parameters
         ----------
-        step : greatest distance that a point within ``arm`` of the base moves between two poses, cells.
+        step : maximum distance that a point within ``arm`` of the base moves between two poses, cells.
         arm : cells.
         """
         yaw = self.heading

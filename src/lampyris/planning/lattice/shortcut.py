@@ -18,7 +18,7 @@ from lampyris.kernels.curves.sampling import sample
 from lampyris.kernels.hybrid import shortcut as kernel
 from lampyris.kernels.hybrid.goal_curve import CAR, DUBINS, IN_PLACE, REEDS_SHEPP, SIDEWAYS
 from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
-from lampyris.planning.lattice.map import BorderedMap
+from lampyris.planning.lattice.map import ClearanceMap
 from lampyris.typing import Floats
 
 DRIVES = {"ackermann": CAR, "differential": IN_PLACE, "omnidirectional": SIDEWAYS}
@@ -82,7 +82,7 @@ def covering_discs(footprint: Polygon) -> Floats:
     return np.column_stack((discs[:, 0], -discs[:, 1], np.full(count, radius)))
 
 
-def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: BorderedMap) -> Floats:
+def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: ClearanceMap) -> Floats:
     """The segments of a path that begins and ends at the same poses, is free as well and costs as much or less.
 
     Parameters
@@ -106,7 +106,7 @@ def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: B
     return segments
 
 
-def _round(first: Floats, segments: Floats, robot: ShortcutShape, bordered: BorderedMap) -> Floats:
+def _round(first: Floats, segments: Floats, robot: ShortcutShape, bordered: ClearanceMap) -> Floats:
     """The segments after one round."""
     parts, costs, cuts = _cut(segments, robot.costs(segments))
     ends = np.zeros(3 * len(parts))

@@ -24,7 +24,7 @@ class ParticlePlanner(WaypointPlanner):
     ----------
     inertia : share of its speed a particle keeps, 0 to 1.
     own, others : pulls towards its own best place and its neighbourhood's, 0 to 10.
-    clamp : greatest speed in sides of the map an iteration, > 0 to 1.
+    clamp : maximum speed in sides of the map an iteration, > 0 to 1.
     """
 
     inertia: float = number(0.7298, 0.0, 1.0)

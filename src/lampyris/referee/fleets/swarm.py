@@ -35,7 +35,7 @@ class SwarmMotion:
     """Judges the motion of a swarm, iteration by iteration.
 
     Robots drive straight within a small step. Rules: ``start`` (an iteration begins where the last one ended), ``speed``,
-    ``step`` (no more than the step's length in an iteration), ``turn`` (no quicker than the greatest yaw rate), ``wall`` (no disc
+    ``step`` (no more than the step's length in an iteration), ``turn`` (no quicker than the maximum yaw rate), ``wall`` (no disc
     in a wall or beyond the edge of the map) and ``contact`` (no two discs overlap), each at every moment.
 
     Parameters

@@ -70,7 +70,7 @@ class RobotMotion:
 
     @property
     def quick(self) -> Floats:
-        """Greatest speed of any point of the robot, of each part."""
+        """Maximum speed of any point of the robot, of each part."""
         if self.outline is None:
             return self.top
         arm = float(np.hypot(*self.outline.T).max())
@@ -86,12 +86,12 @@ class RobotMotion:
 
     @property
     def top(self) -> Floats:
-        """Greatest speed of each part."""
+        """Maximum speed of each part."""
         return np.maximum(self.v, self.v + self.a * (self.t1 - self.t0))
 
     @property
     def lateral(self) -> Floats:
-        """Greatest lateral acceleration of each part, m/s2."""
+        """Maximum lateral acceleration of each part, m/s2."""
         return self.top**2 * np.abs(self.pieces.bend[self.piece])
 
 

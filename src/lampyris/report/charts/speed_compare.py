@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NEAR = 1.15
-"""Caps are drawn up to so many times the greatest speed."""
+"""Caps are drawn up to so many times the maximum speed."""
 
 
 def draw_comparison(profiles: Sequence[tuple[str, Profile]], chosen: int, out: style.OutFile) -> None:

@@ -83,6 +83,7 @@ class DriveRenderer:
         kinds, senses = [b.kind for b in drive.obstacle_specs], drive.seen is not None
         self._sheet = sheet = Sheet(
             scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, outlined=with_footprint(drive),
+            planner=drive.planner,
         )  # fmt: skip
         self._range = None
         if drive.sensor is not None:

@@ -59,6 +59,7 @@ class TraceRenderer:
             "" if landscape is None else landscape.name,
             own_goal=trace.seen is not None or trace.goal_track is not None,
             unseen=trace.seen is not None,
+            planner=trace.planner,
         )
         self._range = None
         if trace.sensor is not None:

@@ -102,6 +102,7 @@ class FleetRenderer:
             self._paper, self._goals.astype(np.float64), np.ones((goal, goal)), np.zeros((goal, goal))
         )
         self._captioned: tuple[int, Rgb] | None = None
+        self._planner = plan.planner
 
     def frame(self, moment: float) -> Rgb:
         """The picture at a moment, in ticks; whole, or between two."""
@@ -148,7 +149,8 @@ class FleetRenderer:
 
             home = int((self._tracks[tick] == self._goals).all(axis=1).sum())
             every = f" (1 in {self._stride} shown)" if self._stride > 1 else ""
-            words = f"tick {tick} of {self._ticks}{every}    {home} of {plural(len(self._goals), 'robot')} on their goals"
+            there = f"{home} of {plural(len(self._goals), 'robot')} on their goals"
+            words = f"tick {tick} of {self._ticks}{every}    {there}    {self._planner}"
             image = Image.new("RGB", (self._width, CAPTION), (255, 255, 255))
             font = ImageFont.load_default(size=14)
             ImageDraw.Draw(image).text((MARGIN, CAPTION / 2), words, font=font, fill=sprites.INK, anchor="lm")

@@ -80,6 +80,7 @@ class Sheet:
     own_goal : whether the stage draws the goal itself (:meth:`star`), because it moves or lies under a shade.
     outlined : whether the robot has a footprint, which the legend shows by a square.
     unseen : whether the legend names the shade of :meth:`shade`.
+    planner : whose robot it is, for the legend.
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class Sheet:
         own_goal: bool = False,
         unseen: bool = False,
         outlined: bool = False,
+        planner: str = "",
     ) -> None:
         self.grid, self._goal = grid, None if own_goal else goal
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
@@ -104,6 +106,8 @@ class Sheet:
         self._entries = entries = _entries(grid, kinds, layer_name if layer is not None else "")
         if outlined:
             entries[0] = ("square", *entries[0][1:])
+        if planner:
+            entries[0] = (*entries[0][:3], f"robot, {planner}")
         if unseen:
             entries.append(("square", _UNSEEN, "", "unseen"))
         # Even sizes: some players of films refuse others.
@@ -162,7 +166,7 @@ class Sheet:
         return sprites.ring(round(pixels), 2, colour, 0.18) if pixels > self.scale / 2 else None
 
     def leg(self, canvas: Rgb, a: tuple[float, float], b: tuple[float, float], share: float) -> None:
-        """A piece of the path driven, cells to cells, coloured by a share of the greatest speed."""
+        """A piece of the path driven, cells to cells, coloured by a share of the maximum speed."""
         red, green, blue = self._speeds[round(255 * min(1.0, share))].tolist()
         _line(canvas, self.at(*a), self.at(*b), (red, green, blue), max(3, round(self.scale * 0.2)))
 

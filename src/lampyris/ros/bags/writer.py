@@ -60,7 +60,7 @@ def write_bag(
 
     Parameters
     ----------
-    what : a plan, a simulation in ticks (a tick is the time that the robot needs for a cell at its greatest speed) or a
+    what : a plan, a simulation in ticks (a tick is the time that the robot needs for a cell at its maximum speed) or a
         drive.
     path : ``.mcap`` or ``.db3`` for one file, a name without ending for a folder with ``metadata.yaml``. A file is
         replaced; a folder must not exist.

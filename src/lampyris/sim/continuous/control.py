@@ -48,7 +48,7 @@ class State:
     cells : cells that obstacles cover as far as is known, in order.
     period : seconds until the next decision.
     reaction : seconds until the next decision has an effect: the period and the known delay.
-    real : where it really is, and the greatest speed it may have before then because of earlier commands;
+    real : where it really is, and the maximum speed it may have before then because of earlier commands;
         (s, v) itself under perfect tracking.
     late : whether commands are late or followed with a lag.
     haste : how much faster than commanded it may be.

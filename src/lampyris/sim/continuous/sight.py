@@ -42,7 +42,7 @@ class Sight:
     ----------
     scene : as it really is.
     sensor : what sees.
-    spacing : greatest distance between two nodes of a path, metres.
+    spacing : maximum distance between two nodes of a path, metres.
 
     Attributes
     ----------

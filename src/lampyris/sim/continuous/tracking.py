@@ -47,7 +47,7 @@ class Train(Protocol):
 
     Attributes
     ----------
-    error : greatest distance so far between where the robot was and where it was commanded to be, metres.
+    error : maximum distance so far between where the robot was and where it was commanded to be, metres.
     """
 
     error: float
@@ -61,7 +61,7 @@ class Train(Protocol):
         ...
 
     def quickest(self, s: float, v: float) -> float:
-        """The greatest speed that it may have because of commands on their way and of the next to land."""
+        """The maximum speed that it may have because of commands on their way and of the next to land."""
         ...
 
     def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Segment]:
@@ -98,7 +98,7 @@ class Perfect:
 
 @dataclass(slots=True)
 class _Command:
-    """What was sent: when it arrives, a speed, a place and when to be there, the greatest speed for it,
+    """What was sent: when it arrives, a speed, a place and when to be there, the maximum speed for it,
     and whether it is to land there."""
 
     arrives: float

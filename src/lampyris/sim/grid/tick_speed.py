@@ -18,7 +18,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion.caps import COS_22_5, COS_67_5
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.dissertation import DEFAULT, DissertationLaw, dissertation_profile, ring_caps
-from lampyris.motion.laws.physical import PhysicalLaw, rings_felt
+from lampyris.motion.laws.physical import RULES, PhysicalLaw, rings_felt
 from lampyris.motion.laws.rings import counted_around, ring_counts
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
@@ -122,14 +122,9 @@ class TickSpeed:
             return LAW_DISSERTATION, *law_tables(settings), grid.blocked
         if type(settings) is not PhysicalLaw or robot.jerk_max is not None:
             return None
-        rules = (
-            settings.approach,
-            settings.uncertainty,
-            settings.blind,
-            settings.three_speed,
-            settings.cloud,
-        )
-        if any(rule is not None for rule in rules) or (settings.zones and scene.zones is not None):
+        # The kernel knows the limit, clearance and the obstacles' cells; in ticks obstacles have no velocities for `moving`.
+        others = (getattr(settings, name) for name in RULES if name != "moving")
+        if any(rule is not None for rule in others) or (settings.zones and scene.zones is not None):
             return None
         numbers = (
             robot.v_max, settings.creep * robot.v_max, robot.d_max, robot.a_max, grid.resolution, robot.radius,

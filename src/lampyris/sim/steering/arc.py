@@ -113,11 +113,11 @@ class RobotShape:
         return bend * HAIR
 
     def most_turn(self, v: float) -> float:
-        """Greatest yaw a metre at a speed, by the yaw rate."""
+        """Maximum yaw a metre at a speed, by the yaw rate."""
         return self.yaw_rate / v * HAIR if v > 0.0 else math.inf
 
     def most_speed(self, arc: Arc) -> float:
-        """Greatest speed on an arc, m/s; in place, of the farthest point."""
+        """Maximum speed on an arc, m/s; in place, of the farthest point."""
         if arc.in_place:
             return self.spin_speed()
         v = self.robot.v_max
@@ -132,7 +132,7 @@ class RobotShape:
         return Arc(0.0, 0.0, math.copysign(1.0 / self.arm, angle), in_place=True)
 
     def spin_speed(self) -> float:
-        """Greatest speed of the farthest point in a turn in place, m/s."""
+        """Maximum speed of the farthest point in a turn in place, m/s."""
         return min(self.robot.v_max, self.yaw_rate * self.arm) * HAIR
 
     def along(self, pose: RobotPose, arc: Arc, s: float) -> RobotPose:

@@ -81,7 +81,7 @@ def towards(v: float, wanted: float, view: View) -> float:
 
 
 def stopping_speed(left: float, v: float, period: float, d_max: float) -> float:
-    """The greatest speed at the end of a period from which the robot can still stand after ``left`` metres.
+    """The maximum speed at the end of a period from which the robot can still stand after ``left`` metres.
 
     It drives ``period (v + v1) / 2`` and then ``v1^2 / (2 d_max)``.
     """

@@ -12,6 +12,8 @@ from lampyris import fleets, swarms
 from lampyris.app.engine.fleets.fleet import MOST_ROBOTS, ground_of, robots_of
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.progress import Share
+from lampyris.app.replay.page import replay_page
+from lampyris.app.replay.streams import fleet_replay
 from lampyris.errors import SettingError, UsageError, shown
 from lampyris.fleet_scenarios import completed_fleet
 from lampyris.io.fleet_scenario.save import plain
@@ -30,7 +32,7 @@ from lampyris.report.pictures.fleet_picture import draw_fleet
 from lampyris.sim.swarm.signals import signal_on
 
 Look = Callable[[], None]
-KINDS: Final = ("webp", "gif", "png", "csv", "json", "scenario")
+KINDS: Final = ("webp", "gif", "png", "csv", "json", "scenario", "replay")
 SWARM_KINDS: Final = ("webp", "gif", "json")
 _ASKED: Final = ("robots", "planner", "seed", "iterations", "sum_of_costs", "sources", "swarm")
 
@@ -70,6 +72,8 @@ def fleet_file(question: Mapping[str, Any], look: Look) -> bytes:
         return _scenario(question, fleet, plan)
     if what == "json":
         return _text({**fleet_record(plan, fleet), "timing": {}})
+    if what == "replay":
+        return replay_page(fleet_replay(plan, fleet)).encode()
     share = Share("drawing")
 
     def drawn(done: int) -> None:

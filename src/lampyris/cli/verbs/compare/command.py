@@ -73,7 +73,7 @@ def compare(
         ),
     ] = None,
     obstacles: Annotated[
-        int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles (0: plans only).")
+        int, typer.Option("--obstacles", metavar="N", help="Number of moving obstacles (0: plans only).")
     ] = 0,
     mobility: Mobility = defaults.MOBILITY,
     rate: Rate = None,

@@ -25,7 +25,7 @@ from lampyris.cli.option_groups import (
     ViaOptions,
     settings_in,
 )
-from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Save
+from lampyris.cli.options import Bag, Export, Film, Force, Json, NoTiming, PlanLimit, Replay, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
@@ -49,6 +49,7 @@ def drive(
     json_: Json = False,
     no_timing: NoTiming = False,
     film: Film = None,
+    replay: Replay = None,
     chart: Annotated[
         Path | None,
         typer.Option("--chart", metavar="FILE", help="Draw speed and distances over time (.png or .svg)."),
@@ -92,6 +93,7 @@ def drive(
         picture=picture,
         export=export,
         bag=bag,
+        replay=replay,
     )
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
@@ -131,8 +133,8 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
     print_notes(made.notes)
     if made.curves:
         _write_files(made, out)
-    elif out.film or out.chart or out.csv or out.picture:
-        print_notes(("the robot never set off, so no film, picture, chart or CSV was written",))
+    elif out.film or out.chart or out.csv or out.picture or out.replay:
+        print_notes(("the robot never set off, so no film, picture, chart, replay or CSV was written",))
     out.write_ros(made)
     if out.save is not None:
         print_notes(scenarios.save_scenario(scenario, out.save))
@@ -142,6 +144,11 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
         with outputs.text_beside(out.csv):
             print_drive(made, name=scenario.name)
             print_written(out.film, out.picture, out.chart, out.csv, out.export, out.bag, out.save)
+    if out.replay is not None and made.curves:
+        from lampyris.app.replay.streams import drive_replay
+
+        with outputs.text_beside(out.csv):
+            outputs.write_replay(out.replay, drive_replay(made, scenario.name), json=out.json)
     return 0 if made.arrived else NO_ANSWER
 
 

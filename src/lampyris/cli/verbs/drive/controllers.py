@@ -39,6 +39,7 @@ def compare_controllers(
 
     one_only = {
         "--film": out.film,
+        "--replay": out.replay,
         "--chart": out.chart,
         "--csv": out.csv,
         "--export": out.export,

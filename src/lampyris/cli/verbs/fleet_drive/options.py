@@ -52,7 +52,7 @@ _OWN: list[tuple[str, Any, Any]] = [
         "delays",
         Annotated[
             float | None,
-            typer.Option("--delays", metavar="P", help="Chance that a move is delayed: the robot brakes and stands."),
+            typer.Option("--delays", metavar="P", help="Probability that a move is delayed: the robot brakes and stands."),
         ],
         field(default=None),
     ),

@@ -266,7 +266,7 @@ def make(
         Path, typer.Option("--out", "-o", metavar="FILE", help="The map (its ending names the format).")
     ],
     size: Annotated[str, typer.Option("--size", metavar="W,H", help="Columns and rows.")] = "50,50",
-    seed: Annotated[int, typer.Option("--seed", help="Same seed, same cells.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Same seed, same cells.")] = 0,
     settings: Annotated[
         list[str] | None,
         typer.Option(

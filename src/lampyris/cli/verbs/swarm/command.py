@@ -57,7 +57,7 @@ class _Settings:
 
 def swarm(
     map_: Map,
-    robots: Annotated[int, typer.Option("--robots", metavar="N", help="How many robots.")] = 100,
+    robots: Annotated[int, typer.Option("--robots", metavar="N", help="Number of robots.")] = 100,
     sources: Annotated[
         str,
         typer.Option(
@@ -67,7 +67,7 @@ def swarm(
     ] = "three-peaks",
     source_count: Annotated[
         int | None,
-        typer.Option("--source-count", metavar="N", help="How many sources are drawn (default: 3)."),
+        typer.Option("--source-count", metavar="N", help="Number of random sources (default: 3)."),
     ] = None,
     method: Annotated[
         str | None,

@@ -18,7 +18,7 @@ State = tuple[int, int]
 NO_ORDER = np.zeros(1, dtype=np.int64)
 
 
-class HybridSearch(LatticeSearch):
+class RegionalHeadingSearch(LatticeSearch):
     """The memory of searches whose states have a heading inside regions only.
 
     Parameters

@@ -20,7 +20,7 @@ from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
-from lampyris.planning.lattice.pad.hybrid import NO_ORDER, HybridSearch, State
+from lampyris.planning.lattice.pad.hybrid import NO_ORDER, RegionalHeadingSearch, State
 from lampyris.planning.lattice.pad.order import put_in_order
 from lampyris.planning.lattice.pad.places import costly_places
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
@@ -76,7 +76,7 @@ def recorded(one: Round, lattice_map: LatticeMap) -> PlanningRound:
     )  # fmt: skip
 
 
-class PadSearch(HybridSearch):
+class PadSearch(RegionalHeadingSearch):
     """The memory of the planner on one map: its own is that of the tracking phase, in which all cells have headings.
 
     Parameters
@@ -93,7 +93,7 @@ class PadSearch(HybridSearch):
     def __init__(self, lattice_map: LatticeMap) -> None:
         super().__init__(lattice_map)
         self.inside[:] = 1
-        self.hybrid = HybridSearch(lattice_map)
+        self.hybrid = RegionalHeadingSearch(lattice_map)
         self.field: LowField | None = None
         self.ordered_for: Tunnel | None = None
         self._known: tuple[NDArray[np.int64], list[State], Goal] | None = None

@@ -126,7 +126,7 @@ class PSO:
     ring : neighbours on each side whose best a particle looks at (lbest); None: the whole swarm (gbest).
     inertia : the inertia rule.
     own, others : c1 and c2, the pulls towards the own best place and the neighbourhood's, >= 0.
-    clamp : greatest speed, in sides of the box an iteration, > 0.
+    clamp : maximum speed, in sides of the box an iteration, > 0.
     push : an outside force: what it says is added to the speeds before they are clamped.
     diversity : turns the pull of the best around where a group is too close together; without a ring. None: never.
 
