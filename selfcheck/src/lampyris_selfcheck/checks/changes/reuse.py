@@ -13,7 +13,7 @@ KINDS = {
     "sessions": Kind(
         f"{STEPS} steps of load, edit, plan, plan again, cancel, clear, pickle and copy in one session; the"
         " planners take turns",
-        commit=35,
+        commit=48,
         nightly=10_000,
         release=100_000,
         chunk=50,
