@@ -146,9 +146,14 @@ class TwoTerrainSearches:
             return None
         ground = (board.free, self._weight, self._scale, board.stride)
         ends, seen = (board.flat(start), board.flat(goal), -1, 1), Writes(bytes(n), -1)
-        sides = [[np.zeros_like(a) for a in (*heap, *costs)] for heap, costs in zip(self._heaps, self._costs, strict=True)]
+        sides = [
+            [np.zeros_like(a) for a in (*heap, *costs)]
+            for heap, costs in zip(self._heaps, self._costs, strict=True)
+        ]
         kept = (np.empty_like(self._step), np.zeros_like(self._state), np.empty_like(self._path))
-        meet.run_plain(*ground, *ends, *self._rules, *sides[0], seen, *sides[1], np.zeros_like(self._seen[1]), *kept)
+        meet.run_plain(
+            *ground, *ends, *self._rules, *sides[0], seen, *sides[1], np.zeros_like(self._seen[1]), *kept
+        )
         return board.cells(seen.order()[::-1].astype(np.int32))
 
 

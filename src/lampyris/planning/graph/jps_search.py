@@ -229,7 +229,13 @@ class JumpSearch:
         # A node that leaves the heap has no place in it any more: -1 as its last number. As many nodes as cells are enough.
         nodes = Writes([-1] * (6 * n), -1)
         ends = (start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1)
-        kept = (np.zeros_like(self._found), np.zeros_like(self._node), nodes, np.zeros(2 * n, dtype=np.int64), np.zeros_like(self._state))
+        kept = (
+            np.zeros_like(self._found),
+            np.zeros_like(self._node),
+            nodes,
+            np.zeros(2 * n, dtype=np.int64),
+            np.zeros_like(self._state),
+        )
         jump.run_plain(
             m.words, m.east, m.south, m.west, m.north, m.stride, m.rise, width + 2, *ends, *self._prices,
             self._cutting, *self._tables, *kept,

@@ -67,7 +67,9 @@ class IncrementalSession(SessionBase):
         ends = (self._robot, self._scene.goal)
         if not all(self._map.free[y, x] for x, y in ends):
             return np.zeros((0, 2), dtype=np.int32)
-        fresh = SearchMap(self._map.free, self._map.terrain, self._moves, ends[1], ends[0], informed=self._informed)
+        fresh = SearchMap(
+            self._map.free, self._map.terrain, self._moves, ends[1], ends[0], informed=self._informed
+        )
         return self._make(fresh).order()
 
     def drop(self, anywhere: bool) -> str:
