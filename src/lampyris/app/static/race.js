@@ -45,8 +45,6 @@ export class Race {
     this._captioned = 0;
     /** Height of the captions, pixels. */
     this._caption = 60;
-    /** Frames drawn so far, for measurements. */
-    this.frames = 0;
     this.asked = new AbortController();
     this.stage = el("div", { class: "race-stage" });
     this.play = button("Play", () => this.toggle(), { class: "btn primary" });
@@ -92,6 +90,7 @@ export class Race {
         if (kind === "X") throw new ServerError(200, json(data));
         if (kind === "H") {
           racer = { jumps: [], note: "", steps: 0, field: 0, expansions: 0, cost: null, gap: null, any_angle: false, ms: 0, units: "", order: new Uint32Array(0), lines: new Float32Array(0), ...json(data) };
+          if (racer) racer.title = titleOf(page, racer);
           if (racer?.outcome === "refused") this._add(racer, ground);
         }
         if (kind === "O" && racer) this._add(ordered(racer, data), ground);
@@ -197,7 +196,7 @@ export class Race {
   /** @param {boolean} captions whether they are written in any case */
   _draw(captions) {
     const { search, tiles } = this;
-    this.frames++;
+    this.page.tell("race-frame");
     const part = Math.min(this.moment / search, 1);
     const most = Math.max(1, ...tiles.map(({ racer }) => racer.steps));
     const longest = Math.max(1e-6, ...tiles.map(({ racer }) => racer.ms));
@@ -263,6 +262,13 @@ export class Race {
     fill(this.stage);
     this.tiles = [];
   }
+}
+
+/** What a planner is called in its own line of explanation: the words before a colon; else its label. @param {Page} page @param {Racer} racer */
+function titleOf(page, { planner, label }) {
+  const summary = String(page.hello.planners.find((/** @type {any} */ one) => one.name === planner)?.summary ?? "");
+  const name = summary.slice(0, Math.max(summary.indexOf(":"), 0)) || planner;
+  return [label.replace(planner, name), summary];
 }
 
 /** A racer with its order. @param {Racer} racer @param {Uint8Array} data */

@@ -8,7 +8,7 @@ import { swatch } from "./measures.js";
 
 /**
  * What the server says of a planner, and the order in which it expands cells (or the lines of its tree).
- * @typedef {{k: number, label: string, outcome: string, sentence: string, kind: string, steps: number, field: number, jumps: number[][],
+ * @typedef {{k: number, label: string, planner: string, title: string[], outcome: string, sentence: string, kind: string, steps: number, field: number, jumps: number[][],
  *   note: string, expansions: number, cost: number | null, gap: number | null, any_angle: boolean, ms: number, path: number[][],
  *   t: number[], units: string, order: Uint32Array, lines: Float32Array}} Racer
  */
@@ -33,7 +33,9 @@ export class Tile {
     this.cells = el("canvas", { width: ground.width, height: ground.height });
     this.lines = el("canvas", { "aria-hidden": "true" });
     this.over = el("canvas", { "aria-hidden": "true" });
-    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.label} on the map` }, this.cells, this.lines, this.over);
+    // A canvas of its own that is moved: drawing into a large one would have all of it put on the screen again.
+    this.robot = el("canvas", { class: "race-robot", hidden: true, "aria-hidden": "true" });
+    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.title[0]} on the map` }, this.cells, this.lines, this.over, this.robot);
     this.state = el("b", null, "");
     this.count = el("span", null, "");
     const found = racer.cost !== null;
@@ -42,7 +44,7 @@ export class Tile {
       racer.outcome !== "refused" && `${formatted(racer.ms, 2)} ms`, found && arrival(racer),
     ].filter(Boolean).join(" · ");
     this.root = el("figure", { class: "race-tile" },
-      el("figcaption", null, el("div", { class: "row" }, swatch(racer.k), el("b", { class: "grow" }, racer.label), this.state),
+      el("figcaption", null, el("div", { class: "row" }, swatch(racer.k), el("b", { class: "grow", title: racer.title[1] }, racer.title[0]), this.state),
         el("div", { class: "race-facts" }, this.count, facts && ` · ${facts}`),
         !found || racer.kind === "none" ? el("div", { class: "race-facts" }, found ? racer.note : racer.sentence) : null),
       this.map);
@@ -52,8 +54,6 @@ export class Tile {
     /** Steps that are drawn; of a path whether it is. */
     this.drawn = 0;
     this._pathed = false;
-    /** Where the robot was drawn last. @type {[number, number] | null} */
-    this._robot = null;
     this._leg = 0;
     this.setDark(dark);
   }
@@ -95,6 +95,11 @@ export class Tile {
       canvas.height = h * ratio;
     }
     this.ratio = ratio;
+    this._size = Math.max(ROBOT_SIZE, 0.4 * scale);
+    const side = 2 * Math.ceil(this._size + 2);
+    this.robot.width = this.robot.height = side * ratio;
+    this.robot.style.width = this.robot.style.height = `${side}px`;
+    robotMark(this._penOf(this.robot), side / 2, side / 2, this._size, this.colour);
     this._clear();
   }
 
@@ -105,7 +110,7 @@ export class Tile {
     this._penOf(this.lines).clearRect(0, 0, this.lines.width, this.lines.height);
     this.drawn = 0;
     this._pathed = false;
-    this._robot = null;
+    this.robot.hidden = true;
     this._leg = 0;
     this._ends();
   }
@@ -117,7 +122,7 @@ export class Tile {
     return pen;
   }
 
-  /** Start and goal, on a canvas without a robot. */
+  /** Start and goal. */
   _ends() {
     const pen = this._penOf(this.over);
     pen.clearRect(0, 0, this.over.width, this.over.height);
@@ -239,29 +244,16 @@ export class Tile {
   /** The robot where it is after so many seconds. @param {number | null} driven */
   _drive(driven) {
     const { path, t } = this.racer;
-    if (driven === null || path.length < 2) {
-      if (this._robot) this._ends();
-      this._robot = null;
-      return;
-    }
+    this.robot.hidden = driven === null || path.length < 2;
+    if (driven === null || path.length < 2) return;
     if (driven < t[this._leg]) this._leg = 0;
     while (this._leg < t.length - 2 && t[this._leg + 1] <= driven) this._leg++;
     const k = this._leg;
     const span = t[k + 1] - t[k];
     const share = span > 0 ? Math.min((driven - t[k]) / span, 1) : 1;
     const [x, y] = this._at(path[k][0] + share * (path[k + 1][0] - path[k][0]), path[k][1] + share * (path[k + 1][1] - path[k][1]));
-    if (this._robot && this._robot[0] === x && this._robot[1] === y) return;
-    const pen = this._penOf(this.over);
-    const r = Math.max(ROBOT_SIZE, 0.4 * this.scale);
-    if (this._robot) {
-      const [a, b] = this._robot;
-      const near = r + 14;
-      pen.clearRect(a - near, b - near, 2 * near, 2 * near);
-      const marks = [this.start, this.goal].some((cell) => cell && Math.abs(this._at(cell[0], cell[1])[0] - a) < near + 14 && Math.abs(this._at(cell[0], cell[1])[1] - b) < near + 14);
-      if (marks) this._ends();
-    }
-    robotMark(pen, x, y, r, this.colour);
-    this._robot = [x, y];
+    const half = Math.ceil(/** @type {number} */ (this._size) + 2);
+    this.robot.style.transform = `translate(${(x - half).toFixed(1)}px, ${(y - half).toFixed(1)}px)`;
   }
 
   /** What the caption says; written only when it changes. @param {string} state @param {string} count */
