@@ -83,6 +83,9 @@ FLEET = (
 """Colours of the robots of a fleet, by turns: Okabe and Ito's and darker ones; a robot's number tells it apart, not
 its colour alone."""
 
+RACE = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (122, 92, 0))
+"""Colours of the planners of a race, in their order: Okabe and Ito's, and brown for their orange; as the app has them."""
+
 SPARE = ("#882255", "#44aa99", "#ddcc77", "#332288", "#117733", "#aa4499")
 
 
