@@ -71,7 +71,8 @@ class TwoSearches:
         return SearchResult(ending, expansions, cells)
 
     def order(self, start: Cell, goal: Cell) -> Cells | None:
-        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python. None: it would take too long."""
+        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python.
+        None: it would take too long."""
         board, n = self._board, self._board.size
         if meet_even.each * n > MOST_NS:
             return None
@@ -140,7 +141,8 @@ class TwoTerrainSearches:
         return SearchResult(ending, expansions, cells)
 
     def order(self, start: Cell, goal: Cell) -> Cells | None:
-        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python. None: it would take too long."""
+        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python.
+        None: it would take too long."""
         board, n = self._board, self._board.size
         if meet.each * n > MOST_NS:
             return None

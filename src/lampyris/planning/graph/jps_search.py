@@ -221,7 +221,8 @@ class JumpSearch:
             self._turn(shut)
 
     def order(self, start: Cell, goal: Cell) -> Cells | None:
-        """The jump points that :meth:`find_path` expands, in its order; recomputed in plain Python. None: it would take too long."""
+        """The jump points that :meth:`find_path` expands, in its order; recomputed in plain Python.
+        None: it would take too long."""
         m, (height, width) = self.packed, self._free.shape
         n = (height + 2) * (width + 2)
         if jump.each * n > MOST_NS:

@@ -19,7 +19,7 @@ SEARCH_S, DRIVE_S = 8.0, 6.0
 """Seconds of the film: of the search, and of the drive at most."""
 WIDE, HIGH = 1200, 760
 """Pixels of the film at most, about."""
-GAP, CAPTION, LINE = 10, 46, 15
+GAP, CAPTION = 10, 60
 SHADES = 24
 FIRST, LAST, FIELD, RINGS = 0.22, 0.62, 0.34, 0.85
 """Share of the planner's colour in the cells that it expanded first and last; in those of a field, and of rings after it."""
@@ -184,7 +184,8 @@ class RaceRenderer:
             pen.text((x + 24, y - CAPTION + 4), racer.label, font=bold, fill=INK)
             state = self._state(racer, over, driven)
             pen.text((x + self._tile - 6, y - CAPTION + 4), state, font=bold, fill=INK, anchor="ra")
-            pen.text((x + 6, y - CAPTION + 25), self._facts(racer, steps), font=small, fill=FAINT)
+            for line, words in enumerate(self._facts(racer, steps)):
+                pen.text((x + 6, y - CAPTION + 24 + 16 * line), words, font=small, fill=FAINT)
         out: Rgb = np.asarray(image)
         return out
 
@@ -199,14 +200,16 @@ class RaceRenderer:
         return f"{'arrived' if driven >= last else 'driving'} {min(driven, last):.1f} {unit}"
 
     @staticmethod
-    def _facts(racer: Racer, steps: int) -> str:
+    def _facts(racer: Racer, steps: int) -> tuple[str, str]:
+        """What it has looked at, and what it found: two lines."""
         looked, plan = racer.exploration, racer.plan
-        words = [WORDS["none"] if looked.kind == "none" else f"{steps:,} {WORDS[looked.kind]}"]
-        if plan.path is not None:
-            words.append(f"{'length' if plan.any_angle_length else 'cost'} {racer.length:.5g}")
+        words = [f"{1000 * racer.plan_s:.3g} ms"]
         if plan.gap is not None and plan.any_angle_length is None:
-            words.append(f"gap {100 * plan.gap:.1f} %")
-        return ", ".join([*words, f"{1000 * racer.plan_s:.3g} ms"])
+            words.insert(0, f"gap {100 * plan.gap:.1f} %")
+        if plan.path is not None:
+            words.insert(0, f"{'length' if plan.any_angle_length else 'cost'} {racer.length:.5g}")
+        shown = WORDS["none"] if looked.kind == "none" else f"{steps:,} {WORDS[looked.kind]}"
+        return shown, ", ".join(words)
 
     def _corner(self, k: int) -> tuple[int, int]:
         """Pixel of the upper left corner of a planner's map."""
