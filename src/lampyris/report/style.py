@@ -39,8 +39,11 @@ COSTLY = (186, 150, 96)
 """Terrain of the highest value, five times plain ground; what lies between is mixed with FREE."""
 CHEAP = 0.14
 """Share of COSTLY in the lowest terrain there is, to distinguish it from plain ground."""
-START = "#c1121f"
-GOAL = "#ffb703"
+START = "#04a560"
+GOAL = "#b6101c"
+PATH = "#c1121f"
+"""Of a path that is not coloured by speed."""
+FOOTPRINT = "#ffb703"
 GATE = "#7b2cbf"
 RING = "#ffffff"
 

@@ -1,6 +1,6 @@
 // Landscape: the shown layer in 3-D, its values as heights, with the robot on its path. Loaded when it is asked for.
 
-import { LINES, THEMES, levels } from "./colours.js";
+import { GOAL, LINES, THEMES, levels } from "./colours.js";
 import { button, el, formatted, tell } from "./make.js";
 import { Surface, seenFrom } from "./surface.js";
 
@@ -97,7 +97,7 @@ class Landscape {
     this.wide = Math.max(0.35, 0.005 * longer);
     this.path = this.places.length > 1 ? surface.keep(ribbonOf(this.places, this.wide, [255, 255, 255])) : null;
     this.robot = surface.keep(ballOf(Math.max(0.5, 0.012 * longer), hex(LINES[0][0])));
-    this.goal = surface.keep(ballOf(Math.max(0.4, 0.009 * longer), [200, 16, 46]));
+    this.goal = surface.keep(ballOf(Math.max(0.4, 0.009 * longer), hex(GOAL)));
     if (!this.path) {
       tell(this.said, "There is no path to show.");
       this.play.disabled = this.slider.disabled = true;
@@ -246,7 +246,7 @@ class Landscape {
       const share = span > 0 ? Math.min(Math.max((t - times[k]) / span, 0), 1) : 1;
       const at = places[k].map((v, c) => v + share * (places[k + 1][c] - v));
       at[1] += this.wide;
-      still.push({ kept: this.path }, { kept: /** @type {any} */ (this.goal), at: places[places.length - 1] });
+      still.push({ kept: /** @type {any} */ (this.path) }, { kept: /** @type {any} */ (this.goal), at: places[places.length - 1] });
       robot.push({ kept: /** @type {any} */ (this.robot), at });
       this.slider.value = String(Math.round(1000 * this.moment));
       const units = /** @type {any} */ (this.page.plan?.speed)?.units ?? "";

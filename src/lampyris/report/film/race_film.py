@@ -10,6 +10,7 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.race import Race, Racer
+from lampyris.report.film import sprites
 from lampyris.report.film.simulation_film import FPS, Shown, check, frame_ms, write_film
 from lampyris.report.pictures.raster import draw_map
 from lampyris.report.style import FREE, RACE, OutFile, Rgb
@@ -30,7 +31,6 @@ WORDS = {
     "tree": "lines of the tree",
     "none": "no order recorded",
 }
-START, FLAG = (0, 122, 77), (200, 16, 46)
 PAPER, INK, FAINT = (231, 231, 228), (32, 36, 44), (91, 100, 114)
 Clock = Literal["steps", "time"]
 
@@ -176,8 +176,8 @@ class RaceRenderer:
                 points = [self._pixel(k, *node) for node in racer.nodes.tolist()]
                 pen.line(points, fill=INK, width=5, joint="curve")
                 pen.line(points, fill=colour, width=3, joint="curve")
-            self._mark(pen, self._pixel(k, *scene.start), "square", START)
-            self._mark(pen, self._pixel(k, *scene.goal), "flag", FLAG)
+            self._mark(pen, self._pixel(k, *scene.start), "square", sprites.START)
+            self._mark(pen, self._pixel(k, *scene.goal), "flag", sprites.GOAL)
             if driven is not None and len(racer.nodes) > 1:
                 self._mark(pen, self._pixel(k, *_place(racer, driven)), "robot", colour)
             pen.rectangle((x + 6, y - CAPTION + 7, x + 18, y - CAPTION + 19), fill=colour)
@@ -247,13 +247,13 @@ class RaceRenderer:
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need, as rows of its width."""
-        colours = np.concatenate([*self._tones, np.array([PAPER, INK, FAINT, START, FLAG, (255, 255, 255)])])
+        colours = np.concatenate([*self._tones, np.array([PAPER, INK, FAINT, sprites.START, sprites.GOAL, (255, 255, 255)])])
         strip = colours.astype(np.uint8)[np.arange(self._width) * len(colours) // self._width]
         return np.broadcast_to(strip, (24, self._width, 3)).copy()
 
     def exact_colours(self) -> Rgb:
         """Colours that the palette must hold as they are, uint8 (n, 3)."""
-        return np.array([*RACE[: len(self._tones)], INK, FREE, START, FLAG], dtype=np.uint8)
+        return np.array([*RACE[: len(self._tones)], INK, FREE, sprites.START, sprites.GOAL], dtype=np.uint8)
 
 
 def _tones(k: int) -> Rgb:
