@@ -352,7 +352,7 @@ def test_gates_are_those_of_the_librarys_detector() -> None:
     assert cells
 
 
-@pytest.mark.parametrize("planner", ["astar", "dijkstra"])
+@pytest.mark.parametrize("planner", ["astar", "dijkstra", "theta-star", "dstar-lite"])
 @pytest.mark.parametrize("map_", some(["env-3", "guide", "hills-256"], 2))
 def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_: str) -> None:
     made = state(map=map_, planner=planner)
@@ -392,7 +392,7 @@ def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
         assert session.search.find_path(scenario.scene.start, scenario.scene.goal, k).cells is None
 
 
-@pytest.mark.parametrize("planner", ["ad-gso", "dstar-lite", "theta-star", "jps"])
+@pytest.mark.parametrize("planner", ["ad-gso", "sipp"])
 def test_who_keeps_no_record_is_shown_the_search_from_the_goal_under_its_own_name(planner: str) -> None:
     made = state(map="env-3", planner=planner)
     _, _, shown, head = layer("expanded", made)

@@ -29,6 +29,14 @@ TYPED = re.compile(r'import\("\./([a-z]+\.js)"\)')
 FIRST = 150_000
 ALL = 220_000
 """Bytes as sent, with their heads: of the first look, and of everything there is."""
+WINDOWS = {
+    "race.js": {"race.js", "racetile.js", "race.css"},
+    "landscape.js": {"landscape.js", "surface.js", "landscape.css"},
+    "contours.js": {"contours.js"},
+}
+"""What is loaded only when a race, the 3-D view or contour lines are asked for, beside the panels."""
+WINDOW = 12_000
+"""Bytes as sent of one of these."""
 
 
 def sources() -> dict[str, str]:
@@ -235,9 +243,29 @@ def test_the_first_look_is_light_and_everything_is_under_220_kb(tab: Any, addres
         tab.wait_for_selector(f"#{panel} h2")
     tab.get_by_role("button", name="Begin the tour").click()
     tab.wait_for_selector("text=Step 1 of 10")
-    runs = reached("index.html", all_) - {"uplot-licence.txt"}
+    runs = reached("index.html", all_) - {"uplot-licence.txt"} - set().union(*WINDOWS.values())
     assert scales.files.keys() == runs, "everything was opened, and nothing else is there"
     assert scales.sum < ALL, scales.files
+
+
+@needs_chromium
+def test_a_race_and_the_landscape_are_loaded_when_they_are_asked_for_and_are_light(
+    tab: Any, address: str
+) -> None:
+    scales = Scales(tab)
+    arrive(tab, address)
+    tab.click("#tab-compare")
+    tab.get_by_role("button", name="Race", exact=True).click()
+    tab.wait_for_selector("dialog.race figure")
+    tab.keyboard.press("Escape")
+    tab.click("#tab-now")
+    tab.get_by_text("Luciferin", exact=True).click()
+    tab.get_by_label("Contour lines").check()
+    tab.get_by_role("button", name="In 3-D").click()
+    tab.wait_for_selector("dialog.deep canvas")
+    for name, files_ in WINDOWS.items():
+        assert files_ <= scales.files.keys()
+        assert sum(scales.files[one] for one in files_) < WINDOW, name
 
 
 @pytest.mark.nightly

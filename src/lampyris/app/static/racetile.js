@@ -15,8 +15,8 @@ import { swatch } from "./measures.js";
 
 /** Shades of cells that were expanded earlier and later. */
 const SHADES = 24;
-/** Share of the planner's colour in the first and in the last of them; of a field before its rings. */
-const TINT = { first: 0.22, last: 0.62, field: 0.34 };
+/** Share of the planner's colour in the first and in the last of them; of a field before its rings; of rings, and of single jump points. */
+const TINT = { first: 0.22, last: 0.62, field: 0.34, strong: 0.85 };
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
 
@@ -70,7 +70,7 @@ export class Tile {
     const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + share * (own[c] - v)))));
     this.field = mixed(TINT.field);
     this.tones = Uint32Array.from({ length: SHADES }, (_, k) => mixed(TINT.first + ((TINT.last - TINT.first) * k) / (SHADES - 1)));
-    if (racer.field) this.tones.fill(mixed(0.85));
+    if (racer.field || racer.kind === "jump points") this.tones.fill(mixed(TINT.strong));
     this.image = new ImageData(ground.width, ground.height);
     this.pixels = new Uint32Array(this.image.data.buffer);
     this._clear();

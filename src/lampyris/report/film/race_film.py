@@ -247,7 +247,9 @@ class RaceRenderer:
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need, as rows of its width."""
-        colours = np.concatenate([*self._tones, np.array([PAPER, INK, FAINT, sprites.START, sprites.GOAL, (255, 255, 255)])])
+        colours = np.concatenate(
+            [*self._tones, np.array([PAPER, INK, FAINT, sprites.START, sprites.GOAL, (255, 255, 255)])]
+        )
         strip = colours.astype(np.uint8)[np.arange(self._width) * len(colours) // self._width]
         return np.broadcast_to(strip, (24, self._width, 3)).copy()
 
