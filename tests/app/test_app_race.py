@@ -21,7 +21,7 @@ PLANNERS = ["astar", "ad-gso", "voronoi"]
 
 
 def raced(
-    scenario: dict[str, Any], planners: list[Any]
+    scenario: dict[str, Any], planners: list[Any], first: int = 0
 ) -> tuple[list[dict[str, Any]], list[np.ndarray[Any, Any]]]:
     """Heads and orders of a race."""
     frames = ask("race", scenario, planners=planners)

@@ -22,7 +22,7 @@ NOT_OURS = "uplot.js"
 TYPES_ONLY = "types.js"
 PARTS = re.compile(r'\["([a-z]+)", "[a-z]+"\]')
 """Modules that main.js and later.js load by name, each with the element it is mounted on."""
-NAMED = re.compile(r'/static/([a-z.-]+)["`]|brought\(page, "([a-z]+)"\)')
+NAMED = re.compile(r'/static/([a-z.-]+)["`]|brought\((?:this\.)?page, "([a-z]+)"\)')
 IMPORTED = re.compile(r'^(?:import|export) .*?from "\./([a-z]+\.js)";$', re.MULTILINE)
 TYPED = re.compile(r'import\("\./([a-z]+\.js)"\)')
 
@@ -259,7 +259,7 @@ def test_a_race_and_the_landscape_are_loaded_when_they_are_asked_for_and_are_lig
     tab.wait_for_selector("dialog.race figure")
     tab.keyboard.press("Escape")
     tab.click("#tab-now")
-    tab.get_by_text("Luciferin", exact=True).click()
+    tab.get_by_label("Luciferin").first.check(force=True)
     tab.get_by_label("Contour lines").check()
     tab.get_by_role("button", name="In 3-D").click()
     tab.wait_for_selector("dialog.deep canvas")

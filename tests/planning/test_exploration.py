@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -67,7 +69,7 @@ def test_ad_gso_has_its_field_and_the_rings_of_each_jump() -> None:
     assert counts == sorted(counts)
     assert counts[-1] == looked.steps
     before = scene.start
-    for (a, b), jump in zip(zip(counts, counts[1:], strict=False), plan.jumps, strict=True):
+    for (a, b), jump in zip(itertools.pairwise(counts), plan.jumps, strict=True):
         ring = np.abs(looked.cells[a:b] - before).max(axis=1)
         assert (np.diff(ring) >= 0).all()
         assert (ring.min(), ring.max() <= jump.rings) == (1, True)

@@ -304,13 +304,14 @@ class Layers {
     if (this.lines.checked) {
       try {
         const [contours] = await brought(this.page, "contours");
-        map.contours = contours.askContours;
+        map.contours = (pen, view, layer, dark) => contours.askContours(pen, view, layer, dark);
       } catch (error) {
         this.lines.checked = false;
         this.page.fault(error);
       }
     }
     map.refresh();
+    this.page.tell("gates");
   }
 
   /** The layer as a landscape. */

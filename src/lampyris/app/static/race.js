@@ -9,7 +9,7 @@ import { Tile } from "./racetile.js";
 
 /** @typedef {import("./racetile.js").Racer} Racer */
 
-export const MOST_RACERS = 6;
+const MOST_RACERS = 6;
 /** Seconds on the screen: of the search, and of the drive at most. */
 const SEARCH_S = 8;
 const DRIVE_S = 10;
@@ -29,7 +29,7 @@ export function askRace(page, planners) {
   return new Race(page, planners.slice(0, MOST_RACERS));
 }
 
-export class Race {
+class Race {
   /** @param {Page} page @param {Who[]} planners */
   constructor(page, planners) {
     this.page = page;
