@@ -51,7 +51,18 @@ from benchmarks import app_stage as stage
 Row = dict[str, Any]
 SOON = 120_000
 BURST_MS = 500.0
-PARTS = ("first", "weight", "playing", "fleet", "race", "landscape", "painting", "looking", "dragging", "memory")
+PARTS = (
+    "first",
+    "weight",
+    "playing",
+    "fleet",
+    "race",
+    "landscape",
+    "painting",
+    "looking",
+    "dragging",
+    "memory",
+)
 
 
 def share(values: list[float], part: float) -> float:

@@ -15,7 +15,7 @@ from lampyris.app.engine.parse import scenario_of_request
 from lampyris.errors import SettingError
 from lampyris.planning import registry
 from lampyris.planning.graph.expanded import expanded
-from lampyris.races import MOST_RACERS, racer
+from lampyris.races.race import MOST_RACERS, racer
 
 PLANNERS = ["astar", "ad-gso", "voronoi"]
 
@@ -64,7 +64,7 @@ def test_who_refuses_is_named_and_the_others_race(monkeypatch: pytest.MonkeyPatc
             raise SettingError("SIZE", "too large", where="map", allowed="smaller")
         return racer(label, *given, **more)
 
-    monkeypatch.setattr("lampyris.app.engine.race.racer", picky)
+    monkeypatch.setattr("lampyris.app.engine.race.race.racer", picky)
     heads, orders = raced(state(map="guide", obstacles=[]), ["dijkstra", "astar"], first=1)
     assert [head["outcome"] for head in heads] == ["refused", "found"]
     assert "too large" in heads[0]["sentence"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.model.plan import Jump, Plan
-from lampyris.model.race import Exploration
+from lampyris.model.race.race import Exploration
 from lampyris.model.scene import Scene
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Planner

@@ -172,7 +172,7 @@ def _drive_film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> 
 
 
 def _race_film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
-    from lampyris.app.engine.race import race_of
+    from lampyris.app.engine.race.race import race_of
     from lampyris.report.film.race_film import moments_of, race_film
 
     given = {key: settings[key] for key in ("clock", "fps") if settings.get(key) is not None}

@@ -153,8 +153,8 @@ def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 
 def race(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
-    """Planners that explore the same map: see :func:`lampyris.app.engine.race.raced`. It is loaded when it is asked for."""
-    from lampyris.app.engine.race import raced
+    """Planners that explore the same map: see :func:`lampyris.app.engine.race.race.raced`. It is loaded when it is asked for."""
+    from lampyris.app.engine.race.race import raced
 
     yield from raced(question, scenario_of_request(question), look)
 

@@ -254,7 +254,7 @@ class Landscape {
       this.slider.setAttribute("aria-valuetext", this.words.textContent);
     }
     const paper = hex(THEMES[this.page.dark ? "dark" : "light"].paper).map((v) => v / 255);
-    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, this.far * (this.reach ?? 1), w / h), still, robot);
+    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, this.far * (this.reach ?? 1) * (w < h ? 1.2 : 1), w / h), still, robot);
   }
 
   _close() {

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.graph.any_angle import CUT, FOUND, TOUCH, WIDE, follow, theta
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_limits, rules_of
-from lampyris.planning.graph.writes import MOST_NS, Writes
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 

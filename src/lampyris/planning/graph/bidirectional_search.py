@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lampyris.kernels.graph.bidirectional import FOUND, SPAN, meet, meet_even
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import PaddedMap, ReadOnly, SearchResult, check_limits, rules_of
-from lampyris.planning.graph.writes import MOST_NS, Writes
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Ints = NDArray[np.int64]

@@ -8,9 +8,11 @@ have put a branch into each expansion of every search.
 
 from __future__ import annotations
 
-from typing import Final, Protocol, runtime_checkable
+from collections.abc import Iterable
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
@@ -18,6 +20,32 @@ from lampyris.typing import Cells
 
 MOST_CELLS: Final = 600_000
 """Cells of the largest map that is searched for this: a second or so in the plain form."""
+MOST_NS: Final = 2_000_000_000
+"""Nanoseconds of the plain form, about, that an order of expansion may take."""
+
+
+class Writes(list[Any]):
+    """A list that writes down which of its values are changed, for the plain form of a kernel.
+
+    Parameters
+    ----------
+    values : what it holds at first.
+    to : only changes to this value are written down; None: every write.
+    """
+
+    def __init__(self, values: Iterable[Any], to: int | None = None) -> None:
+        super().__init__(values)
+        self.to = to
+        self.changed: list[int] = []
+
+    def __setitem__(self, k: Any, value: Any) -> None:
+        if type(k) is not slice and (self.to is None or (value == self.to and self[k] != value)):
+            self.changed.append(int(k))
+        super().__setitem__(k, value)
+
+    def order(self) -> NDArray[np.int64]:
+        """Indices of what was changed, first come first."""
+        return np.array(self.changed, dtype=np.int64)
 
 
 @runtime_checkable

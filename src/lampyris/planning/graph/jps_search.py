@@ -12,10 +12,10 @@ from lampyris.kernels import loading
 from lampyris.kernels.graph.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import ReadOnly, SearchResult, check_limits
 from lampyris.planning.graph.session import PathSearch
 from lampyris.planning.graph.terrain_graph import search_of
-from lampyris.planning.graph.writes import MOST_NS, Writes
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Words = NDArray[np.uint64]

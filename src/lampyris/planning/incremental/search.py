@@ -18,8 +18,8 @@ from lampyris.kernels.incremental.queue import BIAS, NEVER, SLOPE
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.planning.field.frame import BorderedMap
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import check_limits, rules_of
-from lampyris.planning.graph.writes import MOST_NS, Writes
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _MOST_BIAS = 2**59

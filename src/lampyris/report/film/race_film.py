@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lampyris.errors import UsageError
-from lampyris.model.race import Race, Racer
+from lampyris.model.race.race import Race, Racer
 from lampyris.report.film import sprites
 from lampyris.report.film.simulation_film import FPS, Shown, check, frame_ms, write_film
 from lampyris.report.pictures.raster import draw_map

@@ -393,7 +393,7 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
 def _film(scenario: Scenario, study: Study, film: Path) -> None:
     """The planners' search as a race, then their drive by the first law; obstacles are left aside."""
     from lampyris.planning.registry import make
-    from lampyris.races import race
+    from lampyris.races.race import race
     from lampyris.report.film.race_film import race_film
     from lampyris.scenarios import speed_law
 

@@ -12,7 +12,7 @@ from lampyris import api
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.profile import Profile
-from lampyris.model.race import Race, Racer
+from lampyris.model.race.race import Race, Racer
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
 from lampyris.planning.exploration import exploration

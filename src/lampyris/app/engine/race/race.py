@@ -12,10 +12,10 @@ from lampyris.app.engine.frames import json_frame, order_frame
 from lampyris.app.engine.layers import scene_at
 from lampyris.errors import LampyrisError
 from lampyris.io.scenario.scenario import Scenario
-from lampyris.model.race import Exploration, Race, Racer
+from lampyris.model.race.race import Exploration, Race, Racer
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
-from lampyris.races import check_racers, race, racer
+from lampyris.races.race import check_racers, race, racer
 from lampyris.scenarios import speed_law
 
 Look = Callable[[], None]
@@ -90,7 +90,7 @@ def race_of(scenario: Scenario, question: Mapping[str, Any], look: Look) -> Race
 
     Raises
     ------
-    LampyrisError : as :func:`entrants` and :func:`lampyris.races.race`.
+    LampyrisError : as :func:`entrants` and :func:`lampyris.races.race.race`.
     """
     planners = [
         (label, registry.make(name, settings)) for label, name, settings in entrants(scenario, question)
