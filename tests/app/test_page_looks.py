@@ -89,6 +89,15 @@ def states(page: Any) -> Iterator[str]:
     page.wait_for_selector("#compare table.measures")
     yield "compared"
     page.get_by_role("button", name="Leave", exact=True).click()
+    page.get_by_role("button", name="Race", exact=True).click()
+    page.get_by_role("button", name="Pause").click()
+    yield "race"
+    page.keyboard.press("Escape")
+    page.click("#tab-now")
+    page.get_by_role("button", name="In 3-D").click()
+    page.get_by_role("button", name="Pause").click()
+    yield "landscape"
+    page.keyboard.press("Escape")
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
     for step in range(10):
