@@ -31,6 +31,8 @@ class Landscape {
     this.places = [];
     /** @type {number[]} */
     this.times = [];
+    /** Width of the path, cells. */
+    this.wide = 0.5;
     this.moment = 0;
     this.playing = false;
     this.turn = -0.5;
