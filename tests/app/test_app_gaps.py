@@ -381,7 +381,7 @@ def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_
         assert around.min() < k
 
 
-@pytest.mark.parametrize("planner", ["theta-star", "jps", "dstar-lite"])
+@pytest.mark.parametrize("planner", ["theta-star", "dstar-lite"])
 def test_the_layer_has_the_recorded_order_of_other_planners_too(planner: str) -> None:
     made = state(map="env-3", planner=planner)
     low, high, shown, head = layer("expanded", made)
