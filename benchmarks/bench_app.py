@@ -13,6 +13,8 @@ What is measured
   drawing one, which does not know that limit.
 * fleet: the same of 1,000 robots on warehouse-200 with their trails and the lines of those that wait, and of 1,000 robots
   of a swarm on env-3.
+* race: the same of six planners that search 512 x 512 side by side, and then drive.
+* landscape: the same of the 3-D view of luciferin on hills-256 while the robot drives, drawn by software.
 * painting: from when the browser got a pointer's event until the cell's pixel is read back from the screen's
   canvas. The screen itself shows it with the browser's next frame.
 * dragging: from a move of the goal until a way to there, or to where a later move put it, is on the canvas.
@@ -49,7 +51,18 @@ from benchmarks import app_stage as stage
 Row = dict[str, Any]
 SOON = 120_000
 BURST_MS = 500.0
-PARTS = ("first", "weight", "playing", "fleet", "painting", "looking", "dragging", "memory")
+PARTS = (
+    "first",
+    "weight",
+    "playing",
+    "fleet",
+    "race",
+    "landscape",
+    "painting",
+    "looking",
+    "dragging",
+    "memory",
+)
 
 
 def share(values: list[float], part: float) -> float:
@@ -231,6 +244,51 @@ class Bench:
             self.page.evaluate(f"bench.page.play.seek({tick}); bench.page.play.start()")
 
         return begin
+
+    def race(self) -> list[Row]:
+        """Six planners that search 512 x 512 side by side, and then drive."""
+        page = self.page
+        self.open(512, 0)
+        page.click("#tab-compare")
+        for name in ("theta-star", "dijkstra", "jps"):
+            page.get_by_label("Add a planner").select_option(name)
+            page.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
+        page.get_by_role("button", name="Race", exact=True).click()
+        until(page, "document.querySelector('dialog.race .primary')?.textContent === 'Pause'")
+        page.evaluate("void bench.page.on('race-frame', () => bench.times.push(performance.now()))")
+
+        def begin(moment: int) -> Callable[[], None]:
+            """Play from a moment, of 1,000."""
+            code = (
+                "(() => { const bar = document.querySelector('.race-bar'); const slider = bar.querySelector('input');"
+                f" slider.value = {moment}; slider.dispatchEvent(new Event('input'));"
+                " const play = bar.querySelector('.primary'); if (play.textContent === 'Play') play.click(); })()"
+            )
+            return lambda: page.evaluate(code)
+
+        return [
+            self.frames("six on 512 x 512, searching", 50, begin(0)),
+            self.frames("six on 512 x 512, driving", 50, begin(460)),
+        ]
+
+    def landscape(self) -> list[Row]:
+        """The layer of luciferin of a map of 256 x 256 in 3-D, while the robot drives and while it is turned."""
+        page = self.page
+        page.goto("about:blank")
+        page.goto(self.address + "&m=hills-256")
+        page.wait_for_selector("body.ready")
+        page.wait_for_selector("#status >> text=found")
+        page.evaluate(f"({stage.PROBE})()")
+        page.get_by_label("Luciferin").first.check(force=True)
+        page.get_by_role("button", name="In 3-D").click()
+        page.wait_for_selector("dialog.deep canvas")
+        page.evaluate("void bench.page.on('landscape-frame', () => bench.times.push(performance.now()))")
+        play = (
+            "(() => { const all = document.querySelector('dialog.deep'); const slider = all.querySelector('input');"
+            " slider.value = 0; slider.dispatchEvent(new Event('input'));"
+            " const play = all.querySelector('.primary'); if (play.textContent === 'Play') play.click(); })()"
+        )
+        return [self.frames("luciferin of 256 x 256 in 3-D, driving", 30, lambda: page.evaluate(play))]
 
     def looking(self) -> list[Row]:
         """Zoom by the wheel and pan of large maps with a way on them."""

@@ -126,7 +126,7 @@ def path(path: PathLike, grid: Grid | None = None, *, ax: Axes | None = None, **
         )
     axes = _axes(ax)
     metres = where.to_metres(xy)
-    look: dict[str, Any] = {"color": style.START, "linewidth": 2.0}
+    look: dict[str, Any] = {"color": style.PATH, "linewidth": 2.0}
     axes.plot(metres[:, 0], metres[:, 1], **(look | line))
     _in_metres(axes)
     return axes
@@ -179,7 +179,7 @@ def drive(drive: Drive, *, ax: Axes | None = None) -> Axes:
         from matplotlib.collections import PolyCollection
 
         poses = drive.poses(np.linspace(0.0, drive.duration, _SAMPLES))
-        look: dict[str, Any] = {"facecolor": style.with_alpha(style.GOAL, 0.22), "edgecolor": style.INK}
+        look: dict[str, Any] = {"facecolor": style.with_alpha(style.FOOTPRINT, 0.22), "edgecolor": style.INK}
         shown_ = PolyCollection(outlines_along(poses, drive.scene.robot), linewidths=0.7, zorder=2.5, **look)
         axes.add_collection(shown_, autolim=False)
     return axes

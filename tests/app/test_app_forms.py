@@ -73,6 +73,7 @@ BODIES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("layer", {"scenario": SCENARIO, "layer": "cost", "obstacle_cells": [[1, 1]], "tick": 0}),
     ("layer", {"scenario": SCENARIO, "layer": "reach", "obstacle_cells": [[1, 1]], "tick": 1}),
     ("compare", {"scenario": SCENARIO, "planners": [WHO], "laws": [LAW], "seeds": [1]}),
+    ("race", {"scenario": SCENARIO, "planners": [WHO]}),
     ("export", {"scenario": SCENARIO, "what": "csv", "settings": {}, "progress": False}),
     ("export", {"scenario": SCENARIO, "what": "png", "settings": {"layer": "cost"}, "tick": 1,
                 "progress": True}),

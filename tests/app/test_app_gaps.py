@@ -381,6 +381,14 @@ def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_
         assert around.min() < k
 
 
+@pytest.mark.parametrize("planner", ["theta-star", "dstar-lite"])
+def test_the_layer_has_the_recorded_order_of_other_planners_too(planner: str) -> None:
+    made = state(map="env-3", planner=planner)
+    low, high, shown, head = layer("expanded", made)
+    assert head == {"layer": "expanded", "planner": planner, "own": True}
+    assert (low, high) == (1, only(ask("plan", made), "Z")["expansions"]) == (1, np.count_nonzero(shown))
+
+
 def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
     """The same cells, counted one by one by searches that may expand k cells."""
     scenario = said.scenario_of_request({"scenario": state(map="guide", planner="astar")})
@@ -392,7 +400,7 @@ def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
         assert session.search.find_path(scenario.scene.start, scenario.scene.goal, k).cells is None
 
 
-@pytest.mark.parametrize("planner", ["ad-gso", "dstar-lite", "theta-star", "jps"])
+@pytest.mark.parametrize("planner", ["ad-gso", "sipp"])
 def test_who_keeps_no_record_is_shown_the_search_from_the_goal_under_its_own_name(planner: str) -> None:
     made = state(map="env-3", planner=planner)
     _, _, shown, head = layer("expanded", made)

@@ -14,6 +14,9 @@ import pytest
 from page_browser import needs_chromium
 from test_page_play import needs_node, node
 
+from lampyris.report import style
+from lampyris.report.film import sprites
+
 LOOK = (Path(__file__).parent / "page_look.js").read_text(encoding="utf-8").split("\n", 1)[1]
 COLOURS = (files("lampyris.app") / "static" / "colours.js").read_text(encoding="utf-8")
 SIZES = {"desk": (1280, 720), "telephone": (390, 844)}
@@ -90,6 +93,15 @@ def states(page: Any) -> Iterator[str]:
     yield "results"
     page.get_by_role("button", name="Close the results").click()
     page.get_by_role("button", name="Leave", exact=True).click()
+    page.get_by_role("button", name="Race", exact=True).click()
+    page.get_by_role("button", name="Pause").click()
+    yield "race"
+    page.keyboard.press("Escape")
+    page.click("#tab-now")
+    page.get_by_role("button", name="In 3-D").click()
+    page.get_by_role("button", name="Pause").click()
+    yield "landscape"
+    page.keyboard.press("Escape")
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
     for step in range(12):
@@ -311,6 +323,42 @@ def test_scales_grow_in_lightness_for_everybody(who: str) -> None:
         assert len(rows) >= 9
         light = [lab("#{:02x}{:02x}{:02x}".format(*row), who)[0] for row in rows]
         assert all(b - a > 2 for a, b in itertools.pairwise(light)), (name, light)
+
+
+@pytest.mark.parametrize("who", SEEN_BY)
+def test_start_goal_robot_walkers_path_and_second_planner_are_told_apart(who: str) -> None:
+    marks = {
+        name: re.search(rf'export const {name} = "(#\w{{6}})"', COLOURS)
+        for name in ("ROBOT", "START", "GOAL")
+    }
+    shown = {name: found[1] for name, found in marks.items() if found}
+    shown["walker"] = re.findall(r'"random-walk": \["circle", "(#\w{6})"', COLOURS)[0]
+    shown["second"] = re.findall(r'\["(#\w{6})", \[', block("LINES"))[1]
+    fast = [tuple(map(int, row.split(","))) for row in re.findall(r"\[(\d+, \d+, \d+)\]", block("INFERNO"))][
+        -1
+    ]
+    shown["path"] = "#{:02x}{:02x}{:02x}".format(*fast)
+    assert len(shown) == 6
+    for (a, one), (b, other) in itertools.combinations(shown.items(), 2):
+        assert float(np.linalg.norm(lab(one, who) - lab(other, who))) >= 19, (a, b)
+
+
+def test_films_and_races_have_the_colours_of_the_page() -> None:
+    def rgb(text: str) -> tuple[int, ...]:
+        return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5))
+
+    for name, mark in (("START", sprites.START), ("GOAL", sprites.GOAL), ("ROBOT", sprites.ROBOT)):
+        assert f'export const {name} = "#{bytes(mark).hex()}"' in COLOURS
+    assert tuple(f"#{bytes(mark).hex()}" for mark in (sprites.START, sprites.GOAL)) == (
+        style.START,
+        style.GOAL,
+    )
+    kinds = re.findall(r'\["(\w+)", "(#\w{6})", "(\w)"\]', block("KINDS"))
+    assert [(shape, rgb(colour), letter) for shape, colour, letter in kinds] == [
+        one[:3] for one in sprites.KINDS.values()
+    ]
+    lines = re.findall(r'\["(#\w{6})", \[', block("LINES"))
+    assert tuple(map(rgb, lines[: len(style.RACE)])) == style.RACE
 
 
 def test_what_stands_on_the_map_differs_in_shape_and_lines_in_their_dashes() -> None:

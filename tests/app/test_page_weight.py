@@ -22,13 +22,21 @@ NOT_OURS = "uplot.js"
 TYPES_ONLY = "types.js"
 PARTS = re.compile(r'\["([a-z]+)", "[a-z]+"\]')
 """Modules that main.js and later.js load by name, each with the element it is mounted on."""
-NAMED = re.compile(r'/static/([a-z.-]+)["`]|brought\(page, "([a-z]+)"\)')
+NAMED = re.compile(r'/static/([a-z.-]+)["`]|brought\((?:this\.)?page, "([a-z]+)"\)')
 IMPORTED = re.compile(r'^(?:import|export) .*?from "\./([a-z]+\.js)";$', re.MULTILINE)
 TYPED = re.compile(r'import\("\./([a-z]+\.js)"\)')
 
 FIRST = 150_000
 ALL = 200_000
 """Bytes as sent, with their heads: of the first look, and of everything there is."""
+WINDOWS = {
+    "race.js": {"race.js", "racetile.js", "race.css"},
+    "landscape.js": {"landscape.js", "surface.js", "landscape.css"},
+    "contours.js": {"contours.js"},
+}
+"""What is loaded only when a race, the 3-D view or contour lines are asked for, beside the panels."""
+WINDOW = 12_000
+"""Bytes as sent of one of these."""
 
 
 def sources() -> dict[str, str]:
@@ -255,9 +263,29 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
             tab.keyboard.press("Escape")
     tab.get_by_role("button", name="Begin the tour").click()
     tab.wait_for_selector("text=Step 1 of 12")
-    runs = reached("index.html", all_) - {"uplot-licence.txt"}
+    runs = reached("index.html", all_) - {"uplot-licence.txt"} - set().union(*WINDOWS.values())
     assert scales.files.keys() == runs, "everything was opened, and nothing else is there"
     assert scales.sum < ALL, scales.files
+
+
+@needs_chromium
+def test_a_race_and_the_landscape_are_loaded_when_they_are_asked_for_and_are_light(
+    tab: Any, address: str
+) -> None:
+    scales = Scales(tab)
+    arrive(tab, address)
+    tab.click("#tab-compare")
+    tab.get_by_role("button", name="Race", exact=True).click()
+    tab.wait_for_selector("dialog.race figure")
+    tab.keyboard.press("Escape")
+    tab.click("#tab-now")
+    tab.get_by_label("Luciferin").first.check(force=True)
+    tab.get_by_label("Contour lines").check()
+    tab.get_by_role("button", name="In 3-D").click()
+    tab.wait_for_selector("dialog.deep canvas")
+    for name, files_ in WINDOWS.items():
+        assert files_ <= scales.files.keys()
+        assert sum(scales.files[one] for one in files_) < WINDOW, name
 
 
 @pytest.mark.nightly

@@ -490,12 +490,14 @@ def warm() -> None:
     import lampyris.cli.verbs.study.tables
     import lampyris.model.settings.drive
     import lampyris.movingai
+    import lampyris.races.race
     import lampyris.report.charts.drive_chart
     import lampyris.report.charts.speed_compare
     import lampyris.report.data.adgso_tables
     import lampyris.report.data.csv
     import lampyris.report.data.metrics
     import lampyris.report.film.drive_film
+    import lampyris.report.film.race_film
     import lampyris.report.film.simulation_film
     import lampyris.report.pictures.plan_picture
     import lampyris.scenarios

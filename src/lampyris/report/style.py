@@ -39,8 +39,11 @@ COSTLY = (186, 150, 96)
 """Terrain of the highest value, five times plain ground; what lies between is mixed with FREE."""
 CHEAP = 0.14
 """Share of COSTLY in the lowest terrain there is, to distinguish it from plain ground."""
-START = "#c1121f"
-GOAL = "#ffb703"
+START = "#04a560"
+GOAL = "#b6101c"
+PATH = "#c1121f"
+"""Of a path that is not coloured by speed."""
+FOOTPRINT = "#ffb703"
 GATE = "#7b2cbf"
 RING = "#ffffff"
 
@@ -82,6 +85,9 @@ FLEET = (
 )  # fmt: skip
 """Colours of the robots of a fleet, by turns: Okabe and Ito's and darker ones; a robot's number tells it apart, not
 its colour alone."""
+
+RACE = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (122, 92, 0))
+"""Colours of the planners of a race, in their order: Okabe and Ito's, and brown for their orange; as the app has them."""
 
 SPARE = ("#882255", "#44aa99", "#ddcc77", "#332288", "#117733", "#aa4499")
 

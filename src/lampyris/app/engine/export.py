@@ -54,7 +54,8 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
     question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
         simulation, or that sample of the drive, and not the plan. ``settings``: ``layer`` of a picture of the
         plan (luciferin, cost or none), or of a film or a moment of a simulation (none, or any of
-        :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; planners, laws and seeds
+        :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and ``scale`` of a film; ``race``: the film is of a race
+        of ``planners`` by a ``clock`` (steps or time); planners, laws and seeds
         of the report of a comparison.
 
     Raises
@@ -170,7 +171,25 @@ def _drive_film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> 
     return _written(settings["what"], lambda path: film_drive(made, path, progress=drawn, **given))
 
 
+def _race_film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    from lampyris.app.engine.race.race import race_of
+    from lampyris.report.film.race_film import moments_of, race_film
+
+    given = {key: settings[key] for key in ("clock", "fps") if settings.get(key) is not None}
+    check(f"film.{settings['what']}", given.get("fps", FPS), None)
+    race = race_of(scenario, settings, look)
+    share = Share("drawing", len(moments_of(race, given.get("fps", FPS)).moments))
+
+    def drawn(done: int) -> None:
+        share(done)
+        look()
+
+    return _written(settings["what"], lambda path: race_film(race, path, progress=drawn, **given))
+
+
 def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    if settings.get("race"):
+        return _race_film(settings, scenario, look)
     if scenario.drive is not None:
         return _drive_film(settings, scenario, look)
     return _film_of(scenario, simulated(scenario, look), settings, look)

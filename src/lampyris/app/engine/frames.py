@@ -10,6 +10,7 @@
 ``L``   a value for every cell: see :func:`layer_frame`
 ``R``   the paths of a fleet: see :func:`paths_frame`
 ``G``   iterations of a swarm: see :func:`swarm_frame`
+``O``   the order in which a planner expands cells: see :func:`order_frame`
 ``P``   JSON: how far it has come
 ``B``   bytes of a file
 ``Z``   JSON: how it ended; the last frame of a run
@@ -194,6 +195,16 @@ def swarm_frame(
         + np.minimum(held, 65535).astype("<u2").tobytes()
         + luciferin.tobytes(),
     )
+
+
+def order_frame(planner: int, order: NDArray[Any], tree: bool) -> bytes:
+    """The order in which a planner of a race expands cells, or in which its tree grows.
+
+    A head (number of the planner u16, whether it is a tree u16, how many u32); then u32: numbers of the cells, row by row
+    from the top; or of a tree f32 (x0, y0, x1, y1 in cells) for each of its lines.
+    """
+    body = order.astype("<f4" if tree else "<u4").tobytes()
+    return frame("O", struct.pack("<HHI", planner, int(tree), len(order)) + body)
 
 
 def layer_frame(name: str, values: Floats, shown: BoolGrid | None = None) -> bytes:

@@ -152,6 +152,13 @@ def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     yield from compared(found, look, question.get("job"), ComparisonResults(found))
 
 
+def race(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Planners that explore the same map: see :func:`lampyris.app.engine.race.race.raced`. It is loaded when it is asked for."""
+    from lampyris.app.engine.race.race import raced
+
+    yield from raced(question, scenario_of_request(question), look)
+
+
 def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """A file: see :func:`lampyris.app.engine.export.export`. What draws is loaded when it is asked for."""
     settings = question.get("settings")
@@ -253,6 +260,7 @@ _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "swarm": swarm,
     "layer": layer,
     "compare": compare,
+    "race": race,
     "export": export,
     "make": make,
     "warm": warm,

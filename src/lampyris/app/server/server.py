@@ -76,6 +76,7 @@ ASKED: Final[Mapping[str, Form]] = {
     "swarm": {"scenario": TABLE, "robots": WHOLE, "seed": WHOLE, "sources": TEXT, "settings": TABLE},
     "layer": {"scenario": TABLE, "layer": TEXT, "obstacle_cells": LIST, "tick": WHOLE},
     "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
+    "race": {"scenario": TABLE, "planners": LIST},
     "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},
     "make": {"map": TABLE},
 }  # fmt: skip

@@ -15,9 +15,11 @@ export const THEMES = {
   },
 };
 
+// Start green, goal red, robot blue, walkers purple; amber is the fast end of a path alone. Found by search: start, goal, robot,
+// walkers, path and the second planner are at least 19 apart in CIELAB, with and without each kind of colour blindness.
 export const ROBOT = "#0072b2";
-export const START = "#c1121f";
-export const GOAL = "#ffb703";
+export const START = "#04a560";
+export const GOAL = "#b6101c";
 export const GATE = "#7b2cbf";
 
 /** What lies on a landscape that numbers are read on: its darkest under black ink, its brightest under white. */
@@ -25,10 +27,10 @@ export const VEIL = { light: { colour: "#ffffff", share: 0.36 }, dark: { colour:
 
 /** Shape, colour and letter of each kind of obstacle, as in films. @type {Record<string, [string, string, string]>} */
 export const KINDS = {
-  "random-walk": ["circle", "#e67800", "W"],
-  patrol: ["square", "#00875f", "P"],
-  crossing: ["triangle", "#c81e3c", "X"],
-  recorded: ["diamond", "#7b2cbf", "R"],
+  "random-walk": ["circle", "#961084", "W"],
+  patrol: ["square", "#323e3e", "P"],
+  crossing: ["triangle", "#4e3320", "X"],
+  recorded: ["diamond", "#3d0bc8", "R"],
 };
 export const OTHER_KIND = /** @type {[string, string, string]} */ (["circle", "#6e6e6e", "?"]);
 
@@ -79,7 +81,7 @@ export const EVENTS = {
 /** Colour and dash of the planners of a comparison, in their order. @type {Array<[string, number[]]>} */
 export const LINES = [
   ["#0072b2", []], ["#d55e00", [8, 4]], ["#009e73", [2, 4]], ["#cc79a7", [10, 3, 2, 3]],
-  ["#56b4e9", [6, 3]], ["#e69f00", [3, 3]], ["#882af5", [12, 4]], ["#6b7280", [1, 3]],
+  ["#56b4e9", [6, 3]], ["#7a5c00", [3, 3]], ["#882af5", [12, 4]], ["#6b7280", [1, 3]],
 ];
 
 // Corners of two perceptually uniform maps; what lies between is mixed. Measured against the full maps: at

@@ -71,6 +71,7 @@ class Comparison {
     this.chosenLaws = el("ul", { class: "entrants", "aria-label": "Speed laws that meet" });
     this.seeds = el("input", { type: "number", id: "compare-seeds", min: 1, max: MOST_SEEDS, step: 1, value: this.who.seeds, oninput: () => this._seeds() });
     this.go = button("Compare", () => this._compare(), { class: "btn primary" });
+    this.race = button("Race", () => void this._race(), { title: "Watch them search the map side by side, then drive" });
     this.end = button("Stop", () => this.asked?.abort(), { hidden: true });
     this.progress = el("p", { class: "hint", role: "status" });
     this.old = el("p", { class: "hint", hidden: true }, "The world has changed since: compare again.");
@@ -88,7 +89,7 @@ class Comparison {
       this._adder("Add a speed law", page.hello.laws, () => this.who.laws, () => page.store.scenario.law),
       el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
         el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
-      el("div", { class: "row" }, this.go, this.end, this.again, this.sheet), this.progress, this.old, this.bar, this.whose, this.results,
+      el("div", { class: "row" }, this.go, this.race, this.end, this.again, this.sheet), this.progress, this.old, this.bar, this.whose, this.results,
     );
     this._list();
   }
@@ -125,10 +126,22 @@ class Comparison {
     if (!this.who.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
     this.offers.forEach((offer) => offer());
     this.page.tell("met");
-    if (!this.go) return;
+    if (!this.go || !this.race) return;
+    this.race.disabled = !this.who.planners.length;
     this.go.disabled = !this.who.planners.length || Boolean(this.asked);
     this.go.title = this.who.planners.length ? "" : "Add a planner first.";
     if (!this.who.planners.length) fill(/** @type {HTMLElement} */ (this.chosen), el("li", { class: "hint" }, "Nobody: add a planner."));
+  }
+
+  /** The first six explore the map side by side. */
+  async _race() {
+    const { page } = this;
+    try {
+      const [race] = await brought(page, "race");
+      race.askRace(page, this.who.planners);
+    } catch (error) {
+      page.fault(error);
+    }
   }
 
   /** What the address says of who meets; a comparison that it shows is made. */

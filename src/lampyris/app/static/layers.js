@@ -4,7 +4,8 @@ import { levels } from "./colours.js";
 import { brief } from "./charts.js";
 import { json, layerOf } from "./frames.js";
 import { ServerError } from "./api.js";
-import { el } from "./make.js";
+import { button, el } from "./make.js";
+import { brought } from "./later.js";
 
 /** @typedef {{title: string, about: string, low: string, high: string, unit: (page: Page) => string}} Kind */
 
@@ -193,6 +194,9 @@ class Layers {
     this.upTo = el("input", { type: "range", min: 0, max: 255, value: 255, "aria-label": "Cells expanded so far", oninput: () => this._put() });
     this.order = el("label", { class: "ly-order", hidden: true }, el("span", { class: "hint" }, "So far"), this.upTo);
     this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
+    this.lines = el("input", { type: "checkbox", onchange: () => void this._contours() });
+    this.deep = button("In 3-D", () => void this._deep(), { title: "The layer as a landscape, with the robot on its path" });
+    this.more = el("div", { class: "row ly-more", hidden: true }, el("label", { class: "ly-gates" }, this.lines, el("span", {}, "Contour lines")), this.deep);
     element.classList.add("ly");
     this.words = el("span", { class: "hint", role: "status" });
     this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is loading" }), this.words);
@@ -202,7 +206,7 @@ class Layers {
     element.append(
       el("h2", {}, "Layers"),
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
-      this.busy, this.legend, this.order, this.about,
+      this.busy, this.legend, this.more, this.order, this.about,
       el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
@@ -293,6 +297,35 @@ class Layers {
     this._ramp();
   }
 
+  /** Lines of equal value over the layer. */
+  async _contours() {
+    const { map } = this.page;
+    map.contours = null;
+    if (this.lines.checked) {
+      try {
+        const [contours] = await brought(this.page, "contours");
+        map.contours = (pen, view, layer, dark) => contours.askContours(pen, view, layer, dark);
+      } catch (error) {
+        this.lines.checked = false;
+        this.page.fault(error);
+      }
+    }
+    map.refresh();
+    this.page.tell("gates");
+  }
+
+  /** The layer as a landscape. */
+  async _deep() {
+    const layer = this._held();
+    if (!layer) return;
+    try {
+      const [landscape] = await brought(this.page, "landscape");
+      landscape.askLandscape(this.page, layer, KINDS[this.source.shown].title);
+    } catch (error) {
+      this.page.fault(error);
+    }
+  }
+
   /** Of the expanded cells the first ones. @param {Layer} layer @param {number} most */
   _part(layer, most) {
     if (!this._cut || this._cut.values.length !== layer.values.length) this._cut = { ...layer, values: new Uint8Array(layer.values.length) };
@@ -304,7 +337,7 @@ class Layers {
   _ramp() {
     const name = this.source.shown;
     const layer = this._held();
-    this.legend.hidden = !layer;
+    this.legend.hidden = this.more.hidden = !layer;
     if (!layer) return;
     const pen = /** @type {CanvasRenderingContext2D} */ (this.ramp.getContext("2d"));
     const image = new ImageData(254, 1);

@@ -25,8 +25,8 @@ function marks(page) {
     pen.strokeStyle = theme.faint;
     pen.strokeRect(2.5, 2.5, SIDE - 5, SIDE - 5);
   };
-  if (store.scenario.start) all.push(["start (S)", (pen) => startMark(pen, mid, mid, 7.5, START)]);
-  if (store.scenario.goal) all.push(["goal (G)", (pen) => goalMark(pen, mid, mid, 6.5, GOAL)]);
+  if (store.scenario.start) all.push(["start", (pen) => startMark(pen, mid, mid, 7.5, START)]);
+  if (store.scenario.goal) all.push(["goal", (pen) => goalMark(pen, mid, mid, 6.5, GOAL)]);
   if (run?.ticks) all.push(["robot", (pen) => robotMark(pen, mid, mid, 6.5, ROBOT)]);
   // Before a run those that wait for one.
   const kinds = new Set((run?.bodies ?? page.plan?.obstacle_specs ?? []).map((body) => body.kind));
@@ -38,18 +38,20 @@ function marks(page) {
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
   if (run?.seen) all.push(["not yet seen", cell(theme.unseen)]);
-  if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);
+  if (ground?.terrain) all.push(["costly terrain", cell(theme.dear)]);
+  if (map.contours && map.layer) all.push(["contour line of the layer", (pen) => dashes(pen, theme.ink, [])]);
+  if (map.patrols.length) all.push(["path of a patrol", (pen) => dashes(pen, KINDS.patrol[1])]);
   for (const [look, name] of GATES) {
     if (map.gates.some((gate) => gate.look === look)) all.push([name, (pen) => gateMarks(pen, [[mid, mid]], 6, look, GATE)]);
   }
   return all;
 }
 
-/** @param {CanvasRenderingContext2D} pen @param {string} colour */
-function dashes(pen, colour) {
+/** @param {CanvasRenderingContext2D} pen @param {string} colour @param {number[]} [dash] */
+function dashes(pen, colour, dash = [4, 3]) {
   pen.strokeStyle = colour;
   pen.lineWidth = 1.8;
-  pen.setLineDash([4, 3]);
+  pen.setLineDash(dash);
   pen.beginPath();
   pen.moveTo(1, SIDE / 2);
   pen.lineTo(SIDE - 1, SIDE / 2);

@@ -51,6 +51,8 @@ export class MapView {
     this.fitted = true;
     /** What is shown in place of a single robot: a fleet or a swarm. @type {import("./fleet.js").Actors | null} */
     this.actors = null;
+    /** Draws contour lines of the layer; null: none. @type {((pen: CanvasRenderingContext2D, view: View, layer: Layer, dark: boolean) => void) | null} */
+    this.contours = null;
     /** A hand is on the map: it must not move below it, whatever else on the page grows or shrinks. */
     this.held = false;
     /** Pixels at each side that the map leaves free when it is fitted. */
@@ -243,6 +245,7 @@ export class MapView {
     pen.imageSmoothingEnabled = view.scale * this._ratio < 1;
     drawCells(pen, view, this._cells.canvas);
     if (this.layer && !this.actors) drawCells(pen, view, this._heat.canvas);
+    if (this.contours && this.layer && !this.actors) this.contours(pen, view, this.layer, this.dark);
     if (view.scale >= 14) drawLines(pen, view, ground, theme.line);
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 1;

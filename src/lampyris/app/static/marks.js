@@ -1,5 +1,5 @@
 // Marks: the shapes of start, goal, robot and obstacles, on the map and in its legend. Each has a shape of its own, so
-// that none is known by its colour alone: square, star, ringed disc with a light middle; plain disc, square, triangle,
+// that none is known by its colour alone: square, flag, ringed disc with a light middle; plain disc, square, triangle,
 // diamond; gates are diamonds without a letter, hollow but for those on the path. Lines of cells with a casing, coloured
 // by speed; and the trail behind the robot, which grows with each frame.
 
@@ -22,31 +22,41 @@ export function robotMark(pen, x, y, r, colour) {
   pen.fill();
 }
 
-/** @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {string} colour */
+/** A square with an S. @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {string} colour */
 export function startMark(pen, x, y, r, colour) {
-  end(pen, x, y, r, colour, "S");
-}
-
-/** @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {string} colour */
-export function goalMark(pen, x, y, r, colour) {
-  end(pen, x, y, r, colour, "G");
-}
-
-/** @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {string} colour @param {string} letter */
-function end(pen, x, y, r, colour, letter) {
   pen.fillStyle = colour;
   pen.strokeStyle = "#fff";
   pen.lineWidth = 2;
   pen.beginPath();
-  if (letter === "S") pen.rect(x - r * 0.85, y - r * 0.85, r * 1.7, r * 1.7);
-  else star(pen, x, y, r * 1.25);
+  pen.rect(x - r * 0.85, y - r * 0.85, r * 1.7, r * 1.7);
   pen.fill();
   pen.stroke();
-  pen.fillStyle = letter === "S" ? "#fff" : "#20242c";
-  pen.font = `bold ${Math.round(r * 1.05)}px system-ui, sans-serif`;
+  pen.fillStyle = "#20242c";
+  pen.font = `bold ${Math.round(r * 1.2)}px system-ui, sans-serif`;
   pen.textAlign = "center";
   pen.textBaseline = "middle";
-  pen.fillText(letter, x, y + 0.5);
+  pen.fillText("S", x, y + 0.5);
+}
+
+/** A flag that stands on the cell. @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {string} colour */
+export function goalMark(pen, x, y, r, colour) {
+  pen.lineJoin = "round";
+  for (const [edge, more] of /** @type {Array<[string, number]>} */ ([["#fff", 3.5], ["#20242c", 0]])) {
+    pen.strokeStyle = pen.fillStyle = edge;
+    pen.lineWidth = Math.max(1.8, r * 0.2) + more;
+    pen.beginPath();
+    pen.moveTo(x - r * 0.55, y + r);
+    pen.lineTo(x - r * 0.55, y - r * 1.15);
+    pen.stroke();
+    pen.beginPath();
+    pen.moveTo(x - r * 0.55, y - r * 1.15);
+    pen.lineTo(x + r * 0.95, y - r * 0.5);
+    pen.lineTo(x - r * 0.55, y + r * 0.2);
+    pen.closePath();
+    if (more) pen.stroke();
+    pen.fillStyle = more ? edge : colour;
+    pen.fill();
+  }
 }
 
 /** The outline of a gate. @param {Pen} pen @param {number} x @param {number} y @param {number} r */
@@ -105,17 +115,6 @@ export function kindMark(pen, [shape, colour, letter], side, dark, seen = side) 
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.fillText(letter, mid, mid + (shape === "triangle" ? side * 0.1 : side * 0.03));
-}
-
-/** @param {Pen} pen @param {number} x @param {number} y @param {number} r */
-function star(pen, x, y, r) {
-  for (let k = 0; k < 10; k++) {
-    const t = (Math.PI * k) / 5 - Math.PI / 2;
-    const far = k % 2 ? r * 0.5 : r;
-    if (k) pen.lineTo(x + far * Math.cos(t), y + far * Math.sin(t));
-    else pen.moveTo(x + far * Math.cos(t), y + far * Math.sin(t));
-  }
-  pen.closePath();
 }
 
 /** @param {Pen} pen @param {number} x @param {number} y @param {number} r @param {number} corners */

@@ -25,7 +25,7 @@ const PRESETS = {
 const TRAITS = {
   optimal: ["optimal", "its path is a shortest one on a map that does not change"],
   incremental: ["repairs plans", "it keeps what it knows when the map changes"],
-  stochastic: ["draws lots", "another seed may give another answer"],
+  stochastic: ["stochastic", "another seed may give another answer"],
   sees_traffic: ["sees traffic", "it plans around what moves, in time"],
   plans_headings: ["plans headings", "a path of poses for the robot's footprint and drive, with a bound on its cost"],
 };

@@ -17,7 +17,7 @@ SIDE = 128
 SHADES = 8
 """Shades from blocked to free; more would double the size of the file and show nothing."""
 BLOCKED_COLOUR, FREE_COLOUR = (43, 48, 58), (246, 244, 238)
-START_COLOUR, GOAL_COLOUR = (214, 40, 57), (233, 168, 32)
+START_COLOUR, GOAL_COLOUR = (4, 165, 96), (182, 16, 28)
 CHEAP_COLOUR, COSTLY_COLOUR = (233, 224, 206), (186, 150, 96)
 GROUNDS = 6
 """Shades of terrain, from the lowest value to 252: with the others as many as four bits hold."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.graph.any_angle import CUT, FOUND, TOUCH, WIDE, follow, theta
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
@@ -90,6 +91,20 @@ class AnyAngleSearch:
             cells = board.cells(self._walk(chain)[::-1])
         turns = board.cells(chain)
         return SearchResult(ending, expansions, cells, waypoints=_turns(turns) if self._even else turns)
+
+    def order(self, start: Cell, goal: Cell) -> Cells | None:
+        """The cells that :meth:`find_path` expands, in its order; recomputed in plain Python. None: it would take too long."""
+        board, n = self._board, self._board.size
+        if theta.each * n > MOST_NS:
+            return None
+        seen, result = Writes(bytes(n), -1), np.zeros(3, dtype=np.int64)
+        ground = (board.free, self._weight, 0 if self._even else -1, board.stride)
+        ends = (board.flat(start), board.flat(goal), -1, 1)
+        scratch = (np.zeros_like(self._heap), np.zeros_like(self._place), *(np.zeros(n) for _ in range(3)))
+        kept = (np.zeros_like(self._parent), np.zeros_like(self._chain), result)
+        theta.run_plain(*ground, *ends, *self._steps, self.rule, self._lazy, *scratch, seen, *kept)
+        # The goal is marked as well when it is taken, but not expanded.
+        return board.cells(seen.order()[: int(result[1])][::-1].astype(np.int32))
 
     def along(self, points: Cells, closed: Iterable[Cell] = ()) -> tuple[Cells, Cells]:
         """The walk along lines of sight between cells, start first, and the cells at which the lines turn."""

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from lampyris.kernels.graph.bidirectional import FOUND, SPAN, meet, meet_even
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import PaddedMap, ReadOnly, SearchResult, check_limits, rules_of
-from lampyris.typing import BoolGrid, ByteGrid, Cell
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Ints = NDArray[np.int64]
 
@@ -69,6 +70,19 @@ class TwoSearches:
         cells = board.cells(self._path[:length]) if ending == FOUND else None
         return SearchResult(ending, expansions, cells)
 
+    def order(self, start: Cell, goal: Cell) -> Cells | None:
+        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python.
+        None: it would take too long."""
+        board, n = self._board, self._board.size
+        if meet_even.each * n > MOST_NS:
+            return None
+        f, ends = Writes(bytes(2 * n), -SPAN), (board.flat(start), board.flat(goal), -1, -SPAN)
+        links = (np.empty_like(self._after), np.empty_like(self._before))
+        kept = (np.empty_like(self._step), np.zeros_like(self._state), np.empty_like(self._path))
+        meet_even.run_plain(board.free, board.stride, *ends, *self._rules, *links, f, *kept)
+        taken = f.order()  # a cell that leaves is marked on both sides
+        return board.cells(taken[taken < n][::-1].astype(np.int32))
+
 
 class TwoTerrainSearches:
     """The same over terrain.
@@ -125,6 +139,24 @@ class TwoTerrainSearches:
         ending, expansions, length, _ = self._state.tolist()
         cells = board.cells(self._path[:length]) if ending == FOUND else None
         return SearchResult(ending, expansions, cells)
+
+    def order(self, start: Cell, goal: Cell) -> Cells | None:
+        """The cells that :meth:`find_path` expands from either end, in its order; recomputed in plain Python.
+        None: it would take too long."""
+        board, n = self._board, self._board.size
+        if meet.each * n > MOST_NS:
+            return None
+        ground = (board.free, self._weight, self._scale, board.stride)
+        ends, seen = (board.flat(start), board.flat(goal), -1, 1), Writes(bytes(n), -1)
+        sides = [
+            [np.zeros_like(a) for a in (*heap, *costs)]
+            for heap, costs in zip(self._heaps, self._costs, strict=True)
+        ]
+        kept = (np.empty_like(self._step), np.zeros_like(self._state), np.empty_like(self._path))
+        meet.run_plain(
+            *ground, *ends, *self._rules, *sides[0], seen, *sides[1], np.zeros_like(self._seen[1]), *kept
+        )
+        return board.cells(seen.order()[::-1].astype(np.int32))
 
 
 def both_ends(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> TwoSearches | TwoTerrainSearches:

@@ -1,43 +1,70 @@
 """Expanded: the cells that a planner's search takes, in its own order, for who wants to see it.
 
 The search is made once more in its plain form with a list in the place of one scratch array, which writes
-down what is read of it: each expansion asks by which step its cell was entered. So neither form of the kernel
+down what is read of it or written to it: each expansion does either. So neither form of the kernel
 knows of it, and a search that nobody asks about costs what it did. A record kept by the kernel itself would
 have put a branch into each expansion of every search.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Iterable
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
-from lampyris.planning.graph.grid_graph import GridSearch
-from lampyris.planning.graph.session import GraphSession
-from lampyris.planning.graph.terrain_graph import TerrainSearch
 from lampyris.typing import Cells
 
 MOST_CELLS: Final = 600_000
 """Cells of the largest map that is searched for this: a second or so in the plain form."""
+MOST_NS: Final = 2_000_000_000
+"""Nanoseconds of the plain form, about, that an order of expansion may take."""
+
+
+class Writes(list[Any]):
+    """A list that writes down which of its values are changed, for the plain form of a kernel.
+
+    Parameters
+    ----------
+    values : what it holds at first.
+    to : only changes to this value are written down; None: every write.
+    """
+
+    def __init__(self, values: Iterable[Any], to: int | None = None) -> None:
+        super().__init__(values)
+        self.to = to
+        self.changed: list[int] = []
+
+    def __setitem__(self, k: Any, value: Any) -> None:
+        if type(k) is not slice and (self.to is None or (value == self.to and self[k] != value)):
+            self.changed.append(int(k))
+        super().__setitem__(k, value)
+
+    def order(self) -> NDArray[np.int64]:
+        """Indices of what was changed, first come first."""
+        return np.array(self.changed, dtype=np.int64)
+
+
+@runtime_checkable
+class Recordable(Protocol):
+    """A session that can say in which order its search expands cells."""
+
+    def expansion_order(self) -> Cells | None:
+        """The cells from where the robot is to the goal, first come first, int32 (n, 2); None: it cannot be said."""
+        ...
 
 
 def expanded(planner: Planner, scene: Scene) -> Cells | None:
     """The cells that a planner expands on its way from the scene's start to its goal, first come first;
-    int32 (n, 2).
+    int32 (n, 2). Of ``jps`` these are jump points. A cell that is expanded twice is there twice.
 
-    None where it cannot be said: planners with another search than A*'s and Dijkstra's keep no record, and
-    on maps of more than :data:`MOST_CELLS` it would take too long.
+    None where it cannot be said: other planners than those of graphs keep no record, and
+    on maps of more than :data:`MOST_CELLS` it would take too long, with slower searches on smaller ones.
     """
     if scene.grid.blocked.size > MOST_CELLS:
         return None
     session = planner.open(scene, np.random.Generator(np.random.PCG64(0)))
-    if not isinstance(session, GraphSession):
-        return None
-    search, free = session.search, session.free
-    if not isinstance(search, GridSearch | TerrainSearch):
-        return None
-    if not all(free[y, x] for x, y in (scene.start, scene.goal)):
-        return np.zeros((0, 2), dtype=np.int32)
-    return search.order(scene.start, scene.goal)
+    return session.expansion_order() if isinstance(session, Recordable) else None

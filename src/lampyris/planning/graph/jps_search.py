@@ -12,10 +12,11 @@ from lampyris.kernels import loading
 from lampyris.kernels.graph.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import ReadOnly, SearchResult, check_limits
 from lampyris.planning.graph.session import PathSearch
 from lampyris.planning.graph.terrain_graph import search_of
-from lampyris.typing import BoolGrid, ByteGrid, Cell
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Words = NDArray[np.uint64]
 _Ints = NDArray[np.int64]
@@ -218,6 +219,30 @@ class JumpSearch:
             return self._run(start, goal, budget)
         finally:
             self._turn(shut)
+
+    def order(self, start: Cell, goal: Cell) -> Cells | None:
+        """The jump points that :meth:`find_path` expands, in its order; recomputed in plain Python.
+        None: it would take too long."""
+        m, (height, width) = self.packed, self._free.shape
+        n = (height + 2) * (width + 2)
+        if jump.each * n > MOST_NS:
+            return None
+        # A node that leaves the heap has no place in it any more: -1 as its last number. As many nodes as cells are enough.
+        nodes = Writes([-1] * (6 * n), -1)
+        ends = (start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1)
+        kept = (
+            np.zeros_like(self._found),
+            np.zeros_like(self._node),
+            nodes,
+            np.zeros(2 * n, dtype=np.int64),
+            np.zeros_like(self._state),
+        )
+        jump.run_plain(
+            m.words, m.east, m.south, m.west, m.north, m.stride, m.rise, width + 2, *ends, *self._prices,
+            self._cutting, *self._tables, *kept,
+        )  # fmt: skip
+        taken = [k - 5 for k in nodes.changed if k % 6 == 5]
+        return np.array([(nodes[k] - 1, nodes[k + 1] - 1) for k in taken], dtype=np.int32).reshape(-1, 2)
 
     def _turn(self, cells: list[Cell]) -> None:
         """Make free cells blocked, or those free again."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
+
+import numpy as np
 
 from lampyris.kernels import loading
 from lampyris.kernels.graph.search import LIMIT
@@ -20,7 +22,7 @@ from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import TerrainSearch, search_of
 from lampyris.planning.session_limits import limited
-from lampyris.typing import BoolGrid, ByteGrid, Cell
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 
 class PathSearch(Protocol):
@@ -34,6 +36,15 @@ class PathSearch(Protocol):
         self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
     ) -> SearchResult:
         """A path between two free cells while some cells (of the map) are closed."""
+        ...
+
+
+@runtime_checkable
+class OrderedSearch(Protocol):
+    """A search that can say in which order it expands cells."""
+
+    def order(self, start: Cell, goal: Cell) -> Cells | None:
+        """The cells expanded between two free cells, first come first, int32 (n, 2); None: it would take too long."""
         ...
 
 
@@ -75,6 +86,15 @@ class GraphSession(SessionBase):
     def free(self) -> BoolGrid:
         """Where the robot may be, moving obstacles left out; bool (height, width)."""
         return self._free
+
+    def expansion_order(self) -> Cells | None:
+        """See :class:`lampyris.planning.graph.expanded.Recordable`."""
+        search, ends = self.search, (self._robot, self._scene.goal)
+        if not isinstance(search, OrderedSearch):
+            return None
+        if not all(self._free[y, x] for x, y in ends):
+            return np.zeros((0, 2), dtype=np.int32)
+        return search.order(*ends)
 
     def _see(self) -> None:
         self._moves = moves_for(self._scene)

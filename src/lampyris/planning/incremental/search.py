@@ -18,6 +18,7 @@ from lampyris.kernels.incremental.queue import BIAS, NEVER, SLOPE
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.planning.field.frame import BorderedMap
+from lampyris.planning.graph.expanded import MOST_NS, Writes
 from lampyris.planning.graph.grid_graph import check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
@@ -75,6 +76,11 @@ class SearchMap:
         self.setup[SLOPE:] = rules_of(moves, informed).slope
         self._path = np.zeros(frame.size, dtype=np.int32)
         self.place(robot)
+
+    def cells(self, indices: NDArray[np.int64]) -> Cells:
+        """Cells of the map, int32 (n, 2), from where they lie in the frame."""
+        y, x = np.divmod(indices, self.frame.width)
+        return np.stack((x, y), axis=1).astype(np.int32) - np.int32(self.frame.pad)
 
     def place(self, robot: Cell) -> int:
         """Put the robot on a cell; the estimate between that and where it was."""
@@ -155,6 +161,11 @@ class IncrementalSearch(Protocol):
         """
         ...
 
+    def order(self) -> Cells | None:
+        """The cells that :meth:`run` would expand from here on, first come first, int32 (n, 2); recomputed in plain Python
+        without a trace in this search. None: it would take too long."""
+        ...
+
     @property
     def cost(self) -> NDArray[np.int64]:
         """Costs to the goal, right along every cheapest path of the robot."""
@@ -201,6 +212,16 @@ class Waves:
         limit = -1 if budget is None else budget
         ending, expansions = dstar.process(*known, *g.steps, g.opposite, g.setup, limit)
         return int(ending), int(expansions)
+
+    def order(self) -> Cells | None:
+        """See :class:`IncrementalSearch`: each expansion takes a cell off the open list."""
+        g, q = self.ground, self._queue
+        if dstar.process.each * g.frame.size > MOST_NS:
+            return None
+        place = Writes(q.place.tolist(), 0)
+        known = (g.free, g.weight, *(a.copy() for a in (self.cost, q.low, q.key, self._back, q.heap)), place)
+        dstar.process.run_plain(*known, *g.steps, g.opposite, g.setup, -1)
+        return g.cells(place.order())
 
 
 class Estimates:
@@ -253,3 +274,14 @@ class Estimates:
         known = (g.free, g.weight, self.cost, self._ahead, *self._queue.arrays)
         ending, expansions = search(*known, *g.steps, g.setup, -1 if budget is None else budget)
         return int(ending), int(expansions)
+
+    def order(self) -> Cells | None:
+        """See :class:`IncrementalSearch`: each expansion, and nothing else, writes the cost of its cell."""
+        g = self.ground
+        search = dstar_lite.d_star_lite if self._biased else dstar_lite.lpa_star
+        if search.each * g.frame.size > MOST_NS:
+            return None
+        cost = Writes(self.cost.tolist())
+        known = (g.free, g.weight, cost, self._ahead.copy(), *(a.copy() for a in self._queue.arrays))
+        search.run_plain(*known, *g.steps, g.setup, -1)
+        return g.cells(cost.order())

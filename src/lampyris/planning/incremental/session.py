@@ -62,6 +62,16 @@ class IncrementalSession(SessionBase):
         )
         self._torn = False
 
+    def expansion_order(self) -> Cells | None:
+        """See :class:`lampyris.planning.graph.expanded.Recordable`: of a search that knows nothing yet."""
+        ends = (self._robot, self._scene.goal)
+        if not all(self._map.free[y, x] for x, y in ends):
+            return np.zeros((0, 2), dtype=np.int32)
+        fresh = SearchMap(
+            self._map.free, self._map.terrain, self._moves, ends[1], ends[0], informed=self._informed
+        )
+        return self._make(fresh).order()
+
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`. A search that was stopped goes on from there."""
         self._torn = self._torn or anywhere

@@ -19,14 +19,15 @@ from lampyris.report.style import FREE, Rgb
 Colour = tuple[int, int, int]
 
 ROBOT: Colour = (0, 114, 178)
-GOAL: Colour = (255, 183, 3)
+START: Colour = (4, 165, 96)
+GOAL: Colour = (182, 16, 28)
 INK: Colour = (32, 36, 44)
 
 KINDS: dict[str, tuple[str, Colour, str, str]] = {
-    "random-walk": ("circle", (230, 120, 0), "W", "random walk"),
-    "patrol": ("square", (0, 135, 95), "P", "patrol"),
-    "crossing": ("triangle", (200, 30, 60), "X", "crossing"),
-    "recorded": ("diamond", (123, 44, 191), "R", "recorded"),
+    "random-walk": ("circle", (150, 16, 132), "W", "random walk"),
+    "patrol": ("square", (50, 62, 62), "P", "patrol"),
+    "crossing": ("triangle", (78, 51, 32), "X", "crossing"),
+    "recorded": ("diamond", (61, 11, 200), "R", "recorded"),
 }
 """Shape, colour, letter and name of each kind of obstacle."""
 

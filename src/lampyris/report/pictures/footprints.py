@@ -67,6 +67,6 @@ def draw_footprints(axes: Axes, path: PosePath, grid: Grid, robot: Robot) -> lis
     shown |= set(np.searchsorted(along, np.arange(apart, along[-1], apart)).tolist())
     shown |= set((np.flatnonzero(np.diff(path.gears)) + 1).tolist()[:400])
     polygons = [outline_at(outline, path.poses[k], grid) for k in sorted(shown)]
-    look: dict[str, Any] = {"facecolor": style.with_alpha(style.GOAL, 0.22), "edgecolor": style.INK}
+    look: dict[str, Any] = {"facecolor": style.with_alpha(style.FOOTPRINT, 0.22), "edgecolor": style.INK}
     axes.add_collection(PolyCollection(polygons, linewidths=0.7, zorder=4.2, **look), autolim=False)
     return [Patch(label="robot to scale", linewidth=0.7, **look)]

@@ -124,8 +124,8 @@ def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: FigureLay
         axes.plot(xy[:, 0], xy[:, 1], solid_capstyle="round", solid_joinstyle="round", **look)
     items: list[Any] = []
     if profile is None:
-        axes.plot(xy[:, 0], xy[:, 1], color=style.START, linewidth=width, solid_capstyle="round", zorder=4)
-        items.append(Line2D([], [], color=style.START, linewidth=3, label="path"))
+        axes.plot(xy[:, 0], xy[:, 1], color=style.PATH, linewidth=width, solid_capstyle="round", zorder=4)
+        items.append(Line2D([], [], color=style.PATH, linewidth=3, label="path"))
     else:
         lines = LineCollection(
             list(np.stack((xy[:-1], xy[1:]), axis=1)),

@@ -97,6 +97,14 @@ def compare(
     no_timing: NoTiming = False,
     force: Force = False,
     goal_track: GoalTrack = None,
+    film: Annotated[
+        Path | None,
+        typer.Option(
+            "--film",
+            metavar="FILE",
+            help="Film the planners' search as a race, then the drive (.webp or .gif).",
+        ),
+    ] = None,
 ) -> None:
     """Compare planners and speed laws in the same world: one table, one picture.
 
@@ -110,7 +118,7 @@ def compare(
     traffic = CompareTraffic(obstacles, mobility, rate, obstacle_radius, live, ticks)
     given = {name: getattr(sensor, name) for name in SENSOR}
     compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers, given, track)
-    out = CompareOutputs(json_, not no_timing, picture, csv, force)
+    out = CompareOutputs(json_, not no_timing, picture, csv, force, film)
     with file_errors(goal_track, codes):
         code = run_comparison(compare_request, out)
     raise typer.Exit(code)
@@ -273,10 +281,11 @@ class CompareOutputs:
     picture: Path | None
     csv: Path | None
     force: bool
+    film: Path | None = None
 
     def check(self) -> None:
         """Reject before any work what could not be written at the end."""
-        outputs.check_outputs(self.force, json=self.json, picture=self.picture, csv=self.csv)
+        outputs.check_outputs(self.force, json=self.json, picture=self.picture, csv=self.csv, film=self.film)
 
 
 def _entries(option: str, text: str, make: Callable[[str, list[str]], Config]) -> tuple[Config, ...]:
@@ -363,19 +372,36 @@ def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
 
         with working("drawing", quiet=out.json):
             draw(study, lines, out.picture, speeds=request.laws is not None)
+    if out.film is not None:
+        with working("filming", quiet=out.json):
+            _film(scenario, study, out.film)
     metric = "found" if study.kind == "plan" else "arrived"
     if out.json:
         print_json(tables.record(study, lines, metric, out.timing, time.perf_counter() - began))
     else:
         with outputs.text_beside(out.csv):
             tables.print_comparison(study, lines, metric)
-            outputs.print_written(out.picture, out.csv)
+            outputs.print_written(out.picture, out.csv, out.film)
     code = _exit_code(lines, metric)
     if code == BAD_INPUT:
         code_of, _, what = lines[0].rows[0].error.partition(": ")
         # A row holds the code and the words of an error, not the setting.
         raise InputError(code_of, what, setting="traffic.count" if code_of == "OBSTACLE_ROOM" else "")
     return code
+
+
+def _film(scenario: Scenario, study: Study, film: Path) -> None:
+    """The planners' search as a race, then their drive by the first law; obstacles are left aside."""
+    from lampyris.planning.registry import make
+    from lampyris.races.race import race
+    from lampyris.report.film.race_film import race_film
+    from lampyris.scenarios import speed_law
+
+    law = study.laws[0]
+    planners = [(one.called, make(one.name, one.settings)) for one in study.planners]
+    made = race(scenario.scene, planners, speed_law(law.name, law.settings), seed=study.root)
+    with outputs.place(film) as place:
+        race_film(made, place)
 
 
 def _exit_code(lines: Sequence[CompareLine], metric: str) -> int:

@@ -1,0 +1,1 @@
+"""Races of planners, as the page shows and films them."""

@@ -1,0 +1,1 @@
+"""Nouns of a race of planners."""

@@ -1,0 +1,1 @@
+"""Races: several planners in one scene, with what each looked at."""

@@ -1,0 +1,62 @@
+"""A race and the landscape in 3-D, in a browser. Skipped without chromium."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from page_browser import needs_chromium
+from page_person import in_address
+from test_app_race import raced
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = [needs_chromium, pytest.mark.nightly]
+
+TONES = """() => [...document.querySelectorAll(".race-map > canvas:first-child")].map((canvas) => {
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const free = data[0] + data[1] + data[2];
+  const known = new Map();
+  for (let k = 0; k < data.length; k += 4) {
+    const tone = (data[k] << 16) | (data[k + 1] << 8) | data[k + 2];
+    known.set(tone, (known.get(tone) ?? 0) + 1);
+  }
+  return [...known.entries()];
+})"""
+FREE, WALL = (250 << 16) | (249 << 8) | 245, (32 << 16) | (36 << 8) | 44
+
+
+def test_a_race_takes_two_clicks_and_colours_the_recorded_cells(page: Any) -> None:
+    page.click("#tab-compare")
+    page.get_by_role("button", name="Race", exact=True).click()
+    page.locator("dialog.race .race-bar").get_by_role("button", name="Pause").wait_for()
+    assert page.locator("dialog.race figure").count() == 3
+    page.keyboard.press("End")
+    page.locator("dialog.race .race-bar").get_by_role("button", name="Play").wait_for()
+    assert page.locator("dialog.race figcaption b >> text=arrived").count() == 3
+    coloured = [
+        sum(many for tone, many in tones if tone not in (FREE, WALL)) for tones in page.evaluate(TONES)
+    ]
+    page.keyboard.press("Home")
+    assert page.locator("dialog.race figcaption b >> text=searching").count() == 3
+    assert all(tone in (FREE, WALL) for tones in page.evaluate(TONES) for tone, many in tones if many > 1)
+    shown = {key: value for key, value in in_address(page).items() if value is not None}
+    heads, orders = raced(shown, ["ad-gso", "astar", "dstar-lite"])
+    # The rings of AD-GSO lie on the field and on walls, which stay walls.
+    assert coloured == [heads[0]["field"], *(len(set(order.tolist())) for order in orders[1:])]
+    page.keyboard.press("Escape")
+    assert page.locator("dialog.race").count() == 0
+
+
+def test_the_landscape_is_drawn_and_turned(page: Any) -> None:
+    page.get_by_label("Luciferin").first.check(force=True)
+    page.get_by_label("Contour lines").check()
+    page.get_by_role("button", name="In 3-D").click()
+    page.get_by_role("button", name="Pause").click()
+    view = page.locator("dialog.deep canvas")
+    before = view.screenshot()
+    view.focus()
+    page.keyboard.press("ArrowLeft")
+    page.wait_for_timeout(500)
+    after = view.screenshot()
+    assert before != after
+    assert len(before) > 20_000, "more than one colour"

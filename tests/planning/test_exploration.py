@@ -1,0 +1,115 @@
+"""The order in which planners look at cells: as many as they expand, each reached from an earlier one."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import lampyris
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.planning import exploration as explored
+from lampyris.planning import registry
+from lampyris.planning.exploration import exploration
+from lampyris.planning.graph import expanded as recorded
+
+GRAPHS = ("astar", "dijkstra", "bidirectional-astar", "theta-star", "lazy-theta-star", "jps")
+INCREMENTAL = ("lpa-star", "dstar-lite", "dstar", "focussed-dstar")
+
+
+def scene_of(seed: int, terrain: bool = False) -> Scene:
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((19, 23)) < 0.25
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    values = rng.integers(0, 200, blocked.shape).astype(np.uint8) if terrain else None
+    return Scene(Grid(blocked, terrain=values), (0, 0), (22, 18), "octile")
+
+
+@pytest.mark.parametrize("terrain", [False, True])
+@pytest.mark.parametrize("name", [*GRAPHS, *INCREMENTAL])
+def test_as_many_cells_as_the_plan_expands_each_beside_an_earlier_one(name: str, terrain: bool) -> None:
+    scene, planner = scene_of(1, terrain), registry.make(name, {})
+    plan = lampyris.plan(scene, planner)
+    looked = exploration(planner, scene, plan)
+    kind = "jump points" if name == "jps" and not terrain else "cells"
+    assert (looked.kind, looked.steps) == (kind, plan.expansions)
+    assert not scene.grid.blocked[looked.cells[:, 1], looked.cells[:, 0]].any()
+    first = scene.goal if name in INCREMENTAL else scene.start
+    assert tuple(looked.cells[0]) == first
+    if name in ("jps", "bidirectional-astar"):
+        return
+    for k in range(1, len(looked.cells)):
+        assert np.abs(looked.cells[:k] - looked.cells[k]).max(axis=1).min() <= 1
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_a_search_that_may_expand_k_cells_stops_where_the_record_says(name: str) -> None:
+    scene = scene_of(2)
+    plan = lampyris.plan(scene, name)
+    steps = exploration(registry.make(name, {}), scene, plan).steps
+    session = registry.make(name, {}).open(scene, np.random.default_rng(0))
+    for budget in (1, steps // 2, steps - 1):
+        made = session.plan(budget=lampyris.Budget(expansions=budget))
+        assert made.status is lampyris.Status.LIMIT
+
+
+def test_ad_gso_has_its_field_and_the_rings_of_each_jump() -> None:
+    scene = scene_of(3)
+    planner = registry.make("ad-gso", {})
+    plan = lampyris.plan(scene, planner)
+    looked = exploration(planner, scene, plan)
+    assert looked.kind == "field and rings"
+    assert looked.field == len(np.unique(looked.cells[: looked.field], axis=0))
+    assert tuple(looked.cells[0]) == scene.goal
+    assert [cell for _, cell in looked.jumps] == [jump.chosen for jump in plan.jumps]
+    counts = [looked.field, *(count for count, _ in looked.jumps)]
+    assert counts == sorted(counts)
+    assert counts[-1] == looked.steps
+    before = scene.start
+    for (a, b), jump in zip(itertools.pairwise(counts), plan.jumps, strict=True):
+        ring = np.abs(looked.cells[a:b] - before).max(axis=1)
+        assert (np.diff(ring) >= 0).all()
+        assert (ring.min(), ring.max() <= jump.rings) == (1, True)
+        before = jump.chosen
+
+
+@pytest.mark.parametrize(("name", "settings"), [("gso", {"iterations": 2}), ("ad-gso", {"min_clearance": 1})])
+def test_who_keeps_no_record_says_so(name: str, settings: dict[str, object]) -> None:
+    scene = scene_of(3)
+    known = {key: value for key, value in settings.items() if hasattr(registry.make(name, {}), key)}
+    planner = registry.make(name, known)
+    looked = exploration(planner, scene, lampyris.plan(scene, planner))
+    assert (looked.kind, looked.steps) == ("none", 0)
+    assert "records no order of expansion" in looked.note
+
+
+def test_a_tree_is_its_lines() -> None:
+    scene = scene_of(1)
+    planner = registry.make("rrt", {})
+    plan = lampyris.plan(scene, planner)
+    looked = exploration(planner, scene, plan)
+    assert (looked.kind, looked.steps) == ("tree", len(looked.lines))
+    assert looked.steps > 5
+
+
+def test_what_would_take_too_long_is_not_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(1)
+    for name in ("theta-star", "dstar", "jps", "bidirectional-astar", "lpa-star"):
+        planner = registry.make(name, {})
+        plan = lampyris.plan(scene, planner)
+        with monkeypatch.context() as patch:
+            for module in (
+                "graph.any_angle_search",
+                "graph.bidirectional_search",
+                "graph.jps_search",
+                "incremental.search",
+            ):
+                patch.setattr(f"lampyris.planning.{module}.MOST_NS", 1000)
+            assert exploration(planner, scene, plan).kind == "none"
+        with monkeypatch.context() as patch:
+            patch.setattr(recorded, "MOST_CELLS", 10)
+            patch.setattr(explored, "MOST_CELLS", 10)
+            assert "on a map of 437 cells" in exploration(planner, scene, plan).note
+    assert recorded.MOST_NS > 10**9
