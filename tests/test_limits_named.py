@@ -463,6 +463,10 @@ NO_LIMITS = {
     "kernels.simulation.ticks.WAITING", "kernels.simulation.tick_speed.V_MAX", "kernels.simulation.tick_speed.A_MAX",
     "kernels.simulation.tick_speed.D_MAX", "planning.spacetime.live_search.MOST_STAYS",
     "planning.spacetime.live_search.MOST_CELLS",
+    # Likewise; above the last three drives run in Python.
+    *(f"kernels.simulation.drive_obstacles.{name}" for name in ("A_MAX", "D_MAX", "V_MAX", "TIME_LIMIT", "QUEUE")),
+    "kernels.simulation.drive.OF_LIMIT",
+    *(f"sim.continuous.compiled_periods.{name}" for name in ("MOST_POINTS", "MOST_WIDE", "MOST_WORK")),
     "io.scenario.schema._LIMIT", "study.design.schema._LIMIT", "app.server.request_parsing.BYTES", "io.maps.load.VALUES",
     "planning.field.frame.WEIGHS_MOST",
 }  # fmt: skip

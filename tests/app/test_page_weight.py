@@ -22,7 +22,9 @@ NOT_OURS = "uplot.js"
 TYPES_ONLY = "types.js"
 PARTS = re.compile(r'\["([a-z]+)", "[a-z]+"\]')
 """Modules that main.js and later.js load by name, each with the element it is mounted on."""
-NAMED = re.compile(r'/static/([a-z.-]+)["`]|brought\((?:this\.)?page, "([a-z]+)"\)')
+NAMED = re.compile(
+    r'/static/([a-z.-]+)["`]|URL\("([a-z.-]+)", import\.meta|brought\((?:this\.)?page, "([a-z]+)"\)'
+)
 IMPORTED = re.compile(r'^(?:import|export) .*?from "\./([a-z]+\.js)";$', re.MULTILINE)
 TYPED = re.compile(r'import\("\./([a-z]+\.js)"\)')
 
@@ -33,8 +35,10 @@ WINDOWS = {
     "race.js": {"race.js", "racetile.js", "race.css"},
     "landscape.js": {"landscape.js", "surface.js", "landscape.css"},
     "contours.js": {"contours.js"},
+    "results.js": {"results.js", "results.css"},
+    "ruler.js": {"ruler.js"},
 }
-"""What is loaded only when a race, the 3-D view or contour lines are asked for, beside the panels."""
+"""What is loaded only when a race, the 3-D view, contour lines, the results page or the ruler are asked for."""
 WINDOW = 12_000
 """Bytes as sent of one of these."""
 
@@ -255,12 +259,6 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
     for panel in ("settings", "traffic", "fleet", "compare", "keep", "learn"):
         tab.click(f"#tab-{panel}")
         tab.wait_for_selector(f"#{panel} h2")
-        if panel == "compare":
-            tab.get_by_role("button", name="Results page").click()
-            tab.get_by_role("button", name="Close the results").click()
-            tab.get_by_role("button", name="Measure a distance").click()
-            tab.wait_for_selector("#ruler-said")
-            tab.keyboard.press("Escape")
     tab.get_by_role("button", name="Begin the tour").click()
     tab.wait_for_selector("text=Step 1 of 12")
     runs = reached("index.html", all_) - {"uplot-licence.txt"} - set().union(*WINDOWS.values())
@@ -269,14 +267,17 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
 
 
 @needs_chromium
-def test_a_race_and_the_landscape_are_loaded_when_they_are_asked_for_and_are_light(
-    tab: Any, address: str
-) -> None:
+def test_windows_are_loaded_when_they_are_asked_for_and_are_light(tab: Any, address: str) -> None:
     scales = Scales(tab)
     arrive(tab, address)
     tab.click("#tab-compare")
     tab.get_by_role("button", name="Race", exact=True).click()
     tab.wait_for_selector("dialog.race figure")
+    tab.keyboard.press("Escape")
+    tab.get_by_role("button", name="Results page").click()
+    tab.get_by_role("button", name="Close the results").click()
+    tab.get_by_role("button", name="Measure a distance").click()
+    tab.wait_for_selector("#ruler-said")
     tab.keyboard.press("Escape")
     tab.click("#tab-now")
     tab.get_by_label("Luciferin").first.check(force=True)

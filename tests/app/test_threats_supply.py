@@ -20,6 +20,7 @@ pytestmark = pytest.mark.source
 ENDINGS = {
     "": {".py"},
     "app/static": {".js", ".css", ".html", ".svg", ".json", ".txt"},
+    "app/replay": {".js"},
     "notebook": {".js"},
 }
 """What may be where; bundled data has a list of its own."""
@@ -75,7 +76,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path: Path) -> None:
     assert told == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
     for name in inside:
         path = Path(name)
-        folder = "app/static" if "static" in path.parts else "notebook" if "notebook" in path.parts else ""
+        folder = next((name for name in ENDINGS if name and path.is_relative_to(f"lampyris/{name}")), "")
         allowed = ENDINGS[folder] | (DATA | {".py"} if folder != "app/static" else set())
         assert path.suffix in allowed or path.name == "py.typed", name
         assert not path.name.startswith("."), name

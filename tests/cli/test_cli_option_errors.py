@@ -191,7 +191,7 @@ def test_one_style_for_all_that_is_wrong_with_the_words(
     [
         (
             ("simulate", "guide", "--ticks", "0"),
-            "1 to 1,000,000,000; leave the option out for the default (ample",
+            "1 to 1,000,000,000; leave the option out for the default (depends on the size of the map)",
         ),
         (("simulate", "guide", "--patience", "-1"), " ticks; leave the option out for the default (50)"),
         (("plan", "guide", "--jerk-max", "0"), " m/s3; leave the option out for the default (no limit)"),

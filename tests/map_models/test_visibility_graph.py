@@ -49,7 +49,7 @@ def test_the_contract(cases: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["dissertation", "octile"])
-@sized("maps", 2, 60)
+@sized("maps", 3, 60)
 def test_no_lines_between_centres_are_shorter(name: str, maps: int) -> None:
     """Against all pairs of cells, in fractions."""
     rng = np.random.default_rng([81, name == "octile"])

@@ -60,7 +60,7 @@ def test_the_contract(planner: JumpPointSearch | BidirectionalAStar, cases: int)
 
 
 @pytest.mark.commit(1)
-@sized("cases", 75, 500)
+@sized("cases", 150, 500)
 @pytest.mark.parametrize("name", NAMES)
 def test_two_thousand_random_queries(name: str, cases: int) -> None:
     words = ask_at_random(EXACT, name, 41, cases)

@@ -108,7 +108,7 @@ def contact_of_drive(made: Drive, track: Track) -> float:
     obstacles.roster.add(
         Obstacle("recorded", track.radius, False, outline=track.outline), 1.0, 1.0, 0.0, 0.0, 0.0
     )
-    obstacles._radius = np.array([track.radius])
+    obstacles.radius = np.array([track.radius])
     t = np.append(track.t, made.duration + 1.0)
     state = np.column_stack((track.xy, track.yaw))
     state = np.vstack((state, state[-1:]))

@@ -103,7 +103,7 @@ def test_no_two_obstacles_overlap_whatever_the_robot_does(kind: str, seed: int) 
         s, v = going.segments[-1].after(end)
         if s > 11.0 * resolution:
             s = 0.0
-    tracks = list(roster.tracks(end, crowd._at))
+    tracks = list(roster.tracks(end, crowd.at))
     given = frozenset(k for k, body in enumerate(roster.obstacles) if body.kind == "recorded")
     gap, i, j, t = least_gap(tracks, resolution, end, given)
     assert gap >= -1e-9 * max(1.0, resolution), (i, j, t)
