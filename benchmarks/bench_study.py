@@ -22,11 +22,10 @@ import lampyris
 from lampyris._core.processors import processors
 from lampyris.io.maps import library
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.kernels.adgso import simulate
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planning.adgso.ad_gso import AdGso
-from lampyris.sim.grid import fast_simulation, loop
+from lampyris.sim.grid import loop
 from lampyris.study.design.study import Study
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.execution import Execution
@@ -37,30 +36,28 @@ TITLE = "Simulations and studies"
 HOW = """Complete simulations a second: AD-GSO on three maps of 50 x 50 cells among 20 random walkers, by the
 dissertation's rules and its speed law.
 
-- kernels: the kernel that runs of `lampyris.sim.grid.fast_simulation.FastRuns` spend their ticks in, call included.
-- runs: the same runs whole, from a seed to a Trace; what the runs of a query share is made before.
+- runs: `lampyris.sim.grid.loop.run`, from a seed to a Trace; it solves its field each time.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
-- loop: `lampyris.sim.grid.loop.run`, which can be stopped at any tick, and solves its field each time.
-- public call: `lampyris.simulate`, which is the loop and the referee's check of every tick. **This is what a
-  user of the package calls**; the kernels and the runs are reached through a study alone.
+- public call: `lampyris.simulate`, which is such a run and the referee's check of every tick. **This is what a
+  user of the package calls.**
 - plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
   lampyris, and its field is there before.
 
-Before anything is timed, robot, obstacles and speeds of kernels, loop, public call and plain Python are
-compared. Rounds go through all contestants in turn. On one core times are of this thread's processor time; of
-two processes by the clock, beside one process by the clock, everything compiled.
+Before anything is timed, robot, obstacles and speeds of runs, public call and plain Python are compared. Rounds
+go through all contestants in turn. On one core times are of this thread's processor time; of two processes by the
+clock, beside one process by the clock, everything compiled.
 
-The loop and the public call solve their field anew in each run, place the obstacles, and make a trace; the public
+Runs and the public call solve their field anew in each run, place the obstacles, and make a trace; the public
 call also has every tick refereed. The plain simulator does none of this. A second table has the public call as it
 is by default (octile moves, physical law) with four planners. With replayed tracks the
 obstacles of each world are drawn, and checked, once for all planners that meet them; a study of one planner
 pays for all of that in every run."""
 
 WALKERS, TICKS = 20, 1000
-LEAST = {"kernels": 2000.0, "study": 200.0}
+LEAST = {"study": 200.0}
 """Runs a second that are aimed at, of one core."""
-BESIDE = {"kernels": 20.0, "runs": 10.0, "study": 1.0}
+BESIDE = {"runs": 10.0, "study": 1.0}
 """How many times as many as plain Python."""
 PUBLIC_MAPS, PUBLIC_PLANNERS = ("env-1", "env-3"), ("ad-gso", "astar", "dstar-lite", "sipp")
 TWO_CORES = 1.5
@@ -89,32 +86,16 @@ def study_of(folder: Path, tracks: str, queries: int, seeds: int) -> Study:
     return load_study(path)
 
 
-class KernelClock:
-    """Seconds spent in the kernel of whole simulations, in place of which it stands."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self._kernel = simulate.drive_ticks.compiled()
-        self._complete = simulate.drive_ticks.complete
-
-    def __call__(self, *args: Any) -> Any:
-        began = time.thread_time()
-        out = self._kernel(*self._complete(args))
-        self.seconds += time.thread_time() - began
-        return out
-
-
 class Query:
     """Everybody who can run one query of one map."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.planner = AdGso()
-        self.fast = fast_simulation.FastRuns(scene, self.planner)
         self.plain = Simulator(scene.grid.blocked.tolist(), scene.start, scene.goal, WALKERS)
 
-    def loop(self, seed: int) -> Any:
-        """Tick by tick."""
+    def run(self, seed: int) -> Any:
+        """From a seed to a Trace."""
         return loop.run(self.scene, self.planner, seed=seed, ticks=TICKS, law="dissertation")
 
     def public(self, seed: int) -> Any:
@@ -122,24 +103,21 @@ class Query:
         return lampyris.simulate(self.scene, self.planner, seed=seed, ticks=TICKS, law="dissertation")
 
     def differs(self, seed: int) -> str:
-        """What four ways to run it do not agree on; empty: nothing."""
-        asked = self.public(seed)
-        known, made = self.loop(seed), self.fast.run(seed, TICKS)
+        """What three ways to run it do not agree on; empty: nothing."""
+        known, asked = self.run(seed), self.public(seed)
         if not np.array_equal(known.robot, asked.robot) or not np.array_equal(known.speed, asked.speed):
             return "the public call"
         try:
             story = self.plain.run(seed, TICKS)
         except NeedsRepair:
-            return "" if made is None else "repairing"
-        if made is None:
-            return "the kernel gave up"
-        for name, a, b, c in (
-            ("robot", known.robot, made.robot, story.robot),
-            ("speeds", known.speed, made.speed, story.speeds),
-            *(("tracks", *tracks) for tracks in zip(known.tracks, made.tracks, story.tracks, strict=True)),
-            ("counts", *((t.replans, t.waits) for t in (known, made, story))),
+            return "" if any(event.word == "repair" for event in known.events) else "repairing"
+        for name, a, b in (
+            ("robot", known.robot, story.robot),
+            ("speeds", known.speed, story.speeds),
+            *(("tracks", *tracks) for tracks in zip(known.tracks, story.tracks, strict=True)),
+            ("counts", (known.replans, known.waits), (story.replans, story.waits)),
         ):
-            if not (np.array_equal(a, b) and np.array_equal(a, c)):
+            if not np.array_equal(a, b):
                 return f"{name} of {self.scene.start} to {self.scene.goal}, seed {seed}"
         return ""
 
@@ -175,25 +153,15 @@ def plainly(query: Query) -> Callable[[int], Any]:
 
 def measure(queries: list[Query], rounds: int, seeds: int) -> dict[str, list[float]]:
     """Microseconds a run by contestant, one number a round."""
-    times: dict[str, list[float]] = {
-        who: [] for who in ("kernels", "runs", "loop", "public call", "plain Python")
-    }
+    times: dict[str, list[float]] = {who: [] for who in ("runs", "public call", "plain Python")}
     few = max(seeds // 10, 1)
     for k in range(rounds):
         first, mine = 1000 * k, dict.fromkeys(times, 0.0)
         for query in queries:
-            # These three are slow, and their runs alike: fewer of the same seeds will do.
-            mine["loop"] += microseconds(query.loop, range(first, first + few))
+            mine["runs"] += microseconds(query.run, range(first, first + seeds))
+            # These two are slower, and their runs alike: fewer of the same seeds will do.
             mine["public call"] += microseconds(query.public, range(first, first + few))
             mine["plain Python"] += microseconds(plainly(query), range(first, first + few))
-            mine["runs"] += microseconds(lambda s, q=query: q.fast.run(s, TICKS), range(first, first + seeds))
-            clock = KernelClock()
-            plain, simulate.drive_ticks = simulate.drive_ticks, clock  # type: ignore[assignment]
-            try:
-                microseconds(lambda s, q=query: q.fast.run(s, TICKS), range(first, first + seeds))
-            finally:
-                simulate.drive_ticks = plain
-            mine["kernels"] += 1e6 * clock.seconds / seeds
         for name, total in mine.items():
             times[name].append(total / len(queries))
     return times
@@ -209,7 +177,7 @@ def bench(quick: bool) -> Section:
         public = _public(figures, quick)
         two = _two_cores(folder, figures, quick)
         studies = _studies(folder, figures, quick)
-    text = f"{len(wrong)} of {compared} runs differ between kernels, loop, public call and plain Python"
+    text = f"{len(wrong)} of {compared} runs differ between runs, public call and plain Python"
     verdicts = [Verdict(not wrong, "; ".join([text, *wrong[:5]])), *_verdicts(figures)]
     about = versions(["numpy", "numba"]) | {"processes at most": str(min(2, processors()))}
     return Section("study", TITLE, HOW, (one, public, two, studies), tuple(figures), tuple(verdicts), about)
@@ -293,7 +261,7 @@ def _share(folder: Path, seeds: range) -> int:
     queries = _queries(folder)
     for query in queries:
         for seed in seeds:
-            query.fast.run(seed, TICKS)
+            query.run(seed)
     return len(queries) * len(seeds)
 
 

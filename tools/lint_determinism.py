@@ -52,7 +52,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
             (file, "time")
             for file in (
                 "api.py", "movingai.py", "kernels/loading.py",
-                "sim/continuous/drive.py", "sim/grid/fast_simulation.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
+                "sim/continuous/drive.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
                 "sim/grid/compiled_ticks.py",
                 "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
                 "planning/map_models/polyanya_search.py",

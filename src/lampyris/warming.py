@@ -42,7 +42,6 @@ from lampyris.motion.laws import registry as laws
 from lampyris.motion.safety.blind_areas import visible_cells
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.planning import registry
-from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget
 from lampyris.planning.chain.rrt import PLANNERS
 from lampyris.planning.field.cost_tables import KINDS, cost_tables
@@ -55,7 +54,6 @@ from lampyris.planning.graph.jps_search import JumpSearch
 from lampyris.sim.episodes.cells import CellEpisodes
 from lampyris.sim.episodes.drives import DriveEpisodes
 from lampyris.sim.episodes.tasks import Tasks
-from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.study.execution.obstacle_tracks import Replay
 
 Wanted = tuple[_jit.Kernel, tuple[Any, ...]]
@@ -369,11 +367,9 @@ def _crowded() -> None:
 
 
 def _studied(moves: str) -> None:
-    """Runs as studies make them: a whole simulation in one kernel, and tracks to be replayed."""
+    """Runs as studies make them, and tracks to be replayed."""
     scene = _scene(moves, traffic=(RandomWalk(3),))
     if scene.moves.reach == 1:
-        for choice in ("greedy", "exact"):
-            FastRuns(scene, AdGso(choice=choice)).run(1, 30)
         for planner in ("ad-gso", "sipp"):  # those that answer with their next steps alone
             api.simulate(scene, planner, ticks=12)
     Replay(scene, 1).upto(10)

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sim_compared import by_tick, differ
 
 from lampyris import Crossing, Patrol, RandomWalk, Recorded, Scene
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
-from lampyris.model.trace import Trace
 from lampyris.motion.laws.physical import RULES, PhysicalLaw
 from lampyris.planning import registry
 from lampyris.sim.grid import loop
@@ -28,30 +28,11 @@ TRAFFIC: dict[str, tuple[Any, ...]] = {
     "who appear": (RandomWalk(8, 0.4), RandomWalk(3)),
     "all kinds": (TRACK, Crossing(3), Patrol(((2, 2), (9, 2))), RandomWalk(6)),
 }
-FIELDS = (
-    "outcome", "appears", "obstacle_specs", "cause", "events", "replans", "waits", "iterations", "expansions", "detail",
-    "last_tick", "path_switches", "edits",
-)  # fmt: skip
 
 
 def scene_of(traffic: str, **more: Any) -> Scene:
     """From one corner of a small map to the other."""
     return Scene(Grid(WALLS), (0, 0), (15, 13), traffic=TRAFFIC[traffic], **more)
-
-
-def by_tick(run: loop.Simulation) -> Trace:
-    """The whole run by the loop in Python."""
-    while run.outcome is None:
-        run.tick()
-    return run.trace()
-
-
-def differ(a: Trace, b: Trace) -> list[str]:
-    """The fields in which two traces differ."""
-    found = [name for name in FIELDS if getattr(a, name) != getattr(b, name)]
-    arrays = [("robot", a.robot, b.robot), ("speed", a.speed, b.speed)]
-    arrays += [("tracks", x, y) for x, y in zip(a.tracks, b.tracks, strict=True)]
-    return found + [name for name, x, y in arrays if not np.array_equal(x, y)]
 
 
 @pytest.fixture(autouse=True)

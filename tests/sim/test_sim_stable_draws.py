@@ -9,7 +9,7 @@ import pytest
 
 from lampyris.errors import SceneError
 from lampyris.io.maps.library import load
-from lampyris.kernels.adgso.simulate import rank
+from lampyris.kernels.simulation.obstacle_rules import rank
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot

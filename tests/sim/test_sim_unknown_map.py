@@ -16,7 +16,7 @@ from lampyris.errors import SettingError
 from lampyris.model.settings.sensor import MOST_UNSEEN
 from lampyris.model.trace import Outcome
 from lampyris.planning import registry
-from lampyris.sim.grid import fast_simulation, loop
+from lampyris.sim.grid import loop
 from lampyris.sim.world.seen_map import SeenMap
 from sizes import sized
 
@@ -286,4 +286,3 @@ def test_with_a_range_beyond_the_map_the_start_sees_what_a_known_map_would_show(
     trace = judged(scene, registry.make("dstar-lite", {}), sensor=lampyris.Sensor(1e6))
     assert (trace.seen == 0).all()
     assert trace.path == loop.run(scene, registry.make("dstar-lite", {})).path
-    assert not fast_simulation.supported(scene, registry.make("ad-gso", {}), "physical")

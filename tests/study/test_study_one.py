@@ -53,7 +53,7 @@ def test_what_is_kept_changes_nothing(kind: str) -> None:
     _same_whatever_was_kept(study_of(kind, ("astar", "ad-gso"), crowd_, seeds=(0, 1)))
 
 
-def test_rooms_of_fast_runs_are_of_one_planner_and_one_crowd() -> None:
+def test_what_planners_of_other_settings_left_changes_nothing() -> None:
     who = (planner("ad-gso"), planner("ad-gso", nt=3), planner("ad-gso", choice="exact"))
     _same_whatever_was_kept(study_of("simulate", who, LIVE, law_of="dissertation", seeds=(0, 1)))
 
@@ -65,13 +65,13 @@ def _same_whatever_was_kept(study: Study) -> None:
         told = json.loads(work(batch_of(study, some)))["results"]
         return {r["key"]: canonical([r["ending"], r["error"], r["evidence"]]) for r in told}
 
-    one._forget()
+    site.forget()
     fresh = evidence(jobs)
     assert evidence(jobs) == fresh
-    one._forget()
+    site.forget()
     assert evidence(jobs[::-1]) == fresh
     for job in jobs:
-        one._forget()
+        site.forget()
         assert evidence([job]) == {job.key: fresh[job.key]}
 
 
@@ -99,24 +99,6 @@ def test_a_simulation_is_that_of_the_loop(who: str, law_: str) -> None:
     assert all(map(np.array_equal, made.tracks, told.tracks))
 
 
-def test_the_fast_kernel_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
-    study = study_of("simulate", ("ad-gso",), LIVE, law_of="dissertation", seeds=tuple(range(6)))
-    slow = [0]
-    run = loop.run
-
-    def counted(*args: Any, **more: Any) -> Trace:
-        slow[0] += 1
-        return run(*args, **more)
-
-    monkeypatch.setattr(loop, "run", counted)
-    quick = results_of(study)
-    few = slow[0]
-    monkeypatch.setattr(one.fast_simulation, "supported", lambda *_: False)
-    assert [r["evidence"] for r in results_of(study)] == [r["evidence"] for r in quick]
-    assert few < 3
-    assert slow[0] == few + 6
-
-
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 def test_the_expansions_of_every_call_are_bounded(kind: str) -> None:
     free = result_of(study_of(kind, ("astar",), StudyTraffic()))
@@ -129,8 +111,8 @@ def test_the_expansions_of_every_call_are_bounded(kind: str) -> None:
     assert row.metrics["outcome"] == {"plan": "limit", "simulate": "blocked", "drive": "timeout"}[kind]
 
 
-def test_a_run_may_go_fast_under_a_budget_that_binds_nobody() -> None:
-    """Equal to the loop's under every budget, too small, just enough, and too large to matter."""
+def test_a_run_under_a_budget_is_that_of_the_loop() -> None:
+    """Under every budget, too small, just enough, and too large to matter."""
     for budget in (40, 400, 1000, 3000, 10**6):
         study = study_of(
             "simulate", ("ad-gso",), LIVE, law_of="dissertation", expansions=budget, seeds=(0, 1), ticks=80

@@ -155,6 +155,8 @@ class SensedNow:
     where, step_x, step_y, new : int64, of each obstacle: its cell, its last step, whether it has just appeared.
     obstacles : how many there are.
     live : whether all of them are of one cell, and nothing is known of their future.
+    limit : greatest number of states expanded by this call; None: no limit. An answer that would take more has to be
+        asked for as a plan.
     """
 
     robot: int
@@ -168,6 +170,7 @@ class SensedNow:
     new: NDArray[np.int64]
     obstacles: int
     live: bool
+    limit: int | None = None
 
 
 @dataclass(slots=True)

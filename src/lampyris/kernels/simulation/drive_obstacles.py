@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 from lampyris.kernels._jit import kernel
-from lampyris.kernels.adgso.simulate import crosses
 from lampyris.kernels.motion.curve_motion import chord
+from lampyris.kernels.simulation.obstacle_rules import crosses
 
 (
     PERIODS, STOP_AT, PHASE, OBSTACLES, PIECES, PIECE, NODE, NOW, NOWHERE, LAW, TRIES, REPORTED, CAUSE, INDEX, REST,

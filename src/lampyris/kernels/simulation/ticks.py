@@ -10,8 +10,8 @@ Cells are numbers in the map with a border one cell wide: ``(y + 1) * stride + x
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, lowest, stopped, u64
-from lampyris.kernels.adgso.simulate import crosses, rank
 from lampyris.kernels.adgso.tick_speed import OF_GOAL, OF_WAITING, pace
+from lampyris.kernels.simulation.obstacle_rules import crosses, rank
 from lampyris.kernels.simulation.tick_speed import physical_pace
 
 PAUSED, ASK, AT_GOAL, HIT, BLOCKED, HELD, TIMEOUT = range(7)
@@ -219,6 +219,26 @@ def move_obstacles(
         note(st, events, APPEARED, w)
     for obstacle in range(st[OBSTACLES]):
         tracks[(now - st[BASE]) * st[CAPACITY] + obstacle] = where[obstacle]
+
+
+@kernel(
+    out=(
+        "st", "where", "step_x", "step_y", "taken", "left", "gone", "walkers", "own", "shuttles", "tracks", "events",
+    ),
+    each=1500,
+    of="tracks",
+)  # fmt: skip
+def move_on(
+    st, where, step_x, step_y, taken, left, gone, draws, walkers, own, rates, opened, open_steps,
+    shuttles, shuttle_routes, recordings, recorded, tracks, events, halt,
+):  # fmt: skip
+    """Tick after tick of all obstacles, up to the tick STOP_AT, while the robot stays; see :func:`advance`."""
+    while st[NOW] < st[STOP_AT] and not stopped(halt):
+        st[NOW] += 1
+        move_obstacles(
+            st, where, step_x, step_y, taken, left, gone, draws, walkers, own, rates, opened, open_steps,
+            shuttles, shuttle_routes, recordings, recorded, tracks, events,
+        )  # fmt: skip
 
 
 @kernel(out=("st", "events"))

@@ -143,7 +143,7 @@ class AdGsoSession(SessionBase):
             finder = StepFinder(self._walker, ground, robot, self._moves, wanted)
             self._finder = self._map.revision, wanted, finder
         found = self._finder[2].find(robot, seen.closed, seen.count)
-        if found is None:
+        if found is None or (seen.limit is not None and found.expansions > seen.limit):
             return None
         here = self._walker.cell(robot)
         if found.steps < 0 and self._hemmed == here:

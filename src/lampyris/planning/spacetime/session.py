@@ -116,6 +116,8 @@ class TimedSession(SessionBase):
         settings, search = self._settings, self._search
         if search is None or not seen.live or not seen.obstacles or self._by_ticks or not self._laid:
             return None
+        if seen.limit is not None:
+            return None
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
         if self._forecaster.own != ((0, 0),):

@@ -450,7 +450,10 @@ class CompiledTicks:
         """Ask a session that can answer with its next steps alone; whether it has."""
         run, st = self._run, self._st
         find = getattr(run.session, "next_steps", None)
-        if find is None or run.budget is not None or not run.walls.reported:
+        budget = run.budget
+        if find is None or not run.walls.reported:
+            return False
+        if budget is not None and (budget.seconds is not None or budget.stop is not None):
             return False
         began = loading.cpu()
         where, step_x, step_y, *_ = self._obstacles
@@ -470,6 +473,7 @@ class CompiledTicks:
             self._new,
             obstacles,
             self._live,
+            None if budget is None else budget.expansions,
         )
         found = find(seen, run.tick_speed.horizon + 2)
         run.state.planning_s += loading.cpu() - began

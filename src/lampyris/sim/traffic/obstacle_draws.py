@@ -82,7 +82,7 @@ def ranks(cells: Ints, draw: float) -> Ints:
     """A random order of cells that a draw decides: the least is a cell drawn uniformly from them.
 
     A cell's rank does not depend on the other cells, so that taking one away moves nobody who was not on it.
-    The kernel :func:`lampyris.kernels.adgso.simulate.rank` has the same numbers.
+    The kernel :func:`lampyris.kernels.simulation.obstacle_rules.rank` has the same numbers.
     """
     x = (cells * 0x9E3779B1 + int(draw * 2147483648.0)) & _LOW
     x = ((x ^ (x >> 16)) * 0x45D9F3B) & _LOW

@@ -8,8 +8,8 @@ Endings: ``done``, a result of whatever outcome. ``refused``, a typed error that
 ``timeout``, the budget in seconds was used up: looked at after each plan, each tick and each period, so a
 planner that never answers is not stopped. ``failed``, a fault of ours or of a third-party planner, reported in one line.
 
-Jobs of one world come one after the other, and what they share is kept: unpacked maps, fields, tracks, and
-the rooms of fast simulations. Nothing that is kept changes a result.
+Jobs of one world come one after the other, and what they share is kept: unpacked maps, fields and tracks. Nothing that
+is kept changes a result.
 """
 
 from __future__ import annotations
@@ -41,9 +41,8 @@ from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.pose_route import pose_route
 from lampyris.planning import registry
-from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner
-from lampyris.sim.grid import fast_simulation, loop
+from lampyris.sim.grid import loop
 from lampyris.study.design.serialize import unpacked_fleet
 from lampyris.study.design.study import canonical
 from lampyris.study.design.study_map import unpack
@@ -60,7 +59,6 @@ MAX_WORDS = 500
 """Characters of what is said of an error."""
 
 _grids: RecentCache[Grid] = RecentCache(site.CELLS_KEPT)
-_runs: RecentCache[fast_simulation.FastRuns] = RecentCache(site.CELLS_KEPT)
 
 
 class RunResult(NamedTuple):
@@ -245,7 +243,7 @@ def _peak(plain: Mapping[str, Any], grid: Grid, fleets: Mapping[str, Any]) -> in
     import gc
     import tracemalloc
 
-    _forget()
+    site.forget()
     gc.collect()
     tracemalloc.start()
     try:
@@ -253,12 +251,7 @@ def _peak(plain: Mapping[str, Any], grid: Grid, fleets: Mapping[str, Any]) -> in
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-        _forget()
-
-
-def _forget() -> None:
-    site.forget()
-    _runs.clear()
+        site.forget()
 
 
 # ---- a job --------------------
@@ -364,35 +357,20 @@ class _Outlasted(Exception):
 
 
 def _simulated(task: _Task, scene: Scene, drawn: int | None = None) -> Trace:
-    """By the fast kernel where it knows the rules and nobody looks at a clock; ``drawn``: ticks of tracks."""
-    planner, law, clock, last = task.planner, task.law, task.clock, task.last_tick
-    seed, patience = task.world.seed, task.patience
-    sensor, track = site.sensor_of(task.plain), site.goal_track_of(task.plain)
-    plain = sensor is None and track is None and clock.budget is None
-    if plain and isinstance(planner, AdGso) and fast_simulation.supported(scene, planner, law):
-        runs = _fast_runs(task, scene, planner)
-        found = runs.run(seed, last, budget=task.given)
-        if found is not None:
-            return found
+    """By the loop; ``drawn``: ticks of tracks."""
+    clock = task.clock
 
     def look(tick: int) -> None:
         clock.look()
         if drawn is not None and tick > drawn:
             raise _Outlasted
 
+    watched = drawn is not None or clock.budget is not None
     return loop.run(
-        scene, planner, seed=seed, ticks=last, law=law, patience=patience, sensor=sensor, goal_track=track,
-        budget=task.given, progress=look,
+        scene, task.planner, seed=task.world.seed, ticks=task.last_tick, law=task.law, patience=task.patience,
+        sensor=site.sensor_of(task.plain), goal_track=site.goal_track_of(task.plain), budget=task.given,
+        progress=look if watched else None,
     )  # fmt: skip
-
-
-def _fast_runs(task: _Task, scene: Scene, planner: AdGso) -> fast_simulation.FastRuns:
-    """The room of fast runs; runs of all seeds share it."""
-    plain = task.plain
-    names = ("map", "resolution", "start", "goal", "moves", "robot", "traffic", "planner", "law", "patience")
-    key = canonical([plain[name] for name in names])
-    size = 20 * scene.grid.blocked.size  # of about so many bytes a cell
-    return _runs.get(key, lambda: fast_simulation.FastRuns(scene, planner, task.law, task.patience), size)
 
 
 def _drive(task: _Task) -> RunResult:
