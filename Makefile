@@ -127,7 +127,7 @@ check-nightly: $(VENV)/.nightly
 	@mkdir -p build
 	@failed=0; \
 	run() { echo "$$*"; "$$@" || { failed=1; echo "FAILED: $$*"; }; }; \
-	run $(BIN)/mypy; \
+	run $(BIN)/python -m mypy; \
 	run $(BIN)/python -m pytest -q -n auto -m nightly -s; \
 	run $(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger \
 		--failures build/failures --record build/promises.jsonl; \

@@ -34,6 +34,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Scenarios, studies, uncertainty": (
         "Scenario", "load_scenario", "save_scenario", "run", "FleetScenario", "Study", "load_study", "run_study",
         "propagate_uncertainty",
+        "fastest_time_settings",
     ),
     "Errors": ("LampyrisError", "SettingError"),
 }  # fmt: skip
