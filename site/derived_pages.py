@@ -19,6 +19,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Fields": ("solve_field", "solve_fields", "Field", "Gate"),
     "Speeds and curves": (
         "speed_profile", "Profile", "smooth", "SampledPath", "Curve", "dissertation_speeds", "node_table",
+        "fastest_time_settings",
     ),
     "Moving obstacles": ("RandomWalk", "Patrol", "Crossing", "Recorded", "Edit", "ObstacleStates", "Track"),
     "Simulation": ("simulate", "Trace", "Outcome", "drive", "Drive"),
@@ -34,7 +35,6 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Scenarios, studies, uncertainty": (
         "Scenario", "load_scenario", "save_scenario", "run", "FleetScenario", "Study", "load_study", "run_study",
         "propagate_uncertainty",
-        "fastest_time_settings",
     ),
     "Errors": ("LampyrisError", "SettingError"),
 }  # fmt: skip
