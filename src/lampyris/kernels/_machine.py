@@ -78,7 +78,7 @@ def load() -> None:
 def _without_linear_algebra() -> None:
     """Import the part of numba that looks for SciPy's linear algebra without importing that.
 
-    No kernel uses it, and its import takes a third of the time of the first call. Other code of this process that has numba
+    No kernel uses it, and its import took 14 to 38 % of the first call in three runs. Other code of this process that has numba
     compile a product of matrices works as before: numba imports it where it is used.
     """
     name = "numba.np.arraymath"

@@ -51,7 +51,7 @@ class Landscape {
     this.play = button("Play", () => this.toggle(), { class: "btn primary" });
     this.slider = el("input", { type: "range", min: 0, max: 1000, value: 0, class: "grow", "aria-label": "Moment of the drive", oninput: () => this.seek(Number(this.slider.value) / 1000) });
     this.words = el("span", { class: "deep-words" });
-    this.said = el("p", { class: "hint", role: "status" }, "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer. Walls stand out of it.");
+    this.said = el("p", { class: "hint", role: "status" }, "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer. Walls are raised.");
     this.root = el("dialog", { class: "deep", "aria-labelledby": "deep-title" },
       el("div", { class: "row" }, el("h1", { id: "deep-title", class: "grow" }, `${title} in 3-D`), button("Close", () => this.root.close())),
       this.canvas, el("div", { class: "row" }, this.play, this.slider, this.words), this.said);

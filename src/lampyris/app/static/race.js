@@ -57,7 +57,7 @@ class Race {
     this.film = button("Export film", () => void this._film(), { disabled: true });
     this.said = el("p", { class: "hint", role: "status" });
     this.root = el("dialog", { class: "race", "aria-labelledby": "race-title" },
-      el("div", { class: "row" }, el("h1", { id: "race-title" }, "Race"), el("span", { class: "hint grow" }, "Each planner explores in its own order, then its robot drives."), button("Close", () => this.root.close())),
+      el("div", { class: "row" }, el("h1", { id: "race-title" }, "Race"), el("span", { class: "hint grow" }, "Each planner expands cells in its own order, then its robot drives."), button("Close", () => this.root.close())),
       this.stage,
       el("div", { class: "row race-bar" }, this.play, this.slider, this.words, this.speed,
         el("span", { class: "hint" }, "Clock"), el("div", { class: "seg", role: "group", "aria-label": "Clock of the search" }, ...this.clocks), this.kind, this.film),
