@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris import Crossing, Patrol, RandomWalk, Recorded, Scene
+from lampyris import CancelToken, Crossing, Patrol, RandomWalk, Recorded, Scene
+from lampyris._core import cancellation
 from lampyris.kernels.simulation import drive as kernel
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning import registry
 from lampyris.sim.continuous import compiled_periods
+from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.sensor import FaultySensor
 from reference.kernel_forms import use
@@ -105,6 +107,34 @@ def test_a_drive_is_the_same_stopped_anywhere(codes: list[int]) -> None:
             run.advance(int(rng.integers(1, 9)))
         assert run.drive().t[-1] <= made.t[-1]
     assert not differ(run.drive(), made)
+    assert codes
+
+
+@pytest.mark.parametrize(
+    ("traffic", "law", "after"),
+    [("walkers", "dissertation", 5), ("walkers", "dissertation", 40), ("all kinds", "physical", 0)],
+)
+def test_a_drive_that_is_cancelled_can_go_on(
+    traffic: str, law: str, after: int, codes: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was left between two states where the law decides in Python: obstacles and log stayed behind the robot."""
+    made = by_period(simulation(traffic, 3, law, time_limit=10.0))
+    run, stop, decisions = simulation(traffic, 3, law, time_limit=10.0), CancelToken(), [0]
+    decide = DriveSimulation.decide
+
+    def counted(self: DriveSimulation, seconds: float) -> Decision:
+        decisions[0] += 1
+        if decisions[0] == after:
+            stop.set()
+        return decide(self, seconds)
+
+    monkeypatch.setattr(DriveSimulation, "decide", counted)
+    if after == 0:
+        stop.set()
+    with pytest.raises(cancellation.Cancelled), cancellation.watching(stop=stop):
+        run.run()
+    assert run.outcome is None
+    assert not differ(run.run(), made)
     assert codes
 
 

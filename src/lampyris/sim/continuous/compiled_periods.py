@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import cancellation
 from lampyris.kernels.simulation import drive as k
 from lampyris.kernels.simulation import drive_obstacles as o
 from lampyris.model.drive import AT_GOAL
@@ -97,7 +98,7 @@ def supported(run: RunningDrive) -> bool:
         run.sight is not None
         or run.settings.noise
         or type(run.sensor) is not PerfectSensor
-        or not isinstance(run.train, Perfect)
+        or type(run.train) is not Perfect
         or type(state.leg.route) is not CurveLookup
         or state.fault_since >= 0.0
         or state.map_changed
@@ -134,7 +135,7 @@ class CompiledPeriods:
     """
 
     def __init__(self, run: RunningDrive, last: int) -> None:
-        self._run, self._last = run, last
+        self._run, self._last, self._written = run, last, False
         self._st = np.zeros(o.STATE, dtype=np.int64)
         self._fs = np.zeros(o.NUMBERS)
         self._words = list(CAUSES)
@@ -187,9 +188,9 @@ class CompiledPeriods:
         run, leg = self._run, self._run.state.leg
         controller = run.wheel.controller
         law = k.OUTSIDE
-        if isinstance(controller, Follow):
+        if type(controller) is Follow:
             law = k.CEILING
-        elif isinstance(controller, SafeController) and controller.simple:
+        elif type(controller) is SafeController and controller.simple:
             law = k.SAFE
         self._st[o.LAW] = law if leg.timetable is None else k.OUTSIDE
         rails = rails_of(leg.samples)
@@ -305,45 +306,51 @@ class CompiledPeriods:
     # ---- periods --------------------
 
     def go(self) -> None:
-        """Drive on until the period to stop at is over, or something has changed that arrays have to be made again."""
+        """Drive on until the period to stop at is over, or something has changed that arrays have to be made again.
+
+        Cancellation and signals are answered between two periods, every :data:`CHUNK` of them, where a caller may go on.
+        """
+        try:
+            while not self._written:
+                cancellation.checkpoint()
+                with cancellation.shielded(), cancellation.uninterrupted():
+                    self._chunk()
+        except BaseException:
+            if not self._written:
+                self._write_back()
+            raise
+
+    def _chunk(self) -> None:
+        """Drive until the kernel pauses between two periods, or Python has brought a period to its end."""
         st, fs, run = self._st, self._fs, self._run
         taken, left, gone, walkers, own, open_steps = self._world
+        self._prepare()
         while True:
-            self._prepare()
-            try:
-                code = int(
-                    k.advance(
-                        st, fs, *self._path, self._each, self._flags, *self._buffers, taken, left, gone, self._draws,
-                        walkers, own, open_steps, self._soon,
-                    )
-                )  # fmt: skip
-            except BaseException:  # interrupted between two periods, from where a caller may go on
-                if st[o.PHASE] == k.LISTEN:
-                    self._write_back()
-                raise
-            if code == k.PAUSED:
-                self._drain()
-                if st[o.PERIODS] < self._last:
-                    continue
-                self._write_back()
-            elif code == k.DECIDE:
+            code = int(
+                k.advance(
+                    st, fs, *self._path, self._each, self._flags, *self._buffers, taken, left, gone, self._draws,
+                    walkers, own, open_steps, self._soon,
+                )
+            )  # fmt: skip
+            if code == k.DECIDE:
                 self._decide()
-                continue
             elif code == k.DECIDE_TICK:
                 self._begin_tick()
-                continue
             else:
-                self._write_back()
-                if code == k.NEAR:
-                    run.finish(self._trajectory())
-                elif code == k.CAME:
-                    run.afterwards(float(fs[o.BEFORE]))
-                else:
-                    run.period()
+                break
+        if code == k.PAUSED and st[o.PERIODS] < self._last:
+            self._drain()
             return
+        self._write_back()
+        if code == k.NEAR:
+            run.finish(self._trajectory())
+        elif code == k.CAME:
+            run.afterwards(float(fs[o.BEFORE]))
+        elif code == k.FAULT:
+            run.period()
 
     def _prepare(self) -> None:
-        """Draws for the next ticks, and the period to stop at."""
+        """Draws for the next ticks, and the period to pause at."""
         st = self._st
         st[o.STOP_AT] = min(self._last, int(st[o.PERIODS]) + CHUNK)
         if st[o.WALKING] and st[o.PHASE] == k.LISTEN and st[o.NOW] + st[o.WALKS] > st[o.DRAWN_UNTIL]:
@@ -376,7 +383,8 @@ class CompiledPeriods:
             st[o.WENT] = 0
 
     def _write_back(self) -> None:
-        """Bring the drive up to the arrays."""
+        """Bring the drive up to the arrays, which are of no use any more."""
+        self._written = True
         self._drain()
         self._write_robot()
         self._write_obstacles()

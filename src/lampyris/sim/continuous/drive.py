@@ -94,7 +94,7 @@ def drive(
     sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
     sensor : what reports obstacles to the robot; None: a perfect sensor.
     budget : of every single call of the planner; None: no limit.
-    progress : called after every few periods with the seconds that are over.
+    progress : called every 20 periods with the seconds that are over.
     settings : those of :class:`lampyris.model.settings.drive.DriveSettings`.
 
     Raises
@@ -453,7 +453,7 @@ class DriveSimulation(Exclusive):
 
         Parameters
         ----------
-        progress : called after every few periods with the seconds that are over.
+        progress : called every 20 periods with the seconds that are over.
         """
         while self.outcome is None:
             self.advance(MANY if progress is None else FEW)
