@@ -1,6 +1,6 @@
 """What the live page asks, answered in the page itself: the routes of the app's server without a server.
 
-It runs in Pyodide (``worker.js``) and, to record the replay and to compare hashes, in CPython. Questions go to the
+It runs in Pyodide (``worker.js``) and, to make the recording and to compare hashes, in CPython. Questions go to the
 same functions as those of the app's engine (:mod:`lampyris.app.engine.work`).
 """
 

@@ -14,6 +14,7 @@ from lampyris.app.engine import driving, simulation
 from lampyris.app.engine.fleets.fleet import ending as fleet_ending
 from lampyris.app.engine.frames import frame, json_frame, paths_frame
 from lampyris.app.replay.page import RunPage
+from lampyris.errors import InternalFault
 from lampyris.io.maps.formats.document import grid_codes
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.drive import Drive
@@ -67,6 +68,8 @@ def untimed(stream: bytes) -> bytes:
     at = last = 0
     while at < len(stream):
         last, at = at, at + 4 + int(struct.unpack_from("<I", stream, at)[0])
+    if stream[last + 4 : last + 5] != b"Z":
+        raise InternalFault("REPLAY", "the stream of a run does not end with its times")
     return stream[:last] + json_frame("Z", {**json.loads(stream[last + 5 :]), "timing": {}})
 
 

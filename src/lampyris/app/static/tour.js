@@ -160,7 +160,7 @@ function shown(page) {
   });
 }
 
-// ---- the ten steps ----
+// ---- the twelve steps ----
 
 /** @typedef {import("./make.js").Part} Part */
 
