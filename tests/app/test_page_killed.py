@@ -48,7 +48,9 @@ def furnish(page: Any) -> dict[str, Any]:
     """Draw some of everything: ends, walls, a crowd, a patrol."""
     page.get_by_role("button", name="env-3", exact=False).click()
     page.locator("#where").get_by_text("env-3").wait_for()
+    page.keyboard.press("v")
     click(page, (4, 4))
+    page.keyboard.press("n")
     click(page, (45, 46))
     page.get_by_role("button", name="Paint walls").click()
     draw(page, [(1, 40), (8, 40)])

@@ -93,7 +93,9 @@ def of_the_run(page: Any) -> dict[str, str]:
 def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> None:
     page.get_by_role("button", name="env-3", exact=False).click()
     page.locator("#where").get_by_text("env-3").wait_for()
+    page.keyboard.press("v")
     click(page, (4, 4))
+    page.keyboard.press("n")
     click(page, (45, 46))
     page.get_by_role("tab", name="Planner").click()
     page.get_by_role("combobox", name="Planner").select_option("dstar-lite")

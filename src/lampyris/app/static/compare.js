@@ -219,7 +219,7 @@ class Comparison {
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
     const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
-    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})),
+    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, tableOf(some, `${note} ${stars}`, best ?? {})),
       ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
   }
 
@@ -350,12 +350,13 @@ class Mosaic {
   open(runs) {
     const { page } = this;
     this.root.hidden = false;
-    this.root.className = `mosaic across-${runs.length <= 1 ? 1 : runs.length === 2 || runs.length === 4 ? 2 : runs.length <= 6 ? 3 : 4}`;
+    this.root.style.setProperty("--across", String(this._across(runs.length)));
     this.tiles = [];
     fill(this.root, ...runs.map((run, k) => {
       const canvas = el("canvas", { role: "img", "aria-label": `${run.label} on the map` });
       const view = new MapView(canvas);
       view.dark = page.dark;
+      view.edge = { top: 6, right: 6, bottom: 6, left: 6 };
       view.start = page.map.start;
       view.goal = page.map.goal;
       view.ways = [{ ...wayOf(run, k), wide: 2 }];
@@ -369,6 +370,15 @@ class Mosaic {
       view.fit();
     }
     this.move(page.play.tick);
+  }
+
+  /** The number of columns that leaves the largest maps. @param {number} many */
+  _across(many) {
+    const { ground } = this.page;
+    const { clientWidth: wide, clientHeight: high } = this.root;
+    if (!ground) return 1;
+    const scale = (/** @type {number} */ columns) => Math.min((wide - 8) / columns / ground.width, ((high - 8) / Math.ceil(many / columns) - 40) / ground.height);
+    return Array.from({ length: many }, (_, k) => k + 1).reduce((best, columns) => (scale(columns) > scale(best) ? columns : best), 1);
   }
 
   /** @param {number} t */

@@ -139,7 +139,7 @@ export class Fleet {
     page.play = this.clock;
     page.fleet = this;
     document.body.classList.add("fleet");
-    if (page.tool === "patrol") page.use("ends");
+    if (page.tool === "patrol") page.use("goal");
     page.show("now");
     page.show("fleet");
     page.tell("fleet");

@@ -9,7 +9,6 @@ import { Tile } from "./racetile.js";
 
 /** @typedef {import("./racetile.js").Racer} Racer */
 
-const MOST_RACERS = 6;
 /** Seconds on the screen: of the search, and of the drive at most. */
 const SEARCH_S = 8;
 const DRIVE_S = 10;
@@ -26,7 +25,7 @@ const STEPS = { cells: "cells expanded", "jump points": "jump points expanded", 
 /** @param {Page} page @param {Who[]} planners */
 export function askRace(page, planners) {
   if (!document.querySelector('link[href="/static/race.css"]')) document.head.append(el("link", { rel: "stylesheet", href: "/static/race.css" }));
-  return new Race(page, planners.slice(0, MOST_RACERS));
+  return new Race(page, planners.slice(0, page.hello.limits.racers));
 }
 
 class Race {
