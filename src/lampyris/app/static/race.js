@@ -52,7 +52,7 @@ class Race {
     this.clocks = [["steps", true], ["time", false]].map(([name, by]) => button(`${name}`, () => this.clock(Boolean(by)), { class: null, "aria-pressed": String(by),
       title: by ? "One step of every record at a time" : "Each record spread over its measured planning time" }));
     this.speed = el("select", { "aria-label": "Speed of the race", onchange: () => (this.rate = Number(this.speed.value)) }, ...RATES.map((rate) => el("option", { value: rate, selected: rate === 1 }, `${rate}×`)));
-    this.kind = el("select", { "aria-label": "Kind of film" }, el("option", { value: "webp" }, "WebP"), el("option", { value: "gif" }, "GIF"));
+    this.kind = el("select", { "aria-label": "Kind of film" }, el("option", { value: "webp" }, "WebP"), ...[["gif", "GIF"], ["webm", "WebM"], ["mp4", "MP4"]].map(([kind, name]) => el("option", { value: kind }, name)));
     this.film = button("Export film", () => void this._film(), { disabled: true });
     this.said = el("p", { class: "hint", role: "status" });
     this.root = el("dialog", { class: "race", "aria-labelledby": "race-title" },
