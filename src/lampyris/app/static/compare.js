@@ -227,6 +227,8 @@ class Comparison {
       fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, module.askTable(runs)),
         el("p", { class: "hint" }, "Each drives its own path in continuous time, by the controller of the panel Planner. A change of the scenario ends the comparison."));
       if (!runs[0]?.ticks) return;
+      // The list has the order of the drives, whose colours follow it: the longest is first.
+      this.who.planners = runs.flatMap(({ label }) => this.who.planners.filter((one) => one.label === label));
       page.run = runs[0];
       page.map.ways = runs.map((run, k) => ({ cells: run.robot.subarray(0, 2 * run.ticks), colour: LINES[k % LINES.length][0], dash: LINES[k % LINES.length][1], wide: 2.5 }));
       page.map.refresh();
