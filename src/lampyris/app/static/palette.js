@@ -130,7 +130,7 @@ function entries(page) {
     const end = performance.now() + PATIENCE;
     for (;;) {
       const all = [...byId(section).querySelectorAll("button, input[type=checkbox]")];
-      const one = /** @type {HTMLButtonElement | undefined} */ (all.find((it) => [it.textContent?.trim(), it.getAttribute("aria-label"), it.closest("label")?.textContent?.trim()].some((text) => text?.startsWith(name))));
+      const one = /** @type {any} */ (all.find((it) => [it.textContent?.trim(), it.getAttribute("aria-label"), it.closest("label")?.textContent?.trim()].some((text) => text?.startsWith(name))));
       if (one && one.checkVisibility() && !one.disabled) {
         one.focus();
         one.click();
