@@ -1,7 +1,7 @@
 // Overlay: what is laid over a layer, a picture of a pixel a cell: cells that are too close to a wall for the robot's
 // centre, and, where there is no path, what can be reached from the start and from the goal.
 
-import { GOAL, START, THEMES, packed } from "./colours.js";
+import { GOAL, GOAL_ON_DARK, START, THEMES, packed } from "./colours.js";
 import { json, layerOf } from "./frames.js";
 
 /** @typedef {"inflation" | "regions"} Name */
@@ -56,7 +56,8 @@ function pictureOf(name, { width, height, values }, dark) {
   const close = tone(THEMES[dark ? "dark" : "light"].ink, 0.4);
   // Told apart by more than their colour: what the goal's side has is striped.
   const stripe = Math.max(2, Math.round(Math.max(width, height) / 60));
-  const [start, goal, gap] = [tone(START, 0.34), tone(GOAL, 0.46), tone(GOAL, 0.12)];
+  // On dark ground a dark red is no colour to somebody with protanopia.
+  const [start, goal, gap] = [tone(START, 0.34), tone(dark ? GOAL_ON_DARK : GOAL, 0.46), tone(dark ? GOAL_ON_DARK : GOAL, 0.12)];
   for (let k = 0; k < values.length; k++) {
     if (!values[k]) continue;
     const striped = ((k % width) + Math.floor(k / width)) % (2 * stripe) < stripe;
