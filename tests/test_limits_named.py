@@ -380,7 +380,7 @@ ASKED: dict[str, str] = {
     "planning.spacetime.session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
     "planning.graph.expanded.MOST_NS": NOT_INPUT + "time of a search that is recorded",
     "races.race.MOST_CALLS": NOT_INPUT + "planning calls that are timed",
-    "races.race.MOST_RACERS": "app/test_app_race.py",
+    "model.race.race.MOST_RACERS": "app/test_app_race.py",
     "planning.graph.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
     "app.server.request_parsing.MAX_JSON": "app/test_app_limits.py",
     "app.server.request_parsing.MOST_VALUES": "app/test_app_limits.py",

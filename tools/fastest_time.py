@@ -28,6 +28,7 @@ from lampyris.io.maps import library
 from lampyris.io.maps.load import load_map
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
+from lampyris.report import style
 from lampyris.report.style import speed_map
 
 ROBOT = lampyris.Robot(radius=0.3)
@@ -122,8 +123,8 @@ def picture(out: Path, name: str, law: str) -> None:
         lines.set_clim(0.0, top)
         axes.plot(xy[:, 0], xy[:, 1], color="#20242c", linewidth=4.2, zorder=1.5)
         axes.add_collection(lines)
-        axes.plot(*xy[0], "o", color="#c1121f", markeredgecolor="white", markersize=8, zorder=5)
-        axes.plot(*xy[-1], "o", color="#ffb703", markeredgecolor="white", markersize=8, zorder=5)
+        axes.plot(*xy[0], "o", color=style.START, markeredgecolor="white", markersize=8, zorder=5)
+        axes.plot(*xy[-1], "o", color=style.GOAL, markeredgecolor="white", markersize=8, zorder=5)
         axes.set_title(f"{word}: {profile.s[-1]:.4g} m in {profile.duration:.4g} s", fontsize=10)
         axes.set_xticks([])
         axes.set_yticks([])

@@ -19,6 +19,7 @@ from lampyris import api
 from lampyris.io.maps.load import load_map
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
+from lampyris.report import style
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -70,9 +71,9 @@ def main() -> None:
             if plan.waypoints is not None:
                 legs = np.diff(plan.waypoints.astype(float), axis=0)
                 label = f"{np.hypot(legs[:, 0], legs[:, 1]).sum():.1f} cells in lines"
-        axis.plot(*query.start, "o", color="#c0392b", markersize=4)
+        axis.plot(*query.start, "o", color=style.START, markersize=4)
         axis.plot(
-            *query.goal, "*", color="#e0a800", markersize=8, markeredgecolor="black", markeredgewidth=0.5
+            *query.goal, "*", color=style.GOAL, markersize=8, markeredgecolor="black", markeredgewidth=0.5
         )
         axis.set_title(planner, fontsize=8.5, color=colour, fontweight="bold", pad=3)
         axis.set_xlabel(f"{label}\n{plan.expansions:,} expansions", fontsize=6.5, labelpad=2)

@@ -21,6 +21,7 @@ from matplotlib.patches import Patch
 
 import lampyris
 from lampyris.model.robot import DRIVES
+from lampyris.report import style
 
 FOOTPRINT = [(0.8, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.8, -0.3)]
 START, GOAL = (8.0, 11.0, 0.0), (18.5, 9.7, -math.pi / 2)
@@ -52,13 +53,13 @@ def main(out: str) -> None:
         for gear, _, colour in GEARS:
             for k in np.flatnonzero(path.gears == gear):
                 ax.plot(*path.poses[k : k + 2, :2].T, color=colour, linewidth=2.5, zorder=4)
-        ax.plot(*START[:2], "o", color="#c1121f", markersize=8, zorder=5)
-        ax.plot(*GOAL[:2], "*", color="#ffb703", markeredgecolor="#20242c", markersize=15, zorder=5)
+        ax.plot(*START[:2], "o", color=style.START, markersize=8, zorder=5)
+        ax.plot(*GOAL[:2], "*", color=style.GOAL, markeredgecolor="#20242c", markersize=15, zorder=5)
         ax.set(xlim=PART[:2], ylim=PART[2:], xlabel="x (m)", ylabel="y (m)", aspect="equal")
         ax.set_title(f"{kind}: {path.length_m:.1f} m, {path.reversals} changes of gear", loc="left")
     lines = [Line2D([], [], color=colour, linewidth=2.5, label=word) for _, word, colour in GEARS]
-    lines.append(Line2D([], [], marker="o", linestyle="", color="#c1121f", label="start"))
-    lines.append(Line2D([], [], marker="*", linestyle="", color="#ffb703", markersize=12, label="goal"))
+    lines.append(Line2D([], [], marker="o", linestyle="", color=style.START, label="start"))
+    lines.append(Line2D([], [], marker="*", linestyle="", color=style.GOAL, markersize=12, label="goal"))
     lines.append(Patch(facecolor="#fde9bd", edgecolor="#20242c", label="robot to scale, 1.1 x 0.6 m"))
     figure.legend(handles=lines, loc="outside lower center", ncols=5, frameon=False)
     figure.savefig(out, dpi=75)

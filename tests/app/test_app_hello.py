@@ -11,6 +11,7 @@ import pytest
 from lampyris._core.settings import defaults_of, number, settings_of
 from lampyris.app.engine.bootstrap import _setting, hello
 from lampyris.errors import LampyrisError
+from lampyris.model.race.race import MOST_RACERS
 from lampyris.model.robot import Robot
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.traffic import MAX_OBSTACLES
@@ -117,3 +118,4 @@ def test_the_end_of_a_run_and_the_number_of_obstacles_are_as_declared() -> None:
         name: (one.low, one.high) for name, one in declared.items()
     }
     assert hello()["limits"]["obstacles"] == MAX_OBSTACLES
+    assert hello()["limits"]["racers"] == MOST_RACERS

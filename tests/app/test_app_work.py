@@ -454,6 +454,25 @@ def test_a_layer_is_the_librarys_field_in_255_steps(name: str) -> None:
         assert shown[scene.goal[1], scene.goal[0]] == 1
 
 
+def test_where_walls_part_start_and_goal_each_has_a_region_and_walls_are_inflated() -> None:
+    rows = ["." * 5 + "#" + "." * 6] * 8
+    parted = state(map={"rows": rows, "name": "parted", "resolution": 1.0}, start=[1, 1], goal=[9, 6])
+    low, high, shown = layer("regions", parted)
+    assert (low, high) == (1.0, 2.0)
+    assert (shown[:, :5] == 1).all()
+    assert (shown[:, 5] == 0).all()
+    assert (shown[:, 6:] == 255).all()
+    *_, close = layer("inflation", {**parted, "robot": {"radius": 0.9}})
+    scene = scenario_of_request({"scenario": {**parted, "robot": {"radius": 0.9}}}).scene
+    assert np.array_equal(close > 0, ~solve_field(scene).free & ~scene.grid.blocked)
+    assert (close > 0).any()
+    low, high, one = layer(
+        "regions", {**parted, "map": {"rows": ["." * 12] * 8, "name": "open", "resolution": 1.0}}
+    )
+    assert (low, high) == (3.0, 3.0)
+    assert (one > 0).all()
+
+
 def test_the_layers_of_a_planner_are_of_its_own_settings() -> None:
     one = layer("luciferin")
     other = layer("luciferin", state(planner={"name": "ad-gso", "settings": {"rho": 0.1}}))

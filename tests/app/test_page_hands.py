@@ -71,8 +71,10 @@ def at(page: Any, cell: tuple[int, int], size: int = 50) -> tuple[float, float]:
     return left + (cell[0] + 0.5) * scale, top + (cell[1] + 0.5) * scale
 
 
-def test_clicks_set_the_ends_in_turn_and_a_drag_keeps_off_walls(page: Any) -> None:
+def test_clicks_set_the_end_of_the_tool_and_a_drag_keeps_off_walls(page: Any) -> None:
+    page.keyboard.press("v")
     page.mouse.click(*at(page, (8, 3)))
+    page.keyboard.press("n")
     page.mouse.click(*at(page, (45, 46)))
     now = in_address(page)
     assert (now["start"], now["goal"]) == ([8, 3], [45, 46])
@@ -184,6 +186,7 @@ def test_everything_by_keyboard(page: Any) -> None:
     press("ArrowRight")
     press("ArrowRight")
     assert "free" in page.inner_text("#live")
+    press("v")
     press("Enter")
     assert in_address(page)["start"] == [2, 0]
     press("w")  # the start's own cell stays free

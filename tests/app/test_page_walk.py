@@ -93,7 +93,9 @@ def of_the_run(page: Any) -> dict[str, str]:
 def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> None:
     page.get_by_role("button", name="env-3", exact=False).click()
     page.locator("#where").get_by_text("env-3").wait_for()
+    page.keyboard.press("v")
     click(page, (4, 4))
+    page.keyboard.press("n")
     click(page, (45, 46))
     page.get_by_role("tab", name="Planner").click()
     page.get_by_role("combobox", name="Planner").select_option("dstar-lite")
@@ -125,7 +127,9 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> No
     seen = picture(page)
     page.get_by_role("button", name="Paint walls").click()
     draw(page, [(1, 27), (14, 27)])
-    page.locator("#timeline output").get_by_text(re.compile(rf"^{stood} / (?!{before}$)\d+$")).wait_for()
+    page.locator("#timeline output").get_by_text(
+        re.compile(rf"^{stood}\.0 s / (?!{before}\.0 s$)\d+\.0 s$")
+    ).wait_for()
     page.mouse.move(5, 5)
     assert moment(page) == stood
     (edit,) = in_address(page)["edits"]
@@ -145,7 +149,7 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> No
     assert any("cells turned into walls" in event for event in events)
     page.get_by_text("The robot arrived at the goal.").first.wait_for()
     ran = of_the_run(page)
-    page.get_by_role("button", name=re.compile(rf"^{stood + 1}\s.*replanned")).click()
+    page.get_by_role("button", name=re.compile(rf"^{stood + 1}\.0 s\s.*replanned")).click()
     shown = moment(page)
     assert shown == stood + 1
 

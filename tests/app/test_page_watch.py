@@ -96,7 +96,7 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     for name, low in [("Cost", "0 cells, at the goal"), ("Clearance", "m, tight"), ("Expanded", "1, first")]:
         page.get_by_role("radio", name=name).check()
         page.wait_for_selector(f".ly-ends >> text={low}")
-    assert page.locator(".ly-order").is_visible()
+    assert page.locator("#layers .ly-order", has_text="So far").is_visible()
     page.get_by_role("radio", name="None").check()
     assert not page.locator(".ly-legend").is_visible()
     page.click("#tab-traffic")

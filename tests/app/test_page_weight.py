@@ -37,8 +37,15 @@ WINDOWS = {
     "contours.js": {"contours.js"},
     "results.js": {"results.js", "results.css"},
     "ruler.js": {"ruler.js"},
+    "palette.js": {"palette.js", "palette.css"},
+    "overlay.js": {"overlay.js"},
+    "optimal.js": {"optimal.js"},
+    "video.js": {"video.js"},
+    "posecompare.js": {"posecompare.js"},
+    "fleetcompare.js": {"fleetcompare.js"},
 }
-"""What is loaded only when a race, the 3-D view, contour lines, the results page or the ruler are asked for."""
+"""What is loaded only when a race, the 3-D view, contour lines, the results page, the ruler, the palette of commands, what
+lies over a layer, the optimal path, a video, or a comparison of planners of poses or of fleets are asked for."""
 WINDOW = 12_000
 """Bytes as sent of one of these."""
 
@@ -282,8 +289,26 @@ def test_windows_are_loaded_when_they_are_asked_for_and_are_light(tab: Any, addr
     tab.click("#tab-now")
     tab.get_by_label("Luciferin").first.check(force=True)
     tab.get_by_label("Contour lines").check()
+    tab.get_by_label("Inflation").check()
+    tab.get_by_role("button", name="Show the optimal path").click()
     tab.get_by_role("button", name="In 3-D").click()
     tab.wait_for_selector("dialog.deep canvas")
+    tab.keyboard.press("Escape")
+    tab.get_by_role("button", name="Commands").click()
+    tab.wait_for_selector("dialog.palette[open]")
+    tab.keyboard.press("Escape")
+    tab.click("#tab-keep")
+    with tab.expect_download():
+        tab.get_by_role("button", name="WebM", exact=True).click()
+    tab.click("#tab-compare")
+    tab.get_by_label("Add a planner").select_option("lattice")
+    tab.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
+    tab.get_by_role("button", name="Compare", exact=True).click()
+    tab.wait_for_selector("#compare table.controllers")
+    tab.click("#tab-fleet")
+    tab.get_by_role("button", name="Compare planners").click()
+    tab.wait_for_selector("dialog[open] table")
+    loaded(tab)
     for name, files_ in WINDOWS.items():
         assert files_ <= scales.files.keys()
         assert sum(scales.files[one] for one in files_) < WINDOW, name

@@ -97,8 +97,8 @@ def test_a_module_that_cannot_be_put_into_one_script_is_refused(monkeypatch: pyt
     monkeypatch.setattr(bundle, "folder", lambda _: made)
     # As they are sent, without comments and needless spaces, each in a function of its own.
     assert re.sub(r"\s", "", bundle.script.__wrapped__("a")) == (
-        '"usestrict";const$b=(()=>{constb=1;return{b};})();'
-        "const$a=(()=>{const{b:c}=$b;consttwo=2*c;return{two};})();"
+        '"usestrict";const$replay$b=(()=>{constb=1;return{b};})();'
+        "const$replay$a=(()=>{const{b:c}=$replay$b;consttwo=2*c;return{two};})();"
     )
     for wrong in (
         'import x from "./b.js";',
@@ -112,10 +112,31 @@ def test_a_module_that_cannot_be_put_into_one_script_is_refused(monkeypatch: pyt
     # Two that import each other: what one calls of the other is looked up when it is called, and only functions are.
     made["a"] = 'import { b } from "./b.js";\nexport const a = () => b;'
     made["b.js"] = 'import { a } from "./a";\nexport const b = () => a();'
-    assert "consta=(...given)=>$a.a(...given);" in re.sub(r"\s", "", bundle.script.__wrapped__("a"))
+    assert "consta=(...given)=>$replay$a.a(...given);" in re.sub(r"\s", "", bundle.script.__wrapped__("a"))
     made["b.js"] = 'import { A } from "./a";'
     with pytest.raises(InternalFault, match="which imports the module"):
         bundle.script.__wrapped__("a")
+
+
+def test_modules_of_one_name_in_two_folders_are_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Folder(dict[str, str]):
+        def joinpath(self, name: str) -> Any:
+            return type("File", (), {"read_text": lambda *_: self[name]})()
+
+    made = {
+        "replay": Folder(
+            **{
+                "a.js": 'import { own } from "./b.js";\nimport { other } from "../static/b.js";\nexport const sum = own + other;',
+                "b.js": "export const own = 1;",
+            }
+        ),
+        "static": Folder(**{"b.js": "export const other = 2;"}),
+    }
+    monkeypatch.setattr(bundle, "folder", made.__getitem__)
+    text = bundle.script.__wrapped__("a.js")
+    assert "const own = 1;" in text.replace("const own=1", "const own = 1")
+    assert re.sub(r"\s", "", text).count("const{other}=$static$b;") == 1
+    assert re.sub(r"\s", "", text).count("const{own}=$replay$b;") == 1
 
 
 def test_other_frames_stay_as_they_are() -> None:

@@ -12,12 +12,11 @@ from lampyris import api
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.profile import Profile
-from lampyris.model.race.race import Race, Racer
+from lampyris.model.race.race import MOST_RACERS, Race, Racer
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
 from lampyris.planning.exploration import exploration
 
-MOST_RACERS: Final = 6
 MOST_CALLS: Final = 9
 """Planning calls that are timed, at most."""
 TIMED_S: Final = 0.3

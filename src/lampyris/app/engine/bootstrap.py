@@ -18,6 +18,7 @@ from lampyris.io.maps import library
 from lampyris.io.maps.recipes.make import RECIPES
 from lampyris.io.maps.recipes.recipe import Recipe
 from lampyris.model.moves import MOVES
+from lampyris.model.race.race import MOST_RACERS
 from lampyris.model.robot import Robot
 from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.settings.simulation import SimulationSettings
@@ -55,7 +56,7 @@ def hello() -> dict[str, Any]:
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),
         "recipes": [_recipe(row) for row in RECIPES.values()],
-        "limits": {"cells": MAX_CELLS, "obstacles": MAX_OBSTACLES},
+        "limits": {"cells": MAX_CELLS, "obstacles": MAX_OBSTACLES, "racers": MOST_RACERS},
     }
 
 

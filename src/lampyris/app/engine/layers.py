@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from lampyris.app.engine.cache import keep
 from lampyris.app.engine.simulation import standing
@@ -35,7 +36,9 @@ def layer_of(name: str, scenario: Scenario, tick: int, obstacles: Any) -> Floats
     ``clearance``: metres to the nearest wall. ``expanded``: 1, 2, ...: the order in which the
     planner expands them, if it can say (:func:`own_order`), else that in which a search from the goal settles
     them until it comes to the start.
-    ``reach``: ticks until an obstacle of one cell could be there that makes a step each tick.
+    ``reach``: ticks until an obstacle of one cell could be there that makes a step each tick. ``inflation``: 1 on free
+    cells that the robot's centre may not enter. ``regions``: 1 where the start, 2 where the goal can be reached from,
+    3 where both can.
 
     Parameters
     ----------
@@ -127,6 +130,23 @@ def _reach(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
     return reach(scene.grid, cells, cutting, HORIZON)
 
 
+def _inflation(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
+    closed = ~_field(scene, scenario).free & ~scene.grid.blocked
+    return np.where(closed, 1.0, np.inf)
+
+
+def _regions(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
+    cutting = moves_on(scene.grid, scene.moves).corner_cutting
+    free = _field(scene, scenario).free.copy()
+    for x, y in (scene.start, scene.goal):
+        free[y, x] = True
+    named, _ = ndimage.label(free, np.ones((3, 3)) if cutting else None)
+    out = np.zeros(free.shape)
+    for sign, (x, y) in ((1.0, scene.start), (2.0, scene.goal)):
+        out[named == named[y, x]] += sign
+    return np.where(out > 0, out, np.inf)
+
+
 def _cells(given: Any, grid: Grid) -> list[Cell]:
     if not isinstance(given, list) or len(given) > MAX_OBSTACLES:
         raise FileError(
@@ -187,4 +207,6 @@ _LAYERS: Final[Mapping[str, Callable[[Scene, Scenario, Any], Floats]]] = {
     "clearance": _clearance,
     "expanded": _expanded,
     "reach": _reach,
+    "inflation": _inflation,
+    "regions": _regions,
 }

@@ -36,31 +36,35 @@ def script(entry: str) -> str:
     InternalFault : ``BUNDLE``: a module that is written in another way.
     """
     done: dict[str, str] = {}
-    _add(entry, folder("replay"), done, ())
+    _add("replay", entry, done, ())
     text = '"use strict";\n' + "\n".join(done.values()) + "\n"
     return _whole(text, entry)
 
 
-def _add(name: str, where: Traversable, done: dict[str, str], above: tuple[str, ...]) -> None:
-    if name in done:
+def _add(where: str, name: str, done: dict[str, str], above: tuple[str, ...]) -> None:
+    """A module and what it imports; a module is known by its folder and its name, so that two folders may have one of a name."""
+    own = f"{where}/{name}"
+    if own in done:
         return
-    text = stripped_script(where.joinpath(name).read_text("utf-8"))
+    text = stripped_script(folder(where).joinpath(name).read_text("utf-8"))
     heads = []
     for words, path in IMPORT.findall(text):
-        file = path.rpartition("/")[2]
-        if file in (*above, name):
+        part, _, base = path.rpartition("/")
+        inner = part.removeprefix("..").strip("./") or where
+        file = f"{inner}/{base}"
+        if file in (*above, own):
             heads += [_later(word.strip(), file) for word in words.split(",")]
             continue
-        _add(file, folder("static") if path.startswith("../static/") else where, done, (*above, name))
+        _add(inner, base, done, (*above, own))
         heads.append(f"const {{{words.replace(' as ', ': ')}}} = {_variable(file)};")
     body = IMPORT.sub("", text)
     names = EXPORT.findall(body)
     body = EXPORT.sub("", body)
     if strange := OTHER.search(body):
-        raise InternalFault("BUNDLE", f"{name}: {strange[0]!r:.80}")
+        raise InternalFault("BUNDLE", f"{own}: {strange[0]!r:.80}")
     body = re.sub(r"\n{2,}", "\n", body).strip("\n")
     give = f"return {{ {', '.join(names)} }};"
-    done[name] = "\n".join([f"const {_variable(name)} = (() => {{", *heads, body, give, "})();"])
+    done[own] = "\n".join([f"const {_variable(own)} = (() => {{", *heads, body, give, "})();"])
 
 
 def _later(word: str, file: str) -> str:
@@ -71,7 +75,7 @@ def _later(word: str, file: str) -> str:
 
 
 def _variable(file: str) -> str:
-    return "$" + file.removesuffix(".js").replace("-", "_")
+    return "$" + file.removesuffix(".js").replace("-", "_").replace("/", "$")
 
 
 @cache

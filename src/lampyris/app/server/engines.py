@@ -30,6 +30,8 @@ QUICK: Final = 1
 """Engines for short questions alone. Keeping one of the two above would have runs wait for comparisons."""
 SHORT: Final = ("plan", "layer")
 QUEUE: Final = 8
+LATER: Final = 3.0
+"""Seconds after which the engines start that are not asked first."""
 GRACE: Final = 0.5
 """Seconds that a cancelled job has to stop by itself."""
 SILENCE: Final = 300.0
@@ -105,8 +107,22 @@ class Engines:
         self._closed = False
 
     async def start(self) -> None:
-        """Start them before the first question: loading compiled code takes a second or two."""
-        await asyncio.gather(*(engine.start() for engine in self._idle))
+        """Start them before the first question: loading compiled code takes two seconds of a processor each.
+
+        The two that are asked first begin at once, the others :data:`LATER` seconds after them: all at the same time would
+        keep the first page waiting on a machine with two processors.
+        """
+        first, later = self._idle[-2:], self._idle[:-2]
+        await asyncio.gather(*(engine.start() for engine in first))
+        task = asyncio.ensure_future(self._start_later(later))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _start_later(self, engines: Sequence[_Engine]) -> None:
+        await asyncio.sleep(LATER)
+        for engine in engines:
+            if not self._closed:
+                await engine.start()
 
     async def ask(self, question: Mapping[str, Any]) -> AsyncIterator[bytes]:
         """The frames of the answer, each whole; the last is ``Z`` or ``X``. Closing it cancels the job.

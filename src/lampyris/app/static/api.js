@@ -5,7 +5,7 @@ import { framesOf, json as parsed } from "./frames.js";
 /** @typedef {{code: string, what: string, where?: string, allowed?: string, todo?: string}} Fault */
 
 /** What carries requests: HTTP, or on the page without a server the worker that answers them. */
-export const wire = { /** @type {(path: string, init: RequestInit) => Promise<Response>} */ ask: (path, init) => fetch(path, init) };
+export const wire = { ask: (/** @type {string} */ path, /** @type {RequestInit} */ init) => fetch(path, init) };
 
 export class ServerError extends Error {
   /** @param {number} status @param {Fault} fault */

@@ -20,6 +20,7 @@ export const THEMES = {
 export const ROBOT = "#0072b2";
 export const START = "#04a560";
 export const GOAL = "#b6101c";
+export const GOAL_ON_DARK = "#ff8a8f";
 export const GATE = "#7b2cbf";
 
 /** What lies on a landscape that numbers are read on: its darkest under black ink, its brightest under white. */

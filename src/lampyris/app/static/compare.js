@@ -84,9 +84,9 @@ class Comparison {
     this.sheet = button("Results page", () => void this._sheet(), { title: "Table, intervals, settings and studies in a large window" });
     into.append(
       el("h3", null, "Planners"), this.chosen,
-      this._adder("Add a planner", page.hello.planners, () => this.who.planners, () => page.store.scenario.planner),
+      this._adder("Add a planner", page.hello.planners, page.hello.planners_of_poses, () => this.who.planners, () => page.store.scenario.planner),
       el("h3", null, "Speed laws"), this.chosenLaws,
-      this._adder("Add a speed law", page.hello.laws, () => this.who.laws, () => page.store.scenario.law),
+      this._adder("Add a speed law", page.hello.laws, [], () => this.who.laws, () => page.store.scenario.law),
       el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
         el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
       el("div", { class: "row" }, this.go, this.race, this.end, this.again, this.sheet), this.progress, this.old, this.bar, this.whose, this.results,
@@ -94,9 +94,10 @@ class Comparison {
     this._list();
   }
 
-  /** @param {string} title @param {any[]} rows @param {() => Entry[]} list @param {() => Who | null} present */
-  _adder(title, rows, list, present) {
-    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name }, explained(row))));
+  /** @param {string} title @param {any[]} rows @param {any[]} poses planners of poses @param {() => Entry[]} list @param {() => Who | null} present */
+  _adder(title, rows, poses, list, present) {
+    const options = (/** @type {any[]} */ some) => some.map((row) => el("option", { value: row.name }, explained(row)));
+    const pick = el("select", { "aria-label": title, class: "grow" }, ...options(rows), poses.length ? el("optgroup", { label: "Planners of poses: all drive in continuous time" }, ...options(poses)) : null);
     const add = (/** @type {Who} */ who) => {
       const label = labelOf(who);
       if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);
@@ -138,7 +139,9 @@ class Comparison {
     const { page } = this;
     try {
       const [race] = await brought(page, "race");
-      race.askRace(page, this.who.planners);
+      const some = this.who.planners.filter((one) => !this._poses(one));
+      if (some.length < this.who.planners.length) page.say("Planners of poses record no order of expansion: they do not race.");
+      if (some.length) race.askRace(page, some);
     } catch (error) {
       page.fault(error);
     }
@@ -173,6 +176,10 @@ class Comparison {
     }
     this.leave(true);
     this.found = null;
+    if (this.who.planners.some((one) => this._poses(one))) {
+      await this._drives();
+      return;
+    }
     if (this.again) this.again.hidden = true;
     fill(/** @type {HTMLElement} */ (this.results));
     const asked = new AbortController();
@@ -189,6 +196,44 @@ class Comparison {
       tell(this.progress, "");
       this._results(found, who.seeds);
       this._show(tick);
+    } catch (error) {
+      if (asked.signal.aborted) tell(this.progress, "Stopped.");
+      else {
+        tell(this.progress, sentence(error), true);
+        page.fault(error);
+      }
+    } finally {
+      this.asked = null;
+      this._busy(false);
+    }
+  }
+
+  /** @param {Who} who */
+  _poses({ name }) {
+    return this.page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name);
+  }
+
+  /** All drive in continuous time, as planners of poses do, and are played together. */
+  async _drives() {
+    const { page } = this;
+    const asked = new AbortController();
+    this.asked = asked;
+    fill(/** @type {HTMLElement} */ (this.results));
+    this._busy(true);
+    try {
+      const [module] = await brought(page, "posecompare");
+      const runs = /** @type {Run[]} */ (await module.askDrives(page, this.who.planners, asked.signal, (/** @type {string} */ words) => tell(this.progress, words)));
+      tell(this.progress, "");
+      fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, module.askTable(runs)),
+        el("p", { class: "hint" }, "Each drives its own path in continuous time, by the controller of the panel Planner. A change of the scenario ends the comparison."));
+      if (!runs[0]?.ticks) return;
+      // The list has the order of the drives, whose colours follow it: the longest is first.
+      this.who.planners = runs.flatMap(({ label }) => this.who.planners.filter((one) => one.label === label));
+      page.run = runs[0];
+      page.map.ways = runs.map((run, k) => ({ cells: run.robot.subarray(0, 2 * run.ticks), colour: LINES[k % LINES.length][0], dash: LINES[k % LINES.length][1], wide: 2.5 }));
+      page.map.refresh();
+      page.tell("run", { tick: 0, play: true });
+      page.tell("end");
     } catch (error) {
       if (asked.signal.aborted) tell(this.progress, "Stopped.");
       else {
@@ -219,7 +264,7 @@ class Comparison {
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
     const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
-    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})),
+    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, tableOf(some, `${note} ${stars}`, best ?? {})),
       ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
   }
 
@@ -350,12 +395,13 @@ class Mosaic {
   open(runs) {
     const { page } = this;
     this.root.hidden = false;
-    this.root.className = `mosaic across-${runs.length <= 1 ? 1 : runs.length === 2 || runs.length === 4 ? 2 : runs.length <= 6 ? 3 : 4}`;
+    this.root.style.setProperty("--across", String(this._across(runs.length)));
     this.tiles = [];
     fill(this.root, ...runs.map((run, k) => {
       const canvas = el("canvas", { role: "img", "aria-label": `${run.label} on the map` });
       const view = new MapView(canvas);
       view.dark = page.dark;
+      view.edge = { top: 6, right: 6, bottom: 6, left: 6 };
       view.start = page.map.start;
       view.goal = page.map.goal;
       view.ways = [{ ...wayOf(run, k), wide: 2 }];
@@ -369,6 +415,15 @@ class Mosaic {
       view.fit();
     }
     this.move(page.play.tick);
+  }
+
+  /** The number of columns that leaves the largest maps. @param {number} many */
+  _across(many) {
+    const { ground } = this.page;
+    const { clientWidth: wide, clientHeight: high } = this.root;
+    if (!ground) return 1;
+    const scale = (/** @type {number} */ columns) => Math.min((wide - 8) / columns / ground.width, ((high - 8) / Math.ceil(many / columns) - 40) / ground.height);
+    return Array.from({ length: many }, (_, k) => k + 1).reduce((best, columns) => (scale(columns) > scale(best) ? columns : best), 1);
   }
 
   /** @param {number} t */

@@ -7,7 +7,8 @@ import { byId } from "./page.js";
 import { fit, moveBy, zoomButtons } from "./view.js";
 
 export const TOOLS = [
-  { name: "ends", key: "v", label: "Start and goal", tip: "Click the start, then the goal; drag either. Drag the ground to pan.", path: "M2.500 12.500h5v5h-5zM13 17V3l5 2.700-5 2.700M7.500 15h3" },
+  { name: "start", key: "v", label: "Set the start", tip: "", path: "M5 5h10v10H5zM8.500 8.500h3v3h-3z" },
+  { name: "goal", key: "n", label: "Set the goal", tip: "", path: "M6 18V3l9 3.500L6 10" },
   { name: "wall", key: "b", label: "Paint walls", tip: "Paint walls; the right button erases.", path: "M4 16c3 0 4-1 4-3l7-8 2 2-8 7c-2 0-2 1-5 2zM8 13l1.500 1.500" },
   { name: "free", key: "e", label: "Erase walls", tip: "Erase walls.", path: "M4 12l7-7 5 5-6 6H7zM8 8l5 5M10 16h7" },
   { name: "patrol", key: "p", label: "Draw a patrol", tip: "Click the patrol's cells one by one; Enter or a double click ends, Esc drops it.", path: "M4 15l4-8 4 6 4-9M3 15h2v2H3zM7 5h2v2H7zM11 13h2v2h-2zM15 3h2v2h-2z" },
@@ -37,11 +38,15 @@ export function mount(page, bar) {
   bar.append(size);
   byId("stage").append(done);
 
+  const press = () => {
+    for (const [one, button] of buttons) button.setAttribute("aria-pressed", String(one === (placesEnds(page.tool) && !page.fleet ? editor.next : page.tool)));
+  };
   const tip = byId("tip");
   editor.onChange = () => {
     slider.value = String(editor.size);
     number.textContent = `${editor.size}`;
     done.hidden = editor.patrols.draft.length === 0;
+    press();
     const trouble = lost || !page.plan || page.fleet ? lost : page.plan.cells.length === 0 && !editor.patrols.draft.length ? page.plan.sentence : "";
     tip.textContent = trouble || editor.tip();
     tip.classList.toggle("trouble", trouble !== "");
@@ -50,7 +55,7 @@ export function mount(page, bar) {
     if (page.fleet && name === "patrol") return;
     if (name !== "patrol") editor.patrols.drop();
     page.tool = name;
-    for (const [one, button] of buttons) button.setAttribute("aria-pressed", String(one === name));
+    press();
     size.hidden = name !== "wall" && name !== "free";
     page.map.canvas.dataset.tool = name;
     editor.hand.hideBrush();
@@ -90,7 +95,12 @@ export function mount(page, bar) {
     fit(page);
   });
   room();
-  page.use("ends");
+  page.use("goal");
+}
+
+/** Whether a tool sets start or goal. @param {string} tool */
+function placesEnds(tool) {
+  return tool === "start" || tool === "goal";
 }
 
 export class Editor {
@@ -100,8 +110,6 @@ export class Editor {
     /** Of the brush, in cells. */
     this.size = 1;
     this.onChange = () => {};
-    /** The end that is next when both are there. @type {"start" | "goal"} */
-    this._turn = "start";
     this.patrols = new Patrols(page, () => this.onChange());
     this.cursor = new Cursor(this);
     this.hand = new Hand(this);
@@ -138,19 +146,19 @@ export class Editor {
     byId("live").textContent = `heading of the ${end}: ${((degrees % 360) + 360) % 360} degrees`;
   }
 
-  /** The end that the next click sets: start and goal in turn. */
+  /** The end that the next click sets: the one that is missing, else the tool's. @returns {"start" | "goal"} */
   get next() {
     const { start, goal } = this.page.store.scenario;
     if (!start) return "start";
     if (!goal) return "goal";
-    return this._turn;
+    return this.page.tool === "start" ? "start" : "goal";
   }
 
   /** What the tool does with one cell. @param {Cell} cell */
   click(cell) {
     const { page } = this;
     if (!this.inside(cell)) return;
-    if (page.fleet && page.tool === "ends") {
+    if (page.fleet && placesEnds(page.tool)) {
       page.fleet.choose(cell);
       return;
     }
@@ -165,7 +173,6 @@ export class Editor {
     }
     const end = this.next;
     if (!this.putEnd(end, cell)) return;
-    this._turn = end === "start" ? "goal" : "start";
     page.store.settle();
     this.onChange();
   }
@@ -212,7 +219,7 @@ export class Editor {
     if (!page.ground) return "";
     if (page.fleet) return page.fleet.tip();
     if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
-    if (page.tool === "ends") return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
+    if (placesEnds(page.tool)) return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
     return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";
   }
 }
@@ -330,7 +337,7 @@ class Cursor {
     else if (event.key === "Enter" && patrols.draft.length) patrols.end();
     else if (event.key === "Enter") this.move([0, 0]);
     else if (event.key === "Escape" && patrols.draft.length) patrols.drop();
-    else if (event.key === "Escape" && page.tool !== "ends") page.use("ends");
+    else if (event.key === "Escape" && !placesEnds(page.tool)) page.use("goal");
     else if ((event.key === "s" || event.key === "g") && map.cursor) this._end(event.key === "s" ? "start" : "goal", map.cursor);
     else if (/^q$/i.test(event.key) && map.cursor) this._turn(map.cursor, event.shiftKey ? -1 : 1);
     else if (/^[wx]$/i.test(event.key) && map.cursor) this._paint(event.key.toLowerCase() === "w" ? 1 : 0, map.cursor, event.shiftKey);

@@ -2,6 +2,7 @@
 
 import { ServerError } from "./api.js";
 import { json } from "./frames.js";
+import { brought } from "./later.js";
 import { el } from "./make.js";
 
 const TYPES = /** @type {Record<string, string>} */ ({
@@ -9,10 +10,15 @@ const TYPES = /** @type {Record<string, string>} */ ({
 });
 
 /**
- * The file as it comes, and before it how far it is.
- * @param {Page} page @param {Record<string, any>} body @param {string} ending @param {AbortSignal} signal @param {(said: any) => void} share
+ * The file as it comes, and before it how far it is. WebM and MP4 are made here, of the film as WebP.
+ * @param {Page} page @param {Record<string, any>} body @param {string} ending @param {AbortSignal} signal @param {(said: any) => void} share @returns {Promise<Blob>}
  */
 export async function fileOf(page, body, ending, signal, share) {
+  if (ending === "webm" || ending === "mp4") {
+    const film = await fileOf(page, { ...body, what: "webp" }, "webp", signal, share);
+    const [video] = await brought(page, "video");
+    return video.askVideo(film, ending, signal, share);
+  }
   const parts = /** @type {any[]} */ ([]);
   let size = 0;
   let whole = false;

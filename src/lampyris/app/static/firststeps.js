@@ -8,7 +8,7 @@ import { byId } from "./page.js";
 
 /** @type {Step[]} */
 const STEPS = [
-  { title: "Drag the goal", panel: "status", tool: "ends", at: "map",
+  { title: "Drag the goal", panel: "status", tool: "goal", at: "map",
     words: "Take the mark G and drag it into another room. The path follows while you drag, and the robot then drives the new one." },
   { title: "Paint a wall while it drives", panel: "status", tool: "wall", at: "map",
     words: "The brush is in your hand: close a door on the path. The robot is planned and driven again around it. Undo (Ctrl+Z) opens the door." },
@@ -53,7 +53,7 @@ class FirstSteps {
     this.back.disabled = this.at === 0;
     fill(this.next, this.at === STEPS.length - 1 ? "Done" : "Next");
     void this.page.show(step.panel);
-    this.page.use(step.tool ?? "ends");
+    this.page.use(step.tool ?? "goal");
     this.point(byId(step.at));
     this.title.focus({ preventScroll: true });
   }
@@ -68,7 +68,7 @@ class FirstSteps {
   leave() {
     this.point(null);
     this.box.remove();
-    this.page.use("ends");
+    this.page.use("goal");
     void this.page.show("status");
     this.page.map.canvas.focus();
   }

@@ -3,6 +3,7 @@
 
 import { ServerError } from "./api.js";
 import { line } from "./hand.js";
+import { brought } from "./later.js";
 import { FleetPicture } from "./fleetdraw.js";
 import { keeping, restore, stateOf } from "./fleetkeep.js";
 import { FleetClock, FleetRun, pathsOf } from "./fleetrun.js";
@@ -78,6 +79,7 @@ export class Fleet {
     this.seconds = el("input", { type: "number", min: 0.1, max: 30, step: "any", value: 2 });
     this.seed = whole(0, 0, 1e9);
     this.go = button("Plan", () => void this.plan(), { class: "btn primary" });
+    this.all = button("Compare planners", () => void this._compare(), { class: "btn fleet-own", title: "Every planner of fleets for the same robots" });
     this.stop = button("Stop", () => this._job?.abort(), { hidden: true });
     this.free = button("Clear painted walls", () => this._clear(), { hidden: true });
     this.words = el("p", { class: "hint", role: "status" });
@@ -102,7 +104,7 @@ export class Fleet {
       field("Map", "map", this.maps),
       el("div", null, field("Robots", "number", this.number), this.slider, this.fits),
       own, this.swarm.fields, field("Seed", "seed", this.seed),
-      el("div", { class: "row" }, this.go, this.stop, this.free), this.words, looks, keeping(this),
+      el("div", { class: "row" }, this.go, this.all, this.stop, this.free), this.words, looks, keeping(this),
     );
     pane.addEventListener("change", () => this.remember());
     this.slider.addEventListener("change", () => this.remember());
@@ -139,7 +141,7 @@ export class Fleet {
     page.play = this.clock;
     page.fleet = this;
     document.body.classList.add("fleet");
-    if (page.tool === "patrol") page.use("ends");
+    if (page.tool === "patrol") page.use("goal");
     page.show("now");
     page.show("fleet");
     page.tell("fleet");
@@ -356,6 +358,23 @@ export class Fleet {
     else if (what === "counting") tell(this.words, "counting the conflicts that the plan avoids");
   }
 
+  /** What is asked of a planner. */
+  _asks() {
+    return { robots: this._robots(), planner: this.planners.value, seconds: Math.min(Math.max(Number(this.seconds.value) || 1, 0.1), 30), seed: Math.max(0, Math.round(Number(this.seed.value)) || 0) };
+  }
+
+  /** Every planner for these robots. */
+  async _compare() {
+    const { map, page } = this;
+    if (!map) return;
+    try {
+      const [fleets] = await brought(page, "fleetcompare");
+      fleets.askFleets(this, { scenario: this.scenario(map.cells), ...this._asks() });
+    } catch (error) {
+      page.fault(error);
+    }
+  }
+
   /** A new fleet from the beginning. */
   async plan() {
     if (this.swarm.on) return this.swarm.simulate();
@@ -367,7 +386,7 @@ export class Fleet {
     this.edits = walls.size ? [{ tick: 0, cells: walls }] : [];
     this._drop();
     this._walls();
-    const asked = { robots: this._robots(), planner: this.planners.value, seconds: Math.min(Math.max(Number(this.seconds.value) || 1, 0.1), 30), seed: Math.max(0, Math.round(Number(this.seed.value)) || 0) };
+    const asked = this._asks();
     tell(this.words, "asking for a plan");
     /** @type {import("./fleetrun.js").Paths | null} */
     let paths = null;

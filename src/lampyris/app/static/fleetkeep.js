@@ -6,7 +6,7 @@ import { button, el, sentence, tell } from "./make.js";
 
 /** What, how its name ends, what it is, and whether there is one of a swarm. @type {Array<[string, string, string, boolean]>} */
 const KINDS = [
-  ["webp", "webp", "Film", true], ["replay", "html", "HTML", false], ["png", "png", "Picture", false], ["csv", "csv", "CSV", false], ["json", "json", "JSON", true], ["scenario", "yaml", "Scenario", false],
+  ["webp", "webp", "Film", true], ["webm", "webm", "WebM", true], ["mp4", "mp4", "MP4", true], ["replay", "html", "HTML", false], ["png", "png", "Picture", false], ["csv", "csv", "CSV", false], ["json", "json", "JSON", true], ["scenario", "yaml", "Scenario", false],
 ];
 /** Fields of the panel that are kept, by what they are called in the text. */
 const FIELDS = /** @type {const} */ (["planner", "seconds", "seed"]);

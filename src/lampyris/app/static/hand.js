@@ -129,11 +129,12 @@ export class Hand {
   /** @param {PointerEvent} event @returns {Deed} */
   _begin(event) {
     const { tool } = this.page;
+    const placing = tool === "start" || tool === "goal";
     if (event.button === 1 || tool === "pan" || this.space.held) return this._pan(event);
-    const turned = tool === "ends" && event.button === 0 ? this._handleAt(event) : null;
+    const turned = placing && event.button === 0 ? this._handleAt(event) : null;
     if (turned) return this._turn(turned);
     const end = this._endAt(event);
-    if (end && (tool === "ends" || tool === "patrol") && event.button === 0) return this._drag(end);
+    if (end && (placing || tool === "patrol") && event.button === 0) return this._drag(end);
     if (tool === "wall" || tool === "free") return this._stroke(event, tool === "wall" && event.button === 0 ? 1 : 0);
     if (event.button !== 0) return this._pan(event);
     // A press that stays where it is is a click, one that moves pans.

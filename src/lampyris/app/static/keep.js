@@ -7,7 +7,8 @@ import { meeting } from "./meeting.js";
 /** What, how its name ends, what it is. @type {Array<{title: string, kinds: Array<[string, string, string]>}>} */
 const GROUPS = [
   { title: "Picture", kinds: [["png", "png", "Map and path as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
-  { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"]] },
+  { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"],
+    ["webm", "webm", "The same as a video, made by this browser"], ["mp4", "mp4", "The same, for slides and chats"]] },
   { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
   {
     title: "Everything", kinds: [
@@ -19,12 +20,14 @@ const GROUPS = [
   },
 ];
 
+const FILMS = new Set(["webp", "gif", "webm", "mp4"]);
+
 /** What the server does, and what it counts meanwhile. @type {Record<string, [string, string]>} */
 const STAGES = {
   compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], driving: ["Driving", "second"], drawing: ["Drawing the film", "frames"],
-  writing: ["Writing the file", ""], comparing: ["Running", "runs"],
+  writing: ["Writing the file", ""], encoding: ["Making the video", "frames"], comparing: ["Running", "runs"],
 };
-const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", replay: "HTML", report: "Report", compared: "Comparison" });
+const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", webm: "WebM", mp4: "MP4", csv: "CSV", scenario: "Scenario", replay: "HTML", report: "Report", compared: "Comparison" });
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
@@ -103,7 +106,7 @@ class Keep {
       const moment = this.now.checked && what === "png" && page.run;
       if (moment) body.tick = Math.round(page.play.tick);
       // Films and moments know every layer, pictures of the plan two.
-      if (what === "webp" || what === "gif" || what === "replay" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
+      if (FILMS.has(what) || what === "replay" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
       else if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
       const file = await fileOf(page, body, ending, asked.signal, (said) => this._share(said));
       // A scenario too large for YAML comes as JSON.

@@ -12,15 +12,15 @@ const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "l
 /** What the help lists. @type {Array<[string, Array<[string, string]>]>} */
 const LIST = [
   ["On the map", [
-    ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set start and goal in turn, paint, add a waypoint"],
-    ["S  G", "start, goal at the cursor"], ["Q", "turn the heading of the start or goal at the cursor, for planners of poses; with Shift clockwise"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal; out of a field"],
+    ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set the start or the goal, paint, add a waypoint"],
+    ["S  G", "start, goal at the cursor"], ["Q", "turn the heading of the start or goal at the cursor, for planners of poses; with Shift clockwise"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to the goal; out of a field"],
   ]],
   ["Maps", [["\u2190 \u2191 \u2192 \u2193", "from map to map"], ["Enter", "open"]]],
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
   ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["U", "measure a distance: with the pointer, or from the cursor with the arrow keys"], ["T", "colours"]]],
-  ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
+  ["Scenario", [["Ctrl K", "commands: every verb, layer, planner, map and example by name"], ["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
 
 /** @param {Page} page @param {HTMLElement} dialog */
@@ -31,7 +31,7 @@ export function mount(page, dialog) {
     el("div", { class: "keys" }, ...LIST.map(([title, rows]) =>
       el("section", {}, el("h2", {}, title), el("dl", {}, ...rows.flatMap(([keys, words]) =>
         [el("dt", {}, ...keys.split("  ").map((key) => el("kbd", {}, key))), el("dd", {}, words)]))))),
-    el("p", { class: "hint" }, "With the mouse: click sets start and goal in turn, both can be dragged; the wheel zooms; dashes are what is still to come of a run; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
+    el("p", { class: "hint" }, "With the mouse: a click sets what the chosen tool says, start and goal can be dragged; the wheel zooms; dashes are what is still to come of a run; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
     el("p", { class: "hint" }, "Charts are drawn by uPlot, whose ", el("a", { href: new URL("uplot-licence.txt", import.meta.url).href, target: "_blank", rel: "noopener noreferrer" }, "licence"), " comes along."),
   );
   page.on("help", () => help.showModal());
@@ -64,6 +64,10 @@ export function mount(page, dialog) {
     const onMap = at === page.map.canvas;
     if ((event.ctrlKey || event.metaKey) && !event.altKey) {
       const key = event.key.toLowerCase();
+      if (key === "k" && !document.querySelector("dialog[open]")) {
+        event.preventDefault();
+        page.tell("palette");
+      }
       if ((key !== "z" && key !== "y") || types(at)) return;
       event.preventDefault();
       if (page.fleet) page.say("Walls of a fleet are taken back with the eraser (E).");

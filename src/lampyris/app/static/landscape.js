@@ -11,8 +11,8 @@ const HIGH = 0.34;
 const BUMP = 0.035;
 /** Seconds of a drive on the screen at most. */
 const DRIVE_S = 14;
-/** Pixels that are drawn in each direction at most, at rest and while it moves: software draws them as well. */
-const PIXELS = { still: 2000, moving: 720 };
+/** Pixels that are drawn in each direction at most, at rest and while it moves, and at least on a busy machine: software draws them as well. */
+const PIXELS = { still: 2000, moving: 720, least: 400 };
 /** Milliseconds between frames: of so few it takes more pixels, of so many fewer. */
 const QUICK = 19;
 const SLOW = 30;
@@ -200,7 +200,7 @@ class Landscape {
     this._last = now;
     if (span > 250) return;
     this._pace += 0.08 * (span - this._pace);
-    const less = this._pace > SLOW && this.pixels > PIXELS.moving;
+    const less = this._pace > SLOW && this.pixels > PIXELS.least;
     if (!less && !(this._pace < QUICK && this.pixels < PIXELS.still)) return;
     this.pixels *= less ? 0.8 : 1.25;
     this._pace = (QUICK + SLOW) / 2;

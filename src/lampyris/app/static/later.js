@@ -48,6 +48,8 @@ export function mount(page) {
   const measure = () => brought(page, "ruler").then(([ruler]) => ruler.askRuler(page)).catch(page.fault);
   byId("zoom").append(iconButton("Measure a distance (U)", "M3 13L13 3l4 4L7 17zM6 10l2 2M9 7l2 2", () => void measure()));
   page.on("measure", () => void measure());
+  page.on("optimal", () => brought(page, "optimal").then(([optimal]) => optimal.askOptimal(page)).catch(page.fault));
+  page.on("palette", () => brought(page, "palette").then(([palette]) => palette.askPalette(page)).catch(page.fault));
   // A tab may have been chosen before it was known what there is.
   all.forEach((one) => one.group.panels.some((panel) => !byId(panel).hidden) && one.open());
 }

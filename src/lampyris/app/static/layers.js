@@ -195,8 +195,10 @@ class Layers {
     this.order = el("label", { class: "ly-order", hidden: true }, el("span", { class: "hint" }, "So far"), this.upTo);
     this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
     this.lines = el("input", { type: "checkbox", onchange: () => void this._contours() });
+    this.strength = el("input", { type: "range", min: 10, max: 100, step: 5, value: 100, "aria-label": "Opacity of the layer", title: "Opacity of the layer", oninput: () => this._opacity() });
+    this.close = el("input", { type: "checkbox", onchange: () => void this._overlays() });
     this.deep = button("In 3-D", () => void this._deep(), { title: "The layer as a landscape, with the robot on its path" });
-    this.more = el("div", { class: "row ly-more", hidden: true }, el("label", { class: "ly-gates" }, this.lines, el("span", {}, "Contour lines")), this.deep);
+    this.more = el("div", { class: "row ly-more", hidden: true }, el("label", { class: "ly-gates" }, this.lines, el("span", {}, "Contour lines")), this.deep, el("label", { class: "ly-gates" }, el("span", {}, "Opacity"), this.strength));
     element.classList.add("ly");
     this.words = el("span", { class: "hint", role: "status" });
     this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is loading" }), this.words);
@@ -208,6 +210,7 @@ class Layers {
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
       this.busy, this.legend, this.more, this.order, this.about,
       el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
+      el("label", { class: "ly-gates" }, this.close, el("span", {}, "Inflation", el("span", { class: "hint" }, ": too close to a wall for the robot"))),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
@@ -228,6 +231,7 @@ class Layers {
       source.changed();
       source.want(source.shown);
       this._gates(false);
+      void this._overlays();
     };
     page.on("plan", renew);
     page.on("ground", () => {
@@ -241,7 +245,10 @@ class Layers {
     page.on("tick", () => {
       if (source.shown === "reach") source.want("reach");
     });
-    page.on("theme", () => this._ramp());
+    page.on("theme", () => {
+      this._ramp();
+      void this._overlays();
+    });
     page.on("show-layer", (name) => this.choose(name));
   }
 
@@ -312,6 +319,26 @@ class Layers {
     }
     map.refresh();
     this.page.tell("gates");
+  }
+
+  _opacity() {
+    const { map } = this.page;
+    map.opacity = Number(this.strength.value) / 100;
+    map.refresh();
+  }
+
+  /** What lies over the layer: inflation, if it is asked for, and, where walls separate start and goal, their two regions. */
+  async _overlays() {
+    const { page } = this;
+    const { start, goal } = page.store.scenario;
+    const wanted = { inflation: this.close.checked && start && goal && page.ground, regions: start && goal && /** @type {any} */ (page.plan)?.status === "no-path" };
+    if (!page.map.over.size && !wanted.inflation && !wanted.regions) return;
+    try {
+      const [overlay] = await brought(page, "overlay");
+      for (const [name, on] of Object.entries(wanted)) void (on ? overlay.askOverlay(page, name) : overlay.askNoOverlay(page, name));
+    } catch (error) {
+      page.fault(error);
+    }
   }
 
   /** The layer as a landscape. */

@@ -1,6 +1,6 @@
 // Legend: what the marks on the map are, those that are there now; the colours of the way with their speeds.
 
-import { GATE, GOAL, KINDS, OTHER_KIND, ROBOT, START, THEMES, speedColour } from "./colours.js";
+import { GATE, GOAL, GOAL_ON_DARK, KINDS, LINES, OTHER_KIND, ROBOT, START, THEMES, speedColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { el } from "./make.js";
 import { gateMarks, goalMark, kindMark, robotMark, startMark } from "./marks.js";
@@ -40,11 +40,33 @@ function marks(page) {
   if (run?.seen) all.push(["not yet seen", cell(theme.unseen)]);
   if (ground?.terrain) all.push(["costly terrain", cell(theme.dear)]);
   if (map.contours && map.layer) all.push(["contour line of the layer", (pen) => dashes(pen, theme.ink, [])]);
+  if (map.over.has("inflation")) all.push(["too close to a wall for the robot", cell(mixed(theme.ink, 0.4, theme.free))]);
+  if (map.over.has("regions")) all.push(["reachable from the start", cell(mixed(START, 0.34, theme.free))], ["reachable from the goal", (pen) => stripes(pen, page.dark ? GOAL_ON_DARK : GOAL)]);
+  if (map.beside) all.push(["optimal path (A*)", (pen) => dashes(pen, LINES[1][0], LINES[1][1])]);
   if (map.patrols.length) all.push(["path of a patrol", (pen) => dashes(pen, KINDS.patrol[1])]);
   for (const [look, name] of GATES) {
     if (map.gates.some((gate) => gate.look === look)) all.push([name, (pen) => gateMarks(pen, [[mid, mid]], 6, look, GATE)]);
   }
   return all;
+}
+
+/** A colour laid over another, as three numbers. @param {string} top @param {number} share @param {readonly number[]} low */
+function mixed(top, share, low) {
+  return [1, 3, 5].map((k, c) => Math.round(share * parseInt(top.slice(k, k + 2), 16) + (1 - share) * low[c]));
+}
+
+/** @param {CanvasRenderingContext2D} pen @param {string} colour */
+function stripes(pen, colour) {
+  pen.strokeStyle = colour;
+  pen.globalAlpha = 0.5;
+  pen.lineWidth = 3;
+  pen.beginPath();
+  for (let k = 4; k < 2 * SIDE - 4; k += 7) {
+    pen.moveTo(Math.max(2, k - SIDE + 4), Math.min(k, SIDE - 2));
+    pen.lineTo(Math.min(k, SIDE - 2), Math.max(2, k - SIDE + 4));
+  }
+  pen.stroke();
+  pen.globalAlpha = 1;
 }
 
 /** @param {CanvasRenderingContext2D} pen @param {string} colour @param {number[]} [dash] */

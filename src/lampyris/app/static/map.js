@@ -61,6 +61,12 @@ export class MapView {
     this.patrols = [];
     /** The brush under the pointer. @type {{at: Cell, size: number} | null} */
     this.brush = null;
+    /** A second path beside that of the plan. @type {import("./marks.js").Way | null} */
+    this.beside = null;
+    /** Opacity of the layer; and what is laid over it, by name: pictures of a pixel a cell. */
+    this.opacity = 1;
+    /** @type {Map<string, HTMLCanvasElement>} */
+    this.over = new Map();
     this._cells = new GroundPicture();
     this._heat = new LayerPicture();
     this._unseen = new UnseenPicture();
@@ -111,7 +117,7 @@ export class MapView {
     this.fitted = true;
     const { view } = this;
     // Where it is high and narrow there is room for the tools above and below the map.
-    const edge = view.height > 1.5 * view.width ? { top: 210, right: 14, bottom: 170, left: 14 } : this.edge;
+    const edge = view.height > 1.5 * view.width && view.height > 600 ? { top: 210, right: 14, bottom: 170, left: 14 } : this.edge;
     if (this.ground) view.fit(this.ground.width, this.ground.height, edge);
     this.refresh();
   }
@@ -244,7 +250,10 @@ export class MapView {
     // Cells are squares; only where several share a pixel are they mixed.
     pen.imageSmoothingEnabled = view.scale * this._ratio < 1;
     drawCells(pen, view, this._cells.canvas);
+    pen.globalAlpha = this.opacity;
     if (this.layer && !this.actors) drawCells(pen, view, this._heat.canvas);
+    pen.globalAlpha = 1;
+    if (!this.actors) for (const one of this.over.values()) drawCells(pen, view, one);
     if (this.contours && this.layer && !this.actors) this.contours(pen, view, this.layer, this.dark);
     if (view.scale >= 14) drawLines(pen, view, ground, theme.line);
     pen.strokeStyle = theme.ink;
@@ -257,6 +266,7 @@ export class MapView {
     if (this.round) drawRound(pen, view, ground, this.round, this.dark);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
+    if (this.beside) drawWay(pen, view, this.beside, { dark: this.dark, layered: this.layer !== null });
     if (this.shape) drawShape(pen, view, this.shape, this.dark);
     for (const mark of this.marks) drawMark(pen, view, mark, this.dark);
     for (const patrol of this.patrols) drawPatrol(pen, view, patrol);

@@ -52,7 +52,7 @@ export function linked(page) {
   try {
     const [planners, laws, seeds, look, tick] = JSON.parse(text);
     const of = (/** @type {any[]} */ list, /** @type {any[]} */ rows) => list.filter(([name]) => isOne(rows, name)).slice(0, 8).map(entry);
-    known.set(page, { planners: of(planners, page.hello.planners), laws: of(laws, page.hello.laws), seeds: Math.min(Math.max(Math.round(seeds) || 1, 1), 50) });
+    known.set(page, { planners: of(planners, [...page.hello.planners, ...page.hello.planners_of_poses]), laws: of(laws, page.hello.laws), seeds: Math.min(Math.max(Math.round(seeds) || 1, 1), 50) });
     return { look, tick: Number(tick) || 0 };
   } catch {
     // Nothing that a page has written: as if it were not there.

@@ -22,7 +22,7 @@ export function nodeFacts(plan, k) {
 
 /** The table as a part that opens and closes. @param {Page} page */
 export function nodesPart(page) {
-  const body = el("div", { class: "wide" });
+  const body = el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Nodes of the path" });
   const part = /** @type {HTMLDetailsElement} */ (el("details", { class: "more", hidden: true }, el("summary", {}, "Every node of the path"), body));
   /** The plan whose table is drawn. @type {any} */
   let drawn = null;

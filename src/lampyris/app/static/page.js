@@ -21,7 +21,7 @@ export function makePage(token) {
   /** @type {Page} */
   const page = {
     store: new Store(), api: new Api(token), map: new MapView(/** @type {HTMLCanvasElement} */ (byId("map"))),
-    hello: null, ground: null, base: null, plan: null, run: null, dark: false, gone: false, tool: "ends", fleet: null,
+    hello: null, ground: null, base: null, plan: null, run: null, dark: false, gone: false, tool: "goal", fleet: null,
     // Until the player is mounted.
     play: { tick: 0, last: 0, playing: false, speed: 1, seek: nothing, toggle: nothing, step: nothing, rate: nothing, hold: nothing },
     on(name, hear) {

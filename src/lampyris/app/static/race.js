@@ -9,7 +9,6 @@ import { Tile } from "./racetile.js";
 
 /** @typedef {import("./racetile.js").Racer} Racer */
 
-const MOST_RACERS = 6;
 /** Seconds on the screen: of the search, and of the drive at most. */
 const SEARCH_S = 8;
 const DRIVE_S = 10;
@@ -26,7 +25,7 @@ const STEPS = { cells: "cells expanded", "jump points": "jump points expanded", 
 /** @param {Page} page @param {Who[]} planners */
 export function askRace(page, planners) {
   if (!document.querySelector('link[href="/static/race.css"]')) document.head.append(el("link", { rel: "stylesheet", href: "/static/race.css" }));
-  return new Race(page, planners.slice(0, MOST_RACERS));
+  return new Race(page, planners.slice(0, page.hello.limits.racers));
 }
 
 class Race {
@@ -53,7 +52,7 @@ class Race {
     this.clocks = [["steps", true], ["time", false]].map(([name, by]) => button(`${name}`, () => this.clock(Boolean(by)), { class: null, "aria-pressed": String(by),
       title: by ? "One step of every record at a time" : "Each record spread over its measured planning time" }));
     this.speed = el("select", { "aria-label": "Speed of the race", onchange: () => (this.rate = Number(this.speed.value)) }, ...RATES.map((rate) => el("option", { value: rate, selected: rate === 1 }, `${rate}×`)));
-    this.kind = el("select", { "aria-label": "Kind of film" }, el("option", { value: "webp" }, "WebP"), el("option", { value: "gif" }, "GIF"));
+    this.kind = el("select", { "aria-label": "Kind of film" }, el("option", { value: "webp" }, "WebP"), ...[["gif", "GIF"], ["webm", "WebM"], ["mp4", "MP4"]].map(([kind, name]) => el("option", { value: kind }, name)));
     this.film = button("Export film", () => void this._film(), { disabled: true });
     this.said = el("p", { class: "hint", role: "status" });
     this.root = el("dialog", { class: "race", "aria-labelledby": "race-title" },

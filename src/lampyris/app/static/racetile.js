@@ -31,11 +31,12 @@ export class Tile {
     this.dash = dash;
     this.room = 0;
     this.cells = el("canvas", { width: ground.width, height: ground.height });
-    this.lines = el("canvas", { "aria-hidden": "true" });
-    this.over = el("canvas", { "aria-hidden": "true" });
+    // Not there until something is drawn on it: a canvas that is clear is mixed with what is beneath in each frame all the same.
+    this.lines = el("canvas", { hidden: true, "aria-hidden": "true" });
+    this.marks = { start: el("canvas", { class: "race-robot", "aria-hidden": "true" }), goal: el("canvas", { class: "race-robot", "aria-hidden": "true" }) };
     // A canvas of its own that is moved: drawing into a large one would have all of it put on the screen again.
     this.robot = el("canvas", { class: "race-robot", hidden: true, "aria-hidden": "true" });
-    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.title[0]} on the map` }, this.cells, this.lines, this.over, this.robot);
+    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.title[0]} on the map` }, this.cells, this.lines, this.marks.start, this.marks.goal, this.robot);
     this.state = el("b", null, "");
     this.count = el("span", null, "");
     const found = racer.cost !== null;
@@ -84,16 +85,14 @@ export class Tile {
     const { width, height } = this.ground;
     const [w, h] = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    for (const canvas of [this.cells, this.lines, this.over]) {
+    for (const canvas of [this.cells, this.lines]) {
       canvas.style.width = `${w}px`;
       canvas.style.height = `${h}px`;
     }
     this.map.style.width = `${w}px`;
     this.map.style.height = `${h}px`;
-    for (const canvas of [this.lines, this.over]) {
-      canvas.width = w * ratio;
-      canvas.height = h * ratio;
-    }
+    this.lines.width = w * ratio;
+    this.lines.height = h * ratio;
     this.ratio = ratio;
     this._size = Math.max(ROBOT_SIZE, 0.4 * scale);
     const side = 2 * Math.ceil(this._size + 2);
@@ -108,6 +107,7 @@ export class Tile {
     this.pixels?.set(/** @type {Uint32Array} */ (this.base));
     if (this.image) this._pen.putImageData(this.image, 0, 0);
     this._penOf(this.lines).clearRect(0, 0, this.lines.width, this.lines.height);
+    this.lines.hidden = true;
     this.drawn = 0;
     this._pathed = false;
     this.robot.hidden = true;
@@ -124,12 +124,20 @@ export class Tile {
 
   /** Start and goal. */
   _ends() {
-    const pen = this._penOf(this.over);
-    pen.clearRect(0, 0, this.over.width, this.over.height);
     const r = Math.min(Math.max(0.6 * this.scale, 6), 11);
-    const { start, goal } = this;
-    if (start) startMark(pen, ...this._at(start[0], start[1]), r, START);
-    if (goal) goalMark(pen, ...this._at(goal[0], goal[1]), r, GOAL);
+    const half = Math.ceil(2.4 * r);
+    for (const [name, cell] of /** @type {const} */ ([["start", this.start], ["goal", this.goal]])) {
+      const mark = this.marks[name];
+      mark.hidden = !cell;
+      if (!cell) continue;
+      mark.width = mark.height = 2 * half * (this.ratio ?? 1);
+      mark.style.width = mark.style.height = `${2 * half}px`;
+      const pen = this._penOf(mark);
+      if (name === "start") startMark(pen, half, half, r, START);
+      else goalMark(pen, half, half, r, GOAL);
+      const [x, y] = this._at(cell[0], cell[1]);
+      mark.style.transform = `translate(${(x - half).toFixed(1)}px, ${(y - half).toFixed(1)}px)`;
+    }
   }
 
   /** @param {ArrayLike<number>} start @param {ArrayLike<number>} goal */
@@ -189,6 +197,7 @@ export class Tile {
   _branches(from, to) {
     const pen = this._penOf(this.lines);
     const { lines } = this.racer;
+    this.lines.hidden = false;
     pen.strokeStyle = this.colour;
     pen.globalAlpha = 0.75;
     pen.lineWidth = 1;
@@ -212,6 +221,7 @@ export class Tile {
     for (const [k, [count, x, y]] of jumps.entries()) {
       if (count <= from || count > to) continue;
       const before = k ? jumps[k - 1].slice(1) : this.start;
+      this.lines.hidden = false;
       pen.beginPath();
       pen.moveTo(...this._at(before[0], before[1]));
       pen.lineTo(...this._at(x, y));
@@ -227,6 +237,7 @@ export class Tile {
     this._pathed = true;
     const { path } = this.racer;
     if (path.length < 2) return;
+    this.lines.hidden = false;
     const pen = this._penOf(this.lines);
     pen.lineCap = pen.lineJoin = "round";
     pen.beginPath();

@@ -12,7 +12,6 @@ import { MEASURES, STARS, numbersOf, swatch } from "./measures.js";
 /** A column of the parallel coordinates: a place 0 to 1 for each entrant, null where it has none, and its ends in words. @typedef {{title: string, at: Array<number | null>, low: string, high: string, words: string[]}} Axis */
 
 const WIDE = 250;
-const HIGH = 20;
 /** Axes that are shown before somebody chooses others. */
 const FIRST = ["cost", "time_s", "near_m", "plan_s"];
 
@@ -40,12 +39,12 @@ class Results {
     this.axes = new Set(FIRST);
     this.title = el("h2", { id: "results-title" });
     this.size = button("Full window", () => this._size(), { "aria-pressed": "false" });
-    this.table = el("div", { class: "rs-table" });
+    this.table = el("div", { class: "rs-table wide", tabindex: 0, role: "group", "aria-label": "Table of results" });
     this.who = el("div", { class: "row rs-who", role: "group", "aria-label": "Highlight" });
     this.multiples = el("div", { class: "rs-multiples" });
     this.same = el("p", { class: "hint" });
     this.chosen = el("div", { class: "row", role: "group", "aria-label": "Axes" });
-    this.parallel = el("div", { class: "rs-parallel" });
+    this.parallel = el("div", { class: "rs-parallel wide", tabindex: 0, role: "group", "aria-label": "Parallel coordinates" });
     this.words = el("p", { class: "hint", role: "status" });
     this.studies = el("ul", { class: "plain rs-studies" });
     this.body = el("div", { class: "stack" }, this.who, el("h3", null, "Table"), this.table, el("h3", null, "Measures, each on an axis of its own"), this.multiples, this.same,

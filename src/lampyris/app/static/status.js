@@ -6,7 +6,7 @@ import { plansTimes } from "./shape.js";
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
-import { el } from "./make.js";
+import { button, el } from "./make.js";
 import { nodesPart } from "./nodes.js";
 import { mark } from "./timeline.js";
 
@@ -31,6 +31,8 @@ class Status {
     this.cause = el("span", {});
     this.fast = el("p", { class: "st-speed", hidden: true }, this.speed, el("span", { class: "st-cause" }, this.swatch, this.cause));
     this.facts = el("dl", { class: "facts" });
+    this.optimal = button("Show the optimal path (A*)", () => page.tell("optimal"), { hidden: true, "aria-pressed": "false", class: "btn st-optimal" });
+    page.on("gates", () => this.optimal.setAttribute("aria-pressed", String(Boolean(page.map.beside))));
     /** @type {Map<string, {dt: HTMLElement, dd: HTMLElement}>} */
     this._rows = new Map();
     /** What the controllers of a drive achieved. */
@@ -39,7 +41,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, nodesPart(page), this.results, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.optimal, nodesPart(page), this.results, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -100,6 +102,7 @@ class Status {
     this._now(plan.sentence, plan.cost === null);
     set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plansTimes(this.page) ? "The plan has times, by the tracks of recorded obstacles. Press Play to see the robot follow them. Drag S or G, and the path follows." : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());
+    this.optimal.hidden = !plan.gap || plan.gap <= 0;
   }
 
   /** @returns {Array<[string, string]>} */
@@ -139,6 +142,7 @@ class Status {
   _ofRun(run) {
     const { page } = this;
     const tick = Math.min(Math.floor(page.play.tick + 1e-6), run.ticks - 1);
+    this.optimal.hidden = true;
     this._count(run, tick);
     const event = this._passed ? run.events[this._passed - 1] : null;
     const cause = run.causes[run.cause[tick]] ?? "";

@@ -40,7 +40,7 @@ class Steps {
     this.slider = el("input", { type: "range", min: 0, max: 0, step: 1, value: 0, "aria-label": "Step", oninput: () => this._go(Number(this.slider.value)) });
     this.where = el("h3", null);
     this.words = el("p", { "aria-live": "polite" });
-    this.table = el("div", { class: "wide" });
+    this.table = el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Accepted cells" });
     this.box = el("div", { class: "stack", hidden: true }, el("div", { class: "row" }, this.back, this.auto, this.next, this.pace,
       button("Leave", () => this.leave())), this.slider, this.where, this.words, this.table);
     into.append(this.hint, el("div", { class: "row" }, this.open, this.take), this.box);

@@ -70,6 +70,7 @@ class Study {
     const who = meeting(page);
     const own = plansPoses(page) && page.store.scenario.planner;
     if (own && !who.planners.some(({ name }) => name === own.name)) who.planners = [{ ...own, label: labelOf(own) }, ...who.planners];
+    const poses = who.planners.some(({ name }) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name));
     if (!who.planners.length) {
       page.say("Choose somebody to compare first.");
       return;
@@ -78,7 +79,7 @@ class Study {
     tell(this.words, "Sending.");
     try {
       const { job } = await page.api.json("/api/study", {
-        scenario: page.asked(!own), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
+        scenario: page.asked(!poses), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
       });
       remember({ job: String(job), when: Date.now(), title: `Study on ${page.ground?.name ?? "a map"}`, met: who });
       this._watch(String(job));

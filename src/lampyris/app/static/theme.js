@@ -10,6 +10,7 @@ const ICONS = {
   link: "M8.5 11.5a3 3 0 0 0 4.3 0l2.4-2.4a3 3 0 0 0-4.3-4.3l-1 1M11.500 8.500a3 3 0 0 0-4.300 0l-2.400 2.400a3 3 0 0 0 4.300 4.300l1-1",
   light: "M10 6.500a3.500 3.500 0 1 0 0 7 3.500 3.500 0 0 0 0-7M10 2v1.500M10 16.500V18M2 10h1.500M16.500 10H18M4.300 4.300l1.100 1.100M14.600 14.600l1.100 1.100M15.700 4.300l-1.100 1.100M5.400 14.600l-1.100 1.100",
   dark: "M16 11.500A6.500 6.500 0 0 1 8.500 4a6.500 6.500 0 1 0 7.500 7.500",
+  commands: "M3 5h14M3 10h9M3 15h6M16 12.500v6M13 15.500h6",
   auto: "M3 4h14v10H3zM7 17h6M10 4v10M10 6h5M10 9h5M10 12h5",
 };
 
@@ -22,7 +23,8 @@ export function mount(page, bar) {
   const look = iconButton("", ICONS.auto, () => turnTheme(page));
   const help = iconButton("Keys and help (?)", "", () => page.tell("help"));
   help.textContent = "?";
-  bar.append(undo, redo, el("span", { class: "sep" }), link, look, help);
+  const palette = iconButton("Commands (Ctrl+K)", ICONS.commands, () => page.tell("palette"));
+  bar.append(undo, redo, el("span", { class: "sep" }), palette, link, look, help);
 
   const apply = () => {
     const kept = preferred();

@@ -40,7 +40,7 @@ class Tour {
     this.count = el("p", { class: "hint" });
     this.title = el("h3", { tabindex: -1 });
     this.words = el("div", { class: "stack words", "aria-live": "polite" });
-    this.table = el("div", { class: "stack wide" });
+    this.table = el("div", { class: "stack wide", tabindex: 0, role: "group", "aria-label": "Tables of this step" });
     this.box = el("div", { class: "stack", hidden: true }, this.count, this.dots, this.title, this.words,
       el("div", { class: "row" }, this.back, this.next, button("Leave the tour", () => this.leave(), { class: "btn quiet" })), this.table);
     into.append(this.intro, this.open, this.box);

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.typing import Cell, Cells, Floats
+
+MOST_RACERS: Final = 6
+"""Planners of a race at most; the page has it with its settings."""
 
 RecordKind: TypeAlias = Literal["cells", "jump points", "field and rings", "tree", "none"]
 """What a planner records of its search."""
