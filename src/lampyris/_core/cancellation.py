@@ -26,6 +26,8 @@ from functools import cache
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from lampyris._core.system import wakeup_pipe
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -316,8 +318,7 @@ def interrupts() -> Iterator[None]:
     if not default or threading.current_thread() is not threading.main_thread():
         yield
         return
-    reader, writer = os.pipe()
-    os.set_blocking(writer, False)
+    reader, writer = wakeup_pipe()
     before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     if before != -1:
         # Another wakeup file descriptor is in use.
