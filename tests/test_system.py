@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ NAMES = {
         "SIGXFSZ", "alarm", "pause", "pthread_kill", "pthread_sigmask", "setitimer", "siginterrupt", "sigwait",
     },
     "socket": {"AF_UNIX", "SO_REUSEPORT", "socketpair"},
+    "time": {"CLOCK_MONOTONIC_RAW", "clock_gettime", "pthread_getcpuclockid", "thread_time", "tzset"},
     "sys": {"getwindowsversion", "platform"},
 }  # fmt: skip
 """Names of modules that all systems have, which some systems lack or which say what the system is."""
@@ -104,6 +106,14 @@ def test_processors_where_none_are_set_aside(monkeypatch: pytest.MonkeyPatch) ->
     assert system.processors() == os.cpu_count()
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert system.processors() == 1
+
+
+def test_clock_where_threads_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = system.thread_seconds()
+    assert 0.0 <= before <= time.process_time() + 1.0
+    # A browser.
+    monkeypatch.delattr(time, "thread_time")
+    assert before <= system.thread_seconds() <= time.process_time()
 
 
 def test_users_where_they_have_no_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import errno
 import os
 import signal
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -25,6 +26,11 @@ def processors() -> int:
     """Those that the process is allowed to run on, 1 or more; where that cannot be asked, all there are."""
     allowed = getattr(os, "sched_getaffinity", None)
     return len(allowed(0)) if allowed else os.cpu_count() or 1
+
+
+def thread_seconds() -> float:
+    """CPU seconds of this thread; where threads have no clock (as in a browser), of the process."""
+    return getattr(time, "thread_time", time.process_time)()
 
 
 def user() -> int:
