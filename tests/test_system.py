@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -114,6 +115,28 @@ def test_clock_where_threads_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
     # A browser.
     monkeypatch.delattr(time, "thread_time")
     assert before <= system.thread_seconds() <= time.process_time()
+
+
+@pytest.mark.parametrize("threads", [True, False])
+def test_time_limit_where_there_are_no_threads(threads: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not threads:
+        # A browser.
+        monkeypatch.setattr(sys, "platform", "emscripten")
+        monkeypatch.setattr(threading, "Thread", lambda *_, **__: pytest.fail("no thread can be started"))
+        assert not system.has_threads()
+    with cancellation.watching(seconds=60.0):
+        assert cancellation.word()[0] == 0
+        cancellation.checkpoint()
+    stop = cancellation.CancelToken()
+    with cancellation.watching(seconds=60.0, stop=stop):
+        stop.set()
+        assert cancellation.word()[0] == 1
+    with cancellation.watching(seconds=0.02):
+        word, began = cancellation.word(), time.perf_counter()
+        while not word[0]:
+            assert time.perf_counter() - began < 30.0
+        with pytest.raises(cancellation.Cancelled):
+            cancellation.checkpoint()
 
 
 def test_users_where_they_have_no_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

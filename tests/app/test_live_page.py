@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import http.server
+import importlib.util
 import json
 import os
 import subprocess
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from page_browser import needs_chromium
-from scipy import ndimage, spatial
+from scipy import ndimage, spatial, special, stats
 
 ROOT = Path(__file__).resolve().parents[2]
 LIVE = ROOT / "site" / "live"
@@ -84,6 +85,8 @@ def opened(browser: Any, address: str) -> Iterator[Any]:
     context.close()
 
 
+SCENE = {"version": 1, "map": "env-3", "start": [28, 7], "goal": [27, 27], "planner": "astar"}
+WALKERS = [{"kind": "random-walk", "count": 6}]
 LISTEN = """async () => {
   const { wire } = await import("./static/api.js");
   const ask = wire.ask;
@@ -94,6 +97,29 @@ LISTEN = """async () => {
     return answer;
   };
 }"""
+QUESTIONS = {
+    "/api/simulate": {"scenario": {**SCENE, "obstacles": WALKERS, "simulate": {}}},
+    "/api/drive": {"scenario": {**SCENE, "obstacles": WALKERS, "drive": {}}},
+    "/api/compare": {"scenario": {**SCENE, "obstacles": WALKERS}, "planners": ["astar", "ad-gso"]},
+    "/api/race": {"scenario": SCENE, "planners": ["astar", "dijkstra"]},
+    "/api/fleet": {
+        "scenario": {"version": 1, "map": "env-3"},
+        "robots": 8,
+        "planner": "lacam",
+        "seconds": 1,
+        "seed": 1,
+    },
+}
+"""What the panels of the page ask."""
+KINDS = """async ([path, body]) => {
+  const { wire } = await import("./static/api.js");
+  const bytes = new Uint8Array(await (await wire.ask(path, { method: "POST", body })).arrayBuffer());
+  const kinds = [];
+  for (let at = 0; at < bytes.length; at += 4 + new DataView(bytes.buffer).getUint32(at, true))
+    kinds.push(String.fromCharCode(bytes[at + 4]));
+  return kinds.filter((kind, k) => kind !== kinds[k - 1]);
+}"""
+"""The kinds of frames of an answer, each once in a row; X is an error, Z the end."""
 GOAL = """() => {
   const canvas = document.getElementById("map"), box = canvas.getBoundingClientRect();
   return [box.x, box.y, box.width, box.height];
@@ -134,7 +160,7 @@ def native(body: str) -> dict[str, Any]:
 
 def plain(text: str) -> dict[str, Any]:
     """An answer's record without what is measured."""
-    record: dict[str, Any] = json.loads(text[text.index("{") :])
+    record: dict[str, Any] = json.loads(text[text.index('{"') :])
     return {key: value for key, value in record.items() if key not in MEASURED}
 
 
@@ -173,6 +199,10 @@ def test_goal_dragged_in_a_page_without_a_server(browser: Any, tmp_path: Path) -
         ]
         for body, text in found:
             assert plain(text) == native(body)
+        for path, body in QUESTIONS.items():
+            kinds = page.evaluate(KINDS, [path, json.dumps(body)])
+            print(path, kinds)
+            assert kinds[-1] == "Z"
         page.evaluate("window.heard = []")
         page.evaluate("location.hash = '#m=env-3'")
         x, y, width, height = page.evaluate(GOAL)
@@ -221,14 +251,18 @@ def test_recording_where_python_cannot_run(browser: Any, tmp_path: Path) -> None
         page.get_by_text("This is a recording").first.wait_for()
 
 
-def test_regions_are_numbered_as_scipy_numbers_them() -> None:
-    import importlib.util
-
-    spec = importlib.util.spec_from_file_location("stand_in", LIVE / "stand_ins" / "scipy" / "ndimage.py")
+def stand_in(name: str) -> Any:
+    """A module that stands in for one of SciPy's."""
+    spec = importlib.util.spec_from_file_location(name, LIVE / "stand_ins" / "scipy" / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def test_regions_are_numbered_as_scipy_numbers_them() -> None:
+    module = stand_in("ndimage")
     draw = np.random.default_rng(5)
     for share in (0.0, 0.3, 0.5, 0.6, 0.9, 1.0):
         image = draw.random((13, 17)) < share
@@ -239,14 +273,27 @@ def test_regions_are_numbered_as_scipy_numbers_them() -> None:
             assert np.array_equal(regions, expected)
 
 
-def test_near_pairs_are_those_of_scipy() -> None:
-    import importlib.util
+def test_normal_distribution_is_that_of_scipy() -> None:
+    module = stand_in("special")
+    for share in np.linspace(1e-6, 1 - 1e-6, 501):
+        assert module.ndtri(share) == pytest.approx(special.ndtri(share), rel=1e-12, abs=1e-15)
+        value = 12.0 * share - 6.0
+        assert module.ndtr(value) == pytest.approx(special.ndtr(value), rel=1e-12)
 
-    spec = importlib.util.spec_from_file_location("stand_in", LIVE / "stand_ins" / "scipy" / "spatial.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+
+def test_ranks_and_their_distributions_are_those_of_scipy() -> None:
+    module = stand_in("stats")
+    for values in ([], [3.0], [2.0, 1.0, 2.0, 5.0, 1.0, 2.0]):
+        assert np.array_equal(module.rankdata(values), stats.rankdata(values))
+    for df in (1, 2, 3, 4, 9, 30):
+        for x in (0.0, 0.3, 2.0, 17.5, 90.0):
+            assert module.chi2.sf(x, df) == pytest.approx(stats.chi2.sf(x, df), rel=1e-12)
+    for k, quantile in ((2, 2.771807648), (3, 3.314493), (10, 4.474124)):  # of printed tables
+        assert module.studentized_range.ppf(0.95, k, np.inf) == pytest.approx(quantile, abs=1e-6)
+
+
+def test_near_pairs_are_those_of_scipy() -> None:
+    module = stand_in("spatial")
     draw = np.random.default_rng(8)
     for n in (0, 1, 2, 70, 1100):
         points = draw.integers(0, 40, (n, 2)) * 0.5

@@ -24,9 +24,9 @@ import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from lampyris._core.system import wakeup_pipe
+from lampyris._core.system import has_threads, wakeup_pipe
 
 if TYPE_CHECKING:
     import numpy as np
@@ -114,6 +114,19 @@ class _Interrupt(CancelToken):
         """Whether the next Ctrl-C is handled elsewhere."""
 
 
+class _TimedWord:
+    """The word of a scope where no thread can set it: whoever reads it looks at the clock."""
+
+    def __init__(self, scope: CancelScope) -> None:
+        self._scope = scope
+
+    def __getitem__(self, index: int) -> int:
+        return int(self._scope.is_over)
+
+    def __setitem__(self, index: int, value: int) -> None:
+        """Nothing is kept: the scope knows."""
+
+
 class CancelScope:
     """The limits of one call.
 
@@ -142,7 +155,10 @@ class CancelScope:
         """Start the timer and register with the tokens."""
         for stop in self.stops:
             stop.join(self)
-        if self.deadline < math.inf:
+        if self.deadline < math.inf and not has_threads():
+            # Kernels run in plain Python there, and read any word.
+            self._word = cast("Word", _TimedWord(self))
+        elif self.deadline < math.inf:
             self._over = threading.Event()
             threading.Thread(
                 target=self._wait, args=(self._over,), name="lampyris-limit", daemon=True

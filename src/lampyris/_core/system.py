@@ -28,6 +28,11 @@ def processors() -> int:
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
+def has_threads() -> bool:
+    """Whether threads can be started; not in a browser."""
+    return sys.platform != "emscripten"
+
+
 def thread_seconds() -> float:
     """CPU seconds of this thread; where threads have no clock (as in a browser), of the process."""
     return getattr(time, "thread_time", time.process_time)()
