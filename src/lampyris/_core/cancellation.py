@@ -115,7 +115,7 @@ class _Interrupt(CancelToken):
 
 
 class _TimedWord:
-    """The word of a scope where no thread can set it: whoever reads it looks at the clock."""
+    """The word of a scope where no thread can set it: reading it looks at the clock."""
 
     def __init__(self, scope: CancelScope) -> None:
         self._scope = scope
