@@ -18,7 +18,7 @@ from benchmarks.figures import Figure, Section, Table, Verdict, judge, judge_cos
 from benchmarks.maps import maze, middle, published_map, random_map, rooms
 from benchmarks.turns import Call, take_turns
 
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.many import solve_many

@@ -19,7 +19,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.plain_simulator import NeedsRepair, Simulator
 
 import lampyris
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.io.maps import library
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.scene import Scene

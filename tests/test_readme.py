@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BUNDLED = {"env-1", "env-3", "env-6", "guide"}
 NO_FILE = {"planners", "laws", "maps"}
-NAMED = ["maps make", "maps convert"]  # named in a sentence, without their arguments
+NAMED = ["maps make", "maps convert", "maps segment"]  # named in a sentence, without their arguments
 LONG = {"compare", "study", "reproduce", "selfcheck", "app", "warm"}
 MAX_LINES = 150
 

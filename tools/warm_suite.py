@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.warming import warm
 
 if __name__ == "__main__":

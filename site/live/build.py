@@ -184,7 +184,7 @@ def recorded() -> dict[str, Any]:
     sys.path.insert(0, str(LIVE))
     import live_engine
 
-    from lampyris.app.engine.layers import _LAYERS
+    from lampyris.app.engine.layers import LAYERS
 
     scenario = {"version": 1, "map": MAP, "planner": "ad-gso"}
     ground = live_engine.ask(f"/api/maps/{MAP}", None).next()
@@ -198,7 +198,7 @@ def recorded() -> dict[str, Any]:
         "/api/plan": {"scenario": scenario},
         "/api/simulate": {"scenario": {**scenario, "obstacles": walkers, "simulate": {}}},
     }
-    asked |= {f"/api/layer {name}": {"scenario": scenario, "layer": name} for name in _LAYERS}
+    asked |= {f"/api/layer {name}": {"scenario": scenario, "layer": name} for name in LAYERS}
     answers = {}
     for key, body in asked.items():
         answer = live_engine.ask(key.split()[0], None if body is None else json.dumps(body).encode())

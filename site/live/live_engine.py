@@ -26,7 +26,7 @@ from lampyris.io.text.strict_yaml import read_yaml
 
 FRAMES = "application/x-lampyris-frames"
 JSON = "application/json"
-VERBS = ("plan", "simulate", "drive", "fleet", "swarm", "layer", "compare", "export", "make")
+VERBS = ("plan", "simulate", "drive", "fleet", "swarm", "layer", "compare", "race", "export", "make")
 SPOOL = Path("/tmp/lampyris-live-maps")
 
 

@@ -166,7 +166,7 @@ def test_a_kill_is_want_of_memory_only_if_the_system_says_so(
     told = tmp_path / "vmstat"
     told.write_text("nr_free_pages 7\noom_kill 3\n")
     monkeypatch.setattr(
-        "lampyris.app.server.engines._KILLS", ((str(told), "oom_kill"), ("/nowhere", "oom_kill"))
+        "lampyris._core.system.MEMORY_KILLS", ((str(told), "oom_kill"), ("/nowhere", "oom_kill"))
     )
 
     async def ask() -> Any:

@@ -17,6 +17,8 @@ CODE = sorted(
 )
 # Pages of other projects, and pages that a test or a tool writes.
 ELSEWHERE = {"Problem_Definition.md", "attributes_table.md", "page.md"}
+# Pages of the site that are derived from the program (site/derived_pages.py).
+ELSEWHERE |= {"errors.md", "laws.md", "plan.md", "planners.md", "settings.md"}
 PAGE = re.compile(r"[\w./-]*\w\.md\b")
 # After the name of a page: a quoted title, or a number, which another order of sections makes wrong.
 TITLE = re.compile(r',? \\?"([^"\\]+)\\?"')

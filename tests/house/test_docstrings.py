@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+import builtins
+import doctest
 import inspect
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +30,27 @@ def test_every_public_name_has_a_short_example(tool: Any) -> None:
         lines = (inspect.getdoc(found) or "").splitlines()
         assert "Examples" in lines, name
         assert 0 < sum(line.startswith((">>> ", "... ")) for line in lines) <= tool.LONGEST, name
+
+
+def test_names_in_examples_are_known(tool: Any) -> None:
+    for name, found in tool.public():
+        known = set(vars(sys.modules[found.__module__])) | set(vars(builtins))
+        code = "".join(
+            example.source for example in doctest.DocTestParser().get_examples(inspect.getdoc(found) or "")
+        )
+        nodes = list(ast.walk(ast.parse(code)))
+        known |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        known |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+        known |= {
+            node.name or ""
+            for node in nodes
+            if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.ExceptHandler)
+        }
+        for node in nodes:
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                known |= {(each.asname or each.name).split(".")[0] for each in node.names}
+        used = {node.id for node in nodes if isinstance(node, ast.Name)}
+        assert used <= known, f"{name}: {used - known}"
 
 
 def test_some_examples_give_what_they_say(tool: Any) -> None:

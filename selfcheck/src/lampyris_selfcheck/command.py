@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import lampyris
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.cli import outputs
 from lampyris.cli.options import Json
 from lampyris.cli.text import print_json

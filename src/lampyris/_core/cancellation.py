@@ -24,7 +24,9 @@ import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
+
+from lampyris._core.system import has_threads, wakeup_pipe
 
 if TYPE_CHECKING:
     import numpy as np
@@ -112,6 +114,19 @@ class _Interrupt(CancelToken):
         """Whether the next Ctrl-C is handled elsewhere."""
 
 
+class _TimedWord:
+    """The word of a scope where no thread can set it: reading it looks at the clock."""
+
+    def __init__(self, scope: CancelScope) -> None:
+        self._scope = scope
+
+    def __getitem__(self, index: int) -> int:
+        return int(self._scope.is_over)
+
+    def __setitem__(self, index: int, value: int) -> None:
+        """Nothing is kept: the scope knows."""
+
+
 class CancelScope:
     """The limits of one call.
 
@@ -140,7 +155,10 @@ class CancelScope:
         """Start the timer and register with the tokens."""
         for stop in self.stops:
             stop.join(self)
-        if self.deadline < math.inf:
+        if self.deadline < math.inf and not has_threads():
+            # Kernels run in plain Python there, and read any word.
+            self._word = cast("Word", _TimedWord(self))
+        elif self.deadline < math.inf:
             self._over = threading.Event()
             threading.Thread(
                 target=self._wait, args=(self._over,), name="lampyris-limit", daemon=True
@@ -316,8 +334,7 @@ def interrupts() -> Iterator[None]:
     if not default or threading.current_thread() is not threading.main_thread():
         yield
         return
-    reader, writer = os.pipe()
-    os.set_blocking(writer, False)
+    reader, writer = wakeup_pipe()
     before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     if before != -1:
         # Another wakeup file descriptor is in use.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import stat
 from collections.abc import Iterator
@@ -10,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from lampyris._core.system import sync_folder
 from lampyris.errors import FileError
 
 
@@ -49,28 +49,3 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise FileError("FILE_WRITE", why, where=str(path), allowed="a file that can be written") from None
-
-
-_NO_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EBADF))
-"""What file systems say that know no waiting for a folder (network and FAT drivers, among others)."""
-
-
-def sync_folder(folder: Path) -> None:
-    """Wait until the folder's names are on the disk, where folders can be waited for.
-
-    Windows opens no folder, and some file systems know no such waiting: then there is nothing to wait for.
-
-    Raises
-    ------
-    OSError : the system refuses, for any other reason.
-    """
-    if os.name == "nt":  # pragma: no cover
-        return
-    fd = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(fd)
-    except OSError as error:
-        if error.errno not in _NO_SYNC:
-            raise
-    finally:
-        os.close(fd)

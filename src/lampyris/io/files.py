@@ -7,6 +7,7 @@ import os
 import stat
 from pathlib import Path
 
+from lampyris._core.system import NONBLOCKING_READ
 from lampyris.errors import FileError, LimitError
 
 
@@ -29,7 +30,7 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
         # may have been changed for another in between. O_NONBLOCK, because opening a pipe nobody writes to
         # would wait forever.
         _regular(os.stat(name).st_mode, name)
-        handle = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(name, NONBLOCKING_READ)
         with os.fdopen(handle, "rb") as stream:
             info = os.fstat(handle)
             _regular(info.st_mode, name)

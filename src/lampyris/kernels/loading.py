@@ -15,6 +15,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lampyris._core.system import thread_seconds
+
 
 class _Loaded(threading.local):
     """What this thread has spent."""
@@ -34,7 +36,7 @@ def wall() -> float:
 
 def cpu() -> float:
     """Seconds as of ``time.thread_time``, without what this thread has spent on loading and compiling."""
-    return time.thread_time() - _loaded.cpu
+    return thread_seconds() - _loaded.cpu
 
 
 def seconds() -> float:
@@ -47,11 +49,11 @@ def loading() -> Iterator[None]:
     """Have both clocks stand still meanwhile. A kernel that needs another loads it within."""
     here = _loaded
     here.depth += 1
-    wall, cpu = time.perf_counter(), time.thread_time()
+    wall, cpu = time.perf_counter(), thread_seconds()
     try:
         yield
     finally:
         here.depth -= 1
         if not here.depth:
             here.wall += time.perf_counter() - wall
-            here.cpu += time.thread_time() - cpu
+            here.cpu += thread_seconds() - cpu

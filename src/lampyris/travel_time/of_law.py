@@ -33,7 +33,7 @@ def fastest_time_settings(
 
     Examples
     --------
-    >>> scene = lampyris.Scene(lampyris.load_grid("office-120"), (5, 5), (110, 110))
+    >>> import lampyris
     >>> lampyris.fastest_time_settings("blind", {"creep": 0.2})["creep"]
     0.2
     """

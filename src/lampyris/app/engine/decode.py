@@ -23,6 +23,7 @@ from collections.abc import Container
 from pathlib import Path
 from typing import Any, Final
 
+from lampyris._core.system import ran_out_of_seconds, was_killed
 from lampyris.app.engine.frames import fault_of
 from lampyris.app.engine.names import check_file_name, is_plain_name, shown_name
 from lampyris.errors import FileError, InternalFault, LampyrisError, LimitError
@@ -69,9 +70,9 @@ def _asked(container: bytes) -> dict[str, Any]:
     # The folder is made and removed here: a process that is ended cannot clean up.
     with tempfile.TemporaryDirectory(prefix="lampyris-map-", ignore_cleanup_errors=True) as folder:
         done = _run(container, folder, env)
-    if done.returncode == -getattr(signal, "SIGXCPU", 24):
+    if ran_out_of_seconds(done.returncode):
         raise _too_long()
-    if done.returncode == -getattr(signal, "SIGKILL", 9):
+    if was_killed(done.returncode):
         raise _too_large()
     try:
         reply = json.loads(done.stdout[:MAX_ANSWER])
@@ -122,7 +123,7 @@ def _rebuilt(error: dict[str, Any]) -> LampyrisError:
 def main() -> None:
     """Read files from the standard input, and write what they are. ``sys.argv``: an empty private folder."""
 
-    from lampyris.app.engine.engine import limit_memory, limit_seconds
+    from lampyris._core.system import limit_memory, limit_seconds
     from lampyris.io.maps import load  # noqa: F401  before the memory is counted
     from lampyris.study.design import study_map  # noqa: F401
 

@@ -23,6 +23,7 @@ from io import RawIOBase
 from typing import Any, BinaryIO, NamedTuple, NoReturn, cast
 
 from lampyris._core import cancellation
+from lampyris._core.system import leave, limit_memory, limit_seconds
 
 MEMORY = 2 * 2**30
 """Bytes of address space beyond what the libraries map."""
@@ -83,7 +84,7 @@ class JobReader:
             body = self._stream.read(size) if 0 < size <= MAX_QUESTION else b""
             if len(body) != size or not size:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
-                _leave()
+                leave()
             try:
                 message = json.loads(body)
                 cancels = message.get("cancel") is not None
@@ -96,13 +97,6 @@ class JobReader:
                 self._jobs.put(job)
             elif (stop := self._stops.get(number)) is not None:
                 stop.set()
-
-
-def _leave() -> NoReturn:
-    """End now, and with us whatever a job has started, if we lead a group of our own."""
-    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
-        os.killpg(0, signal.SIGKILL)
-    os._exit(0)
 
 
 def main() -> NoReturn:
@@ -146,7 +140,7 @@ def _write(out: RawIOBase, data: bytes) -> None:
             rest = rest[out.write(rest) or 0 :]
     except BrokenPipeError:
         # The server is gone, and this was noticed before the questions ended.
-        _leave()
+        leave()
 
 
 def _warm(asked: JobReader) -> None:
@@ -174,31 +168,6 @@ def _answered(frames: Iterator[bytes]) -> Iterator[bytes]:
         yield error_frame(LimitError("MEMORY", "this needs more memory than a job of the app may have"))
     except Exception as fault:
         yield error_frame(InternalFault("INTERNAL", f"{type(fault).__name__}: {fault}"[:500]))
-
-
-def limit_memory(more: int) -> None:
-    """Let this process map so many bytes more than it does now; systems that know no such limit keep none."""
-    try:
-        import resource
-
-        with open("/proc/self/statm") as statm:
-            now = int(statm.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    except (ImportError, OSError, ValueError):
-        pass
-
-
-def limit_seconds(more: int) -> None:
-    """Let this process use so many CPU seconds more; then the system ends it."""
-    try:
-        import resource
-
-        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + more + 1, hard))
-    except (ImportError, OSError, ValueError):
-        pass
 
 
 if __name__ == "__main__":

@@ -49,9 +49,9 @@ def layer_of(name: str, scenario: Scenario, tick: int, obstacles: Any) -> Floats
     UsageError : LAYER.
     SceneError, FileError : obstacles that are no cells of the map.
     """
-    make = _LAYERS.get(name)
+    make = LAYERS.get(name)
     if make is None:
-        raise UsageError("LAYER", f"{name!r:.60}", where="layer", allowed=", ".join(_LAYERS))
+        raise UsageError("LAYER", f"{name!r:.60}", where="layer", allowed=", ".join(LAYERS))
     return make(scene_at(scenario.scene, tick), scenario, obstacles)
 
 
@@ -201,7 +201,7 @@ def reach(grid: Grid, cells: list[Cell], cutting: bool, horizon: int) -> Floats:
     return out
 
 
-_LAYERS: Final[Mapping[str, Callable[[Scene, Scenario, Any], Floats]]] = {
+LAYERS: Final[Mapping[str, Callable[[Scene, Scenario, Any], Floats]]] = {
     "cost": _cost,
     "luciferin": _luciferin,
     "clearance": _clearance,

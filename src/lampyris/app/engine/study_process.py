@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from lampyris.app.engine.engine import limit_memory
+from lampyris._core.system import limit_memory, lower_priority
 from lampyris.app.engine.frames import fault_of
 from lampyris.errors import InputError, InternalFault, LampyrisError, LimitError
 from lampyris.io.maps.formats.document import MapDocument
@@ -186,8 +186,7 @@ def main() -> None:
     try:
         question = json.loads(sys.stdin.buffer.readline())
         threading.Thread(target=_until_nobody_waits, daemon=True).start()
-        if hasattr(os, "nice"):
-            os.nice(5)  # what the page asks for goes first
+        lower_priority(5)  # what the page asks for goes first
         _run(question, Path(sys.argv[1]), tell)
     except LampyrisError as fault:
         tell(state="failed", error=fault_of(fault))

@@ -11,7 +11,6 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import signal
 import struct
 import sys
 from collections import deque
@@ -21,6 +20,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from lampyris._core import system
 from lampyris.app.engine.engine import MAX_QUESTION, MEMORY, SECONDS
 from lampyris.app.engine.frames import error_frame
 from lampyris.errors import InputError, InternalFault, LampyrisError, LimitError
@@ -142,7 +142,7 @@ class Engines:
             return
         self._running[job] = engine
         whole = faulty = False
-        before = _out_of_memory()
+        before = system.killed_for_memory()
         try:
             await engine.tell(data)
             while True:
@@ -249,19 +249,19 @@ class Engines:
             self._give_back(job, engine)
 
     def _why(self, code: int, engine: _Engine, before: int) -> LampyrisError:
-        """Why an engine ended in the middle of a job; ``before``: :func:`_out_of_memory` at its beginning."""
+        """Why an engine ended in the middle of a job; ``before``: :func:`system.killed_for_memory` at its beginning."""
         if engine.silent:
             return InternalFault("ENGINE", f"nothing came of this for {self.silence:g} seconds")
         if engine.nonsense:
             return InternalFault("ENGINE", "the process that worked on this sent something that is no answer")
-        if code == -getattr(signal, "SIGXCPU", 24):
+        if system.ran_out_of_seconds(code):
             return LimitError(
                 "CPU_LIMIT",
                 f"this took more than {self._seconds} seconds of processor time",
                 allowed=f"{self._seconds} seconds a job",
                 todo="take a smaller map or fewer ticks, or use the command line, which has no such limit",
             )
-        if code == -getattr(signal, "SIGKILL", 9) and _out_of_memory() > before:
+        if system.was_killed(code) and system.killed_for_memory() > before:
             return LimitError(
                 "MEMORY", "the system ended this job for want of memory",
                 todo="end other programs, or take a smaller map",
@@ -274,26 +274,6 @@ class Engines:
 
 _TEMPORARY: Final = ("TMPDIR", "TEMP", "TMP")
 
-
-def _end_group(leader: int) -> None:
-    """End what an engine started and left. A group's number is nobody else's while it has a member."""
-    if hasattr(os, "killpg"):
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(leader, signal.SIGKILL)
-
-
-def _out_of_memory() -> int:
-    """How many processes the system has ended for want of memory, where it says so (Linux); otherwise 0."""
-    total = 0
-    for name, word in _KILLS:
-        with suppress(OSError, ValueError):
-            rows = dict(row.split(" ", 1) for row in Path(name).read_text().splitlines() if " " in row)
-            total += int(rows.get(word, 0))
-    return total
-
-
-_KILLS: Final = (("/proc/vmstat", "oom_kill"), ("/sys/fs/cgroup/memory.events", "oom_kill"))
-"""Files that count them, and under which word; a kill may be in both."""
 
 _CANCELLED: Final = InputError("CANCELLED", "stopped")
 
@@ -373,7 +353,7 @@ class _Engine:
         except TimeoutError:
             self.kill()
         finally:
-            _end_group(process.pid)
+            system.end_group(process.pid)
         return await process.wait()
 
     def kill(self) -> None:
@@ -382,7 +362,7 @@ class _Engine:
             self._killed = True
             with suppress(ProcessLookupError):
                 self._process.kill()
-            _end_group(self._process.pid)
+            system.end_group(self._process.pid)
 
     async def close(self) -> None:
         """End it: it does so by itself when nothing can be asked any more."""

@@ -11,7 +11,6 @@ import json
 import os
 import stat
 import struct
-import sys
 import tempfile
 import threading
 import time
@@ -24,6 +23,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from lampyris._core import system
 from lampyris.app.engine.decode import MAX_BYTES, decode
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.engine.names import is_plain_name
@@ -55,14 +55,8 @@ def default_spool() -> Path:
     A user without a home folder (a container under a number that no user has) gets a folder of their own
     among the system's temporary files.
     """
-    given = {"win32": "LOCALAPPDATA", "darwin": ""}.get(sys.platform, "XDG_DATA_HOME")
-    if given and os.environ.get(given):
-        return Path(os.environ[given]) / "lampyris" / "maps"
-    below = {"win32": "AppData/Local", "darwin": "Library/Application Support"}.get(
-        sys.platform, ".local/share"
-    )
     try:
-        base = Path.home() / below
+        base = system.data_folder()
     except RuntimeError:
         return temporary_spool()
     return base / "lampyris" / "maps"
@@ -75,11 +69,10 @@ def temporary_spool() -> Path:
     ------
     FileError : another program made a folder or a file of that name.
     """
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    folder = Path(tempfile.gettempdir()) / f"lampyris-{user}"
+    folder = Path(tempfile.gettempdir()) / f"lampyris-{system.user()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     info = folder.lstat()
-    if not stat.S_ISDIR(info.st_mode) or (hasattr(os, "getuid") and info.st_uid != user):
+    if not stat.S_ISDIR(info.st_mode) or not system.belongs_to_user(info):
         raise FileError("FILE_WRITE", "it is another user's", where=str(folder), todo="set XDG_DATA_HOME")
     return folder / "maps"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
 import socket
 from collections.abc import Iterator
 from typing import Final
@@ -13,6 +12,7 @@ import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from lampyris._core.system import reuses_ports
 from lampyris.errors import UsageError
 
 HEAD_SECONDS: Final = 10.0
@@ -96,7 +96,7 @@ def open_sockets(port: int, remote: bool = False) -> list[socket.socket]:
 def _listen(family: socket.AddressFamily, host: str, port: int) -> socket.socket:
     made = socket.socket(family, socket.SOCK_STREAM)
     try:
-        if os.name == "posix":
+        if reuses_ports():
             # The port of the server before may be had at once. Elsewhere this would let others share it.
             made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if family == socket.AF_INET6:

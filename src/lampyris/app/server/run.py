@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 from urllib.parse import quote
 
+from lampyris._core import system
 from lampyris.app.server import listening
 from lampyris.app.server.guard import door
 from lampyris.app.server.server import Services, application
@@ -65,7 +66,7 @@ def run_app(
         )
     if folder is not None and not folder.is_dir():
         raise UsageError("FOLDER", "no such folder", where=str(folder), todo="name a folder of maps")
-    _more_files()
+    system.more_open_files(4096)  # 256 are soon taken by connections that send nothing
     sockets = _sockets(port, allow_remote is not None)
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
@@ -91,20 +92,6 @@ def run_app(
         for each in sockets:
             each.close()
     return 0
-
-
-def _more_files() -> None:
-    """Let this process open as many files as it may ask for, up to 4,096: some systems begin with 256, which
-    is soon taken by connections that send nothing."""
-    try:
-        import resource
-
-        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        most = 4096 if hard == resource.RLIM_INFINITY else min(hard, 4096)
-        if soft != resource.RLIM_INFINITY and soft < most:
-            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
-    except (ImportError, OSError, ValueError):
-        pass
 
 
 def _sockets(port: int | None, remote: bool) -> list[socket.socket]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.cli import text
 from lampyris.cli.exit_codes import INTERRUPTED, Interrupted
 from lampyris.cli.options import Force, Json

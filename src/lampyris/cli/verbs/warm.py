@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.cli.options import Json
 from lampyris.cli.text import plural, print_json
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lampyris._core import cancellation
 from lampyris._core.defaults import GAMMA, RHO
-from lampyris._core.processors import processors
 from lampyris._core.scalars import is_whole
+from lampyris._core.system import processors
 from lampyris.errors import SettingError, of_kind, shown
 from lampyris.model.field import Field
 from lampyris.model.moves import Moves

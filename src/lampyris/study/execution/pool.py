@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol, TypeAlias
 
 from lampyris import __version__
+from lampyris._core.system import has_parent
 from lampyris.errors import LampyrisError
 from lampyris.study.execution.batches import Batch
 
@@ -315,7 +316,7 @@ def begin(parent: int) -> None:
 
 def _watch(parent: int) -> None:
     """End when the parent did: killed, it cannot say so."""
-    while os.getppid() == parent or os.name == "nt":
+    while has_parent(parent):
         time.sleep(1.0)
     os._exit(1)
 

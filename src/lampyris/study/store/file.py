@@ -22,8 +22,8 @@ from typing import Any, Literal
 from urllib.parse import quote
 from weakref import WeakSet
 
+from lampyris._core.system import sync_folder
 from lampyris.errors import FileError, UsageError
-from lampyris.io.atomic_write import sync_folder
 
 APPLICATION = 0x6C616D70
 """SQLite's application_id: "lamp"."""

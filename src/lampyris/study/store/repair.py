@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lampyris._core.system import sync_folder
 from lampyris.errors import FileError, LampyrisError
-from lampyris.io.atomic_write import sync_folder
 from lampyris.study.design.serialize import differing, study_plain
 from lampyris.study.design.study import Study, canonical
 from lampyris.study.store.file import (

@@ -14,6 +14,7 @@ from operator import itemgetter
 from pathlib import Path
 
 import lampyris
+from lampyris._core.system import limited_memory
 from lampyris.errors import LampyrisError
 from lampyris.planning import registry
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
@@ -183,7 +184,7 @@ def _use(ask: Ask, part: Part) -> Outcome:
     """Read and use the mutants of a part, each within its time and memory."""
     tally = Tally(part)
     slowest, most = 0.0, 0
-    with old_left_alone(), folder() as place, fuzz_use.limited_space(), fuzz_use.limits_of_use():
+    with old_left_alone(), folder() as place, limited_memory(fuzz_use.SPACE), fuzz_use.limits_of_use():
         user, growth, readings = fuzz_use.User(place), Growth(), Readings()
 
         def once(number: int) -> tuple[str, float]:

@@ -12,7 +12,6 @@ ends what runs away before it takes the machine along.
 from __future__ import annotations
 
 import os
-import resource
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
@@ -81,23 +80,6 @@ def limits_of_use() -> Iterator[None]:
     finally:
         os.environ.clear()
         os.environ.update(before)
-
-
-@contextmanager
-def limited_space() -> Iterator[None]:
-    """Asking for :data:`SPACE` bytes more than there are now fails, where the system can say so."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    try:
-        now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    except OSError:
-        yield
-        return
-    most = now + SPACE if hard == resource.RLIM_INFINITY else min(now + SPACE, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 class User:

@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.study.execution.execution import Execution
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.process.determinism_cases import FIRST, LATER

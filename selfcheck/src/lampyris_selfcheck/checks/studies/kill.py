@@ -22,7 +22,7 @@ from lampyris.errors import LampyrisError
 from lampyris.study.store.store import Store
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.studies.sitting_child import digest
-from lampyris_selfcheck.checks.studies.sittings import Bench, judged
+from lampyris_selfcheck.checks.studies.sittings import Bench, forks_needed, judged
 from lampyris_selfcheck.scratch import folder
 
 KINDS = {
@@ -81,6 +81,7 @@ def _random(ask: Ask, one: Bench, number: int) -> tuple[list[str], str]:
 
 def _command(ask: Ask, number: int, at: Path) -> tuple[list[str], str]:
     """What was read in the store before each kill is there at the end, and the bytes are as undisturbed."""
+    forks_needed()
     rng = ask.rng("kill", "study", number)
     (at / "s.yaml").write_text(STUDY)
     acknowledged: dict[str, str] = {}

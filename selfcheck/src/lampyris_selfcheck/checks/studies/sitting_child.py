@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import resource
 import signal
 import sys
 import time
@@ -20,6 +19,8 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+from lampyris._core.system import limit_file_size
 
 STEP = 0.06
 """Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
@@ -69,8 +70,7 @@ def sitting(given: dict[str, Any]) -> int:
     time.perf_counter, time.time = clocks(given.get("clock", "steps"), time.time)
     sys.argv = ["lampyris", *given["argv"]]
     if "room" in given:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # what is refused is an error, not the end
-        resource.setrlimit(resource.RLIMIT_FSIZE, (given["room"], resource.RLIM_INFINITY))
+        limit_file_size(given["room"])
     try:
         cli.main()
     except SystemExit as done:

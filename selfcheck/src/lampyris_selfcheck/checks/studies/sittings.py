@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from lampyris.errors import InternalFault
+from lampyris._core.system import can_fork
+from lampyris.errors import InternalFault, UsageError
 from lampyris.study.design.study_file import load_study
 from lampyris.study.store.store import Store
 from lampyris_selfcheck.check import Outcome, Part, Tally
@@ -160,9 +161,26 @@ def judged(part: Part, case: Case) -> Outcome:
     return tally.outcome()
 
 
+def forks_needed() -> None:
+    """Refuse to kill processes where they cannot be forked and killed in groups.
+
+    Raises
+    ------
+    UsageError : SYSTEM.
+    """
+    if not can_fork():
+        raise UsageError("SYSTEM", "this check forks and kills processes", allowed="Linux and macOS")
+
+
 @contextmanager
 def bench() -> Iterator[Bench]:
-    """A folder, and a process that waits warm; both are gone afterwards."""
+    """A folder, and a process that waits warm; both are gone afterwards.
+
+    Raises
+    ------
+    UsageError : SYSTEM: processes cannot be forked here.
+    """
+    forks_needed()
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
     with folder() as at:
         process = subprocess.Popen(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import INTERRUPTED, Interrupted
 from lampyris.cli.option_errors import check_choice
