@@ -57,7 +57,8 @@ def with_walls(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64], li
         lattice_map.swept, costs, n, first, last, lattice_map.offsets, began, lattice.cost,
         lattice_map.stride, goal.cell, half, min(limit, MANY), found, done, keys, states, count,
     ):  # fmt: skip
-        keys, states = (np.concatenate((a, np.zeros_like(a))) for a in (keys, states))
+        keys = np.concatenate((keys, np.zeros_like(keys)))
+        states = np.concatenate((states, np.zeros_like(states)))
     excess = int(count[kernel.EXCESS])
     known = _square(goal, lattice_map, costs)[:, :, None]
     exact = done.reshape(side, side, n) != 0

@@ -349,15 +349,16 @@ class Rounds:
     def _track(self, tunnel: Tunnel, seen: bool = False) -> tuple[Found | None, int, int]:
         """The tracking phase: ``(path, place, outcome)``; without a path, ``place`` is how far it came.
 
-        First for a path that costs as little as is wanted, which a greedy search finds soonest. If there is none in the
-        tunnel, for any, to see where it costs more; but not where that has been ``seen``.
+        First for a path that costs as little as is wanted, which a greedy search finds soonest; again once the walls around
+        the goal are known. If there is none in the tunnel, for any, to see where it costs more; but not where that has been
+        ``seen``.
         """
         search, self.tunnel = self._search, tunnel
         wanted = (tunnel, self._costs, self._starts, self._goals)
         some = FEW * len(tunnel.path) + 100
         found: Found | None = None
         outcome = kernel.LIMIT
-        tries = [(weight, some) for weight in GREEDY]
+        tries: list[tuple[float, int | None]] = [(weight, some) for weight in GREEDY]
         if not seen:
             tries.append((self._weight, None))
         while tries:
