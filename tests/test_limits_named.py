@@ -449,7 +449,7 @@ NO_LIMITS = {
     "_core.defaults.VALUES",
     "_core.noun.MAX_REPR",
     "kernels.lattice.search.LIMIT", "kernels.lattice.search.WAITING", "kernels.lattice.low_field.WAITING",
-    "kernels.lattice.timed_search.LIMIT", "kernels.lattice.timed_search.WAITING",
+    "kernels.lattice.goal_costs.WAITING", "kernels.lattice.timed_search.LIMIT", "kernels.lattice.timed_search.WAITING",
     "kernels.fleet_motion.execution.LIMIT", "kernels.fleet_motion.execution.V_MAX", "kernels.fleet_motion.execution.A_MAX",
     "kernels.fleet_motion.execution.D_MAX", "kernels.fleet_motion.orca.LIMIT",
     "kernels.fleet.lacam.LIMIT", "kernels.fleet.pibt.LIMIT", "kernels.fleet.space_time.AT_MOST",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,16 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
-from lampyris.planning.lattice.guided.open_space import NEVER, open_space_of
+from lampyris.planning.lattice.guided.lower_bound import goal_of
+from lampyris.planning.lattice.guided.open_space import FAR, NEVER, open_space_of
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession, lattice_for
 from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.pad.around_goal import MANY, with_walls
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.referee import check_plan
-from lampyris_selfcheck.reference.paths.lattice import least_costs
+from lampyris_selfcheck.reference.paths.lattice import Motion, least_costs
 from sizes import sized
 
 WEIGHTS = (1.0, 1.1, 1.5, 4.0)
@@ -39,7 +42,7 @@ def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan
 
 
 @pytest.mark.commit(2)
-@sized("maps", 3, 1000)
+@sized("maps", 4, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_costs_keep_their_bound_and_no_path_agrees(drive: str, footprint: str, maps: int) -> None:
@@ -73,7 +76,7 @@ def test_no_setting_costs_the_bound(settings: dict[str, Any]) -> None:
     common = {k: v for k, v in settings.items() if k in LatticePlanner.__dataclass_fields__}
     rounds = 0
     for seed in range(20, 26):
-        scene = scene_of(seed, DRIVES[seed % 2], FOOTPRINTS["car"])
+        scene = scene_of(seed, DRIVES[seed % 2], FOOTPRINTS["car"], side=24)
         exact = (
             LatticePlanner(weight=1.0, shortcut=False, **common).open(scene, np.random.default_rng(0)).plan()
         )
@@ -225,11 +228,69 @@ def test_spheres_grow_where_they_are_too_small() -> None:
     assert plan.pose_path is not None
     assert exact.pose_path is not None
     assert plan.pose_path.cost_m == pytest.approx(exact.pose_path.cost_m, rel=1e-12)
-    assert len(plan.rounds) > 2
-    last = dict(plan.rounds[-1].spheres)
-    assert max(last.values()) > 2.0
     bounds = [one.lower_bound_m for one in plan.rounds]
     assert bounds == sorted(bounds)
+    # A corridor with two bends in which the robot backs, far from both ends and from their spheres.
+    walls = np.zeros((40, 160), dtype=bool)
+    walls[:, 60:100] = True
+    walls[10:14, 60:80] = walls[10:20, 78:82] = walls[16:20, 78:100] = False
+    scene = replace(
+        scene,
+        grid=Grid(walls),
+        start=None,
+        goal=None,
+        start_pose=(8.5, 29.5, 0.0),
+        goal_pose=(150.5, 23.5, 0.0),
+    )
+    exact = LatticePlanner(weight=1.0, shortcut=False).open(scene, np.random.default_rng(0)).plan()
+    plan = planned(scene, weight=1.05, sphere_radius=2.0)
+    assert plan.pose_path is not None
+    assert exact.pose_path is not None
+    assert plan.pose_path.cost_m <= 1.05 * exact.pose_path.cost_m * (1 + 1e-9)
+    assert plan.pose_path.reversals > 0
+    assert len(plan.rounds) > 2
+    between = [radius for (x, _), radius in plan.rounds[-1].spheres if 60 <= x < 100]
+    assert max(between) > 2.0
+    assert len(between) > 2
+    bounds = [one.lower_bound_m for one in plan.rounds]
+    assert bounds == sorted(bounds)
+
+
+def test_walls_around_a_goal_add_to_the_bound() -> None:
+    """The goal faces the mouth of a dead end as wide as the robot, so that it is backed into."""
+    walls = np.zeros((24, 34), dtype=bool)
+    walls[10:15, 20:] = True
+    walls[11:14, 20:] = False
+    robot = Robot(drive="ackermann", footprint=FOOTPRINTS["car"], turn_radius=3.0)
+    scene = Scene(Grid(walls), start_pose=(4.5, 4.5, 0.0), goal_pose=(28.5, 11.5, math.pi), robot=robot)
+    session = PadPlanner(weight=1.1).open(scene, np.random.default_rng(0))
+    lattice_map = session.lattice_map
+    lattice = lattice_map.lattice
+    ((goal_cell, heading),) = session.goals(lattice_map)
+    goal_state = (lattice_map.index(goal_cell), heading)
+    costs = LowField(lattice_map, [goal_state[0]]).costs([lattice_map.index((4, 19))])
+    without = goal_of([goal_state], open_space_of(lattice, FAR), lattice_map, costs)
+    back: dict[int, list[Motion]] = {k: [] for k in range(16)}
+    for start, motions in motions_of(lattice).items():
+        for dx, dy, end, cost, swept in motions:
+            back[end].append((-dx, -dy, start, cost, tuple((a - dx, b - dy) for a, b in swept)))
+    least = least_costs(walls.tolist(), back, [(*goal_cell, heading)])
+    exact = []
+    for limit in (5, 200, MANY):
+        goal, expanded = with_walls(without, lattice_map, costs, limit)
+        assert 0 < expanded <= limit
+        assert goal.entry >= without.entry
+        known = [
+            (goal.at_least((index, h), lattice_map.stride, int(costs[index])), cost)
+            for (x, y, h), cost in least.items()
+            for index in [lattice_map.index((x, y))]
+        ]
+        assert all(low <= cost for low, cost in known)
+        exact.append(sum(low == cost for low, cost in known))
+    assert exact == sorted(exact)
+    assert exact[-1] > 100
+    assert goal.entry > without.entry
+    assert planned(scene, weight=1.1)
 
 
 def test_the_same_question_has_the_same_answer() -> None:

@@ -370,16 +370,42 @@ def test_many_samples_over_poses_find_what_the_lattice_does_not(drive: str) -> N
 @pytest.mark.parametrize("reverse", [True, False])
 @pytest.mark.parametrize("drive", ["ackermann", "differential", "omnidirectional"])
 def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
+    """Between poses at which the robot stands free: ends in walls are drawn again."""
     rng = np.random.default_rng(285)
-    found = 0
-    for seed in range(30):
+    occupied = {Status.START_OCCUPIED, Status.GOAL_OCCUPIED}
+    found = asked = 0
+    while asked < 14:
         walls = np.kron(rng.random((8, 12)) < 0.2, np.ones((6, 6), dtype=bool))
         ends = [(*rng.uniform((1, 1), (17, 11)).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
         grid, robot = Grid(walls, resolution=0.25), posed(drive).robot
         scene = Scene(grid, start_pose=ends[0], goal_pose=ends[1], robot=robot)
-        plan = plan_of("pose-rrt-connect", scene, seed, samples=8000, reverse=reverse)
+        other = plan_of("hybrid-astar", scene, reverse=reverse)
+        if other.status in occupied:
+            continue
+        asked += 1
+        plan = plan_of("pose-rrt-connect", scene, asked, samples=8000, reverse=reverse)
+        assert plan.status not in occupied
         found += bool(plan)
     assert found >= 5
+
+
+def test_no_path_in_a_narrow_place_is_no_lie() -> None:
+    """The disc around the robot does not fit at the start, the robot does: the referee asks for no other status."""
+    walls = np.zeros((20, 40), dtype=bool)
+    walls[6:14, :20] = True
+    walls[7:12, 2:20] = False
+    walls[:, 30] = True
+    robot = posed("ackermann").robot
+    scene = Scene(
+        Grid(walls, resolution=0.25), start_pose=(2.0, 2.5, 0.0), goal_pose=(9.0, 2.5, 0.0), robot=robot
+    )
+    for planner in ("hybrid-astar", "lattice", "pad"):
+        plan = lampyris.plan(scene, planner)
+        assert plan.status is Status.NO_PATH
+        assert check_plan(plan, scene) is None
+        assert check_plan(replace(plan, status=Status.START_OCCUPIED), scene) is None
+        walled = replace(scene, goal=None, goal_pose=(7.6, 2.5, 0.0))
+        assert check_plan(plan, walled) is not None
 
 
 def test_footprints_where_walls_separate_or_touch() -> None:

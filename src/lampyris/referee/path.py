@@ -323,6 +323,8 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
         return Violation("status", "plan", f"{plan.status.value} with {held}")
     if start is not None or plan.status not in _ASKS_ENDS:
         return None
+    if plan.path is None and (scene.start_pose is not None or scene.goal_pose is not None):
+        return _pose_ends_violation(plan, scene)
     can = {
         "start": stands_free(scene.grid, scene.start, scene.robot.radius),
         "goal": stands_free(scene.grid, scene.goal, scene.robot.radius),
@@ -341,6 +343,27 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
         f"the robot {'can' if ok else 'cannot'} stand on the {end}" for end, ok in can.items()
     )
     return Violation("status", "plan", f"{plan.status.value}, but {stated}")
+
+
+def _pose_ends_violation(plan: Plan, scene: Scene) -> Violation | None:
+    """What no planner may say of ends that are poses, whether it plans for the footprint or for the disc around it.
+
+    A lattice moves an end by up to a cell; the robot stands at it for certain where the disc is free and a cell besides, and
+    for certain not where its base is in a wall.
+    """
+    room, grid = scene.robot.radius + 2.0 * scene.grid.resolution, scene.grid
+    ends = {"start": scene.start, "goal": scene.goal}
+    can = {end: stands_free(grid, cell, room) for end, cell in ends.items()}
+    cannot = {end: bool(grid.blocked[cell[1], cell[0]]) for end, cell in ends.items()}
+    occupied = {Status.START_OCCUPIED: "start", Status.GOAL_OCCUPIED: "goal"}
+    end = occupied.get(plan.status)
+    if end is not None:
+        stated = f"the robot can stand on the {end}" if can[end] else ""
+    else:
+        stated = " and ".join(f"the robot cannot stand on the {end}" for end in ends if cannot[end])
+        if plan.status is Status.NO_PATH and scene.start_pose == scene.goal_pose:
+            stated = "the start is the goal"
+    return Violation("status", "plan", f"{plan.status.value}, but {stated}") if stated else None
 
 
 _ASKS_ENDS = (Status.FOUND, Status.NO_PATH, Status.START_OCCUPIED, Status.GOAL_OCCUPIED)

@@ -17,20 +17,51 @@ _SLOW = 1e-3
 """Metres a second below which curvature says nothing."""
 
 
+@kernel(out=("bounds",), each=200, of="x")
+def bound(x, y, bounds, begin, end):
+    """Write the least and greatest x and y of a block; in four parts each, which advance together."""
+    a0 = a1 = a2 = a3 = x[begin]
+    b0 = b1 = b2 = b3 = x[begin]
+    c0 = c1 = c2 = c3 = y[begin]
+    d0 = d1 = d2 = d3 = y[begin]
+    whole = begin + (end - begin) // u64(4) * u64(4)
+    for k in range(begin, whole, u64(4)):
+        a0 = min(a0, x[k])
+        a1 = min(a1, x[k + u64(1)])
+        a2 = min(a2, x[k + u64(2)])
+        a3 = min(a3, x[k + u64(3)])
+        b0 = max(b0, x[k])
+        b1 = max(b1, x[k + u64(1)])
+        b2 = max(b2, x[k + u64(2)])
+        b3 = max(b3, x[k + u64(3)])
+        c0 = min(c0, y[k])
+        c1 = min(c1, y[k + u64(1)])
+        c2 = min(c2, y[k + u64(2)])
+        c3 = min(c3, y[k + u64(3)])
+        d0 = max(d0, y[k])
+        d1 = max(d1, y[k + u64(1)])
+        d2 = max(d2, y[k + u64(2)])
+        d3 = max(d3, y[k + u64(3)])
+    for k in range(whole, end):
+        a0 = min(a0, x[k])
+        b0 = max(b0, x[k])
+        c0 = min(c0, y[k])
+        d0 = max(d0, y[k])
+    bounds[0] = min(min(a0, a1), min(a2, a3))
+    bounds[1] = max(max(b0, b1), max(b2, b3))
+    bounds[2] = min(min(c0, c1), min(c2, c3))
+    bounds[3] = max(max(d0, d1), max(d2, d3))
+
+
 @kernel(out=("cost",), each=2_000, of="cost")
 def add_obstacles(
-    x, y, cosine, sine, box, ox, oy, ou, ow, radius, now, margin, reach, weight, hit, cost, begin, end,
+    x, y, cosine, sine, bounds, box, ox, oy, ou, ow, radius, now, margin, reach, weight, hit, cost, begin, end,
 ):  # fmt: skip
     """Add to each motion of a block what nearness to obstacles costs after ``now`` seconds; returns how many were near enough."""
-    low_x = x[begin]
-    high_x = x[begin]
-    low_y = y[begin]
-    high_y = y[begin]
-    for k in range(begin, end):
-        low_x = min(low_x, x[k])
-        high_x = max(high_x, x[k])
-        low_y = min(low_y, y[k])
-        high_y = max(high_y, y[k])
+    low_x = bounds[0]
+    high_x = bounds[1]
+    low_y = bounds[2]
+    high_y = bounds[3]
     found = 0.0
     for j in range(len(ox)):
         cx = ox[j] + ou[j] * now
@@ -61,22 +92,18 @@ def add_obstacles(
 
 @kernel(out=("cost",), each=1_000, of="cost")
 def add_walls(
-    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off, weight, hit, cost, begin, end,
+    x, y, cosine, sine, bounds, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off, weight, hit, cost,
+    begin, end,
 ):  # fmt: skip
     """Add to each motion of a block what nearness to walls costs.
 
     A robot whose cell is ``far_off`` from walls is not near any; nor is one near it, by so much as it is nearer.
     """
     per_metre = 1.0 / resolution
-    low_x = x[begin]
-    high_x = x[begin]
-    low_y = y[begin]
-    high_y = y[begin]
-    for k in range(begin, end):
-        low_x = min(low_x, x[k])
-        high_x = max(high_x, x[k])
-        low_y = min(low_y, y[k])
-        high_y = max(high_y, y[k])
+    low_x = bounds[0]
+    high_x = bounds[1]
+    low_y = bounds[2]
+    high_y = bounds[3]
     left = math.floor(low_x * per_metre + 0.5)
     right = math.floor(high_x * per_metre + 0.5)
     top = math.floor(0.5 - high_y * per_metre)
@@ -154,6 +181,7 @@ def add_path(
         "room",
         "cost",
         "found",
+        "bounds",
     ),
     each=20_000,
     of="spin",
@@ -164,7 +192,7 @@ def rollouts(
     path_x, path_y, path_c, path_s, path_left, path_weight, yaw_weight, progress_weight,
     clear, width, height, resolution, disc_x, disc_y, disc_r, margin,
     box, ox, oy, ou, ow, radius, obstacle_weight, collision_cost,
-    push, side, spin, x, y, cosine, sine, before, beside, at, room, cost, found,
+    push, side, spin, x, y, cosine, sine, before, beside, at, room, cost, found, bounds,
 ):  # fmt: skip
     """Simulate ``n`` motions of ``steps`` steps and add up their costs.
 
@@ -188,6 +216,11 @@ def rollouts(
     x, y, cosine, sine, before, beside, at, room : out, float64 (n,): state of each motion; at the end its last pose.
     cost : out, float64 (n,).
     found : out, float64 (1,): triples of an obstacle, a step and a block that were near enough to be looked at.
+    bounds : room for the least and greatest x and y of a block, float64 (4,).
+
+    Returns
+    -------
+    The motion of least cost, of equal ones the first.
     """
     n = u64(len(cost))
     reach = math.sqrt(max(box[0] * box[0], box[1] * box[1]) + max(box[2] * box[2], box[3] * box[3]))
@@ -236,8 +269,9 @@ def rollouts(
             pull_w = rate_weight * mean_w / spread_w
             if sideways == 0:
                 # Loops of a few arrays each: with more of them the compiler does not prove that they are apart.
-                for k in range(begin, end):
-                    cost[k] += pull_v * noise_v[first + k] + pull_w * noise_w[first + k]
+                if pull_v != 0.0 or pull_w != 0.0:
+                    for k in range(begin, end):
+                        cost[k] += pull_v * noise_v[first + k] + pull_w * noise_w[first + k]
                 for k in range(begin, end):
                     old = before[k]
                     v = old + dt * min(max(mean_v + spread_v * noise_v[first + k], -d_max), a_max)
@@ -253,9 +287,9 @@ def rollouts(
                     spin[base + k] = min(max(mean_w + spread_w * noise_w[first + k], -most), most)
                 far = 0.5 * gear * dt
                 for k in range(begin, end):
-                    x[k] += far * before[k] * cosine[k]
-                for k in range(begin, end):
-                    y[k] += far * before[k] * sine[k]
+                    part = far * before[k]
+                    x[k] += part * cosine[k]
+                    y[k] += part * sine[k]
                 for k in range(begin, end):
                     turned = spin[base + k] * dt
                     square = turned * turned
@@ -266,9 +300,9 @@ def rollouts(
                     cosine[k] = c * p - s * q
                     sine[k] = s * p + c * q
                 for k in range(begin, end):
-                    x[k] += far * before[k] * cosine[k]
-                for k in range(begin, end):
-                    y[k] += far * before[k] * sine[k]
+                    part = far * before[k]
+                    x[k] += part * cosine[k]
+                    y[k] += part * sine[k]
             else:
                 mean_u = nominal_u[i]
                 pull_u = rate_weight * mean_u / spread_v
@@ -308,13 +342,14 @@ def rollouts(
                     spin[base + k] = w
             if i % 2 == 0 and i + 1 < steps:
                 continue
+            bound(x, y, bounds, begin, end)
             found[0] += add_obstacles(
-                x, y, cosine, sine, box, ox, oy, ou, ow, radius, (i + 1) * dt, margin, reach,
+                x, y, cosine, sine, bounds, box, ox, oy, ou, ow, radius, (i + 1) * dt, margin, reach,
                 share * obstacle_weight, share * collision_cost, cost, begin, end,
             )  # fmt: skip
             if not open_ground:
                 add_walls(
-                    x, y, cosine, sine, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off,
+                    x, y, cosine, sine, bounds, clear, width, height, resolution, disc_x, disc_y, disc_r, margin, far_off,
                     share * obstacle_weight, share * collision_cost, cost, begin, end,
                 )  # fmt: skip
             if i % 4 != 3 and i + 1 < steps:
@@ -323,8 +358,12 @@ def rollouts(
                 x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, seldom * path_weight, seldom * yaw_weight,
                 v_max, double, at, room, cost, begin, end,
             )  # fmt: skip
+    best = u64(0)
     for k in range(n):
         cost[k] += progress_weight * path_left[int(at[k])]
+        if cost[k] < cost[best]:
+            best = k
+    return best
 
 
 @kernel(out=("nominal_v", "nominal_w", "nominal_u"), each=500, of="push")

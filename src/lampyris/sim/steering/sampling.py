@@ -54,6 +54,14 @@ class SimulatedMotions:
         )
         self.arrays = {name: np.zeros(size) for name, size in sizes.items()}
         self.arrays["found"] = np.zeros(1)
+        self.arrays["bounds"] = np.zeros(4)
+        self._out = tuple(self.arrays.values())
+        self._start = np.zeros(6)
+        robot = self.shape.robot
+        self._limits = (
+            int(self.shape.sideways), robot.v_max, robot.a_max, robot.d_max, self.shape.yaw_rate,
+            1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius, robot.a_lat_max,
+        )  # fmt: skip
         footprint = self.shape.robot.footprint
         if footprint is None:
             discs = np.array([(0.0, 0.0, self.shape.robot.radius)])
@@ -67,14 +75,13 @@ class SimulatedMotions:
     def simulate(
         self, view: View, one: Dwa | Mppi, noise: tuple[Floats, Floats, Floats], hold: int, shift: int,
         nominal: tuple[Floats, Floats, Floats], spread: tuple[float, float], rate_weight: float,
-    ) -> Floats:  # fmt: skip
-        """The cost of each motion, (count,)."""
-        shape, robot = self.shape, self.shape.robot
-        c, s = cos_sin(view.pose.yaw)
-        along, across = self.velocity(view)
-        start = np.array((view.pose.x, view.pose.y, c, s, along, across))
+    ) -> int:  # fmt: skip
+        """Simulate all motions, whose costs are then in ``arrays["cost"]``; the cheapest of them, of equal ones the first."""
+        (x, y, yaw), start = view.pose, self._start
+        c, s = cos_sin(yaw)
+        start[:] = (x, y, c, s, *self.velocity(view))
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
-        message, res = view.message, shape.grid.resolution
+        message, res = view.message, self.shape.grid.resolution
         # From y down to y up.
         ox, oy = message.xy[:, 0] * res, message.xy[:, 1] * -res
         if view.velocity is None:
@@ -82,17 +89,15 @@ class SimulatedMotions:
         else:
             ou, ow = view.velocity[:, 0].copy(), -view.velocity[:, 1]
         height, width = view.walls.clear.shape
-        bend = 1e6 if robot.turn_radius == 0.0 else 1.0 / robot.turn_radius
-        rollouts(
+        best = rollouts(
             *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear,
-            int(shape.sideways),
-            robot.v_max, robot.a_max, robot.d_max, shape.yaw_rate, bend, robot.a_lat_max, rate_weight,
+            *self._limits, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
             view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
             ox, oy, ou, ow,
-            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *self.arrays.values(),
+            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *self._out,
         )  # fmt: skip
-        return self.arrays["cost"]
+        return int(best)
 
     def velocity(self, view: View) -> tuple[float, float]:
         """The robot's speed, and of an omnidirectional one its speeds ahead and to the left."""
@@ -103,8 +108,8 @@ class SimulatedMotions:
         c, s = cos_sin(view.arc.direction - view.pose.yaw)
         return view.v * c, view.v * s
 
-    def _path(self, view: View) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """The rest of the section within reach of the motions: points, direction of the yaw, metres left."""
+    def _path(self, view: View) -> Floats:
+        """The rest of the section within reach of the motions: points, direction of the yaw, metres left; (5, n)."""
         progress, one = view.progress, view.progress.section
         far = self.shape.robot.v_max * self.steps * self.step + 2.0
         if self._section is None or self._section[0] is not one:
@@ -122,8 +127,7 @@ class SimulatedMotions:
         chosen = np.empty((5, before + 1))
         chosen[:, :before] = table[:, k : k + before * stride : stride]
         chosen[:, before] = table[:, last]
-        x, y, cosine, sine, left = chosen
-        return x, y, cosine, sine, left
+        return chosen
 
 
 def close(view: View) -> Steer:
@@ -169,7 +173,7 @@ class _Window:
 
     def __init__(self, one: Dwa, shape: RobotShape) -> None:
         self.rates = shape.yaw_rate * (2.0 * np.arange(one.yaw_rates) / (one.yaw_rates - 1) - 1.0)
-        speed = np.arange(one.speeds)
+        speed = np.arange(one.speeds, dtype=np.float64)
         if shape.sideways:
             self.speed, n = speed, one.speeds * one.directions * one.yaw_rates
             self.spin = np.zeros(2 * n)
@@ -220,8 +224,7 @@ class DynamicWindow:
             np.divide(u - across, seconds, out=window.side[:n])
             window.spin[:n] = window.spin[n:] = w
         noise, none = (window.push, window.spin, window.side), window.none
-        cost = self._motions.simulate(view, one, noise, hold, 0, (none, none, none), (1.0, 1.0), 0.0)
-        k = int(cost.argmin())
+        k = self._motions.simulate(view, one, noise, hold, 0, (none, none, none), (1.0, 1.0), 0.0)
         share = view.period / max(seconds, view.period)
         ahead = along + share * (float(v[k]) - along)
         aside = across + share * (float(u[k]) - across) if shape.sideways else 0.0
@@ -234,7 +237,7 @@ class DynamicWindow:
         window = max(one.window, view.period)
         low = max(now - robot.d_max * window, 0.0)
         high = min(now + robot.a_max * window, robot.v_max)
-        speeds = np.asarray(all_.speed * (high - low), dtype=np.float64)
+        speeds: Floats = all_.speed * (high - low)
         speeds /= one.speeds - 1
         speeds += low
         if not shape.sideways:
@@ -291,9 +294,10 @@ class PathIntegral:
         spread = (one.speed_noise * shape.robot.a_max, one.yaw_noise * shape.yaw_rate)
         v, w, u = self._nominal
         noise = (self._noise[0], self._noise[1], self._noise[2])
-        cost = motions.simulate(view, one, noise, one.hold, self._shift, (v, w, u), spread, one.rate_weight)
+        best = motions.simulate(view, one, noise, one.hold, self._shift, (v, w, u), spread, one.rate_weight)
+        cost = motions.arrays["cost"]
         self._move_window(max(round(view.period / one.step), 1))
-        weight = elementary.exp((cost.min() - cost) / one.temperature)
+        weight = elementary.exp((cost[best] - cost) / one.temperature)
         weight /= weight.sum()
         arrays = motions.arrays
         weighted(

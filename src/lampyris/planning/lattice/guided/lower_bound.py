@@ -26,6 +26,8 @@ class Goal:
     headings : of the states.
     table : int64 (side, side, headings): costs to it without walls from each row, column and heading of a square around it.
     entry : what a path from outside the square costs more than the field says, at least.
+
+    Both may be of open space, or know the walls.
     """
 
     cell: int
@@ -37,6 +39,15 @@ class Goal:
     def half(self) -> int:
         """The square has ``2 * half + 1`` cells a side."""
         return int(self.table.shape[0] - 1) // 2
+
+    def at_least(self, state: tuple[int, int], stride: int, known: int) -> int:
+        """What a path from a state costs at least, where the field says ``known``."""
+        (cell, heading), half = state, self.half
+        y, x = (a - b + half for a, b in zip(divmod(cell, stride), divmod(self.cell, stride), strict=True))
+        beyond = known + self.entry
+        if 0 <= y <= 2 * half and 0 <= x <= 2 * half:
+            beyond = min(beyond, int(self.table[y, x, heading]))
+        return max(known, beyond)
 
     @cached_property
     def with_cells(self) -> NDArray[np.int64]:
@@ -106,4 +117,4 @@ def lower_bound(
     across, down = goal_x - cell % lattice_map.stride, goal_y - cell // lattice_map.stride
     if max(abs(across), abs(down)) <= half:
         least = min(least, int(open_space.cost[heading, half + down, half + across][goal.headings].min()))
-    return max(least, int(heuristic[cell]))
+    return max(least, goal.at_least(start, lattice_map.stride, int(heuristic[cell])))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.lattice.guided.guided_search import LOOK, around, sectors
+from lampyris.planning.lattice.guided.lower_bound import Goal
 from lampyris.planning.lattice.guided.open_space import FAR, NEVER, open_space_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
@@ -17,7 +18,7 @@ MANY_GOALS = 64
 
 def put_in_order(
     order: NDArray[np.int64], tunnel: Tunnel, goals: list[tuple[int, int]], lattice_map: LatticeMap,
-    field: LowField | None, costs: NDArray[np.int64],
+    field: LowField | None, costs: NDArray[np.int64], known: Goal | None = None,
 ) -> None:  # fmt: skip
     """Note by how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
 
@@ -29,6 +30,7 @@ def put_in_order(
     order : int64 (cells * (headings + 1),): what is written.
     goals : cell index and heading.
     field, costs : of the projected graph, and its costs in the tunnel.
+    known : what is known of the headings at the goals; None: their costs without walls.
     """
     lattice, cells = lattice_map.lattice, tunnel.cells
     n = lattice.shape.headings
@@ -48,11 +50,16 @@ def put_in_order(
         extra = open_space.turn[:, start[field.by[cells]]].T
     direct = np.full(extra.shape, NEVER)
     y, x = np.divmod(cells, lattice_map.stride)
-    for goal, heading in goals[:MANY_GOALS]:
+    tables = (
+        [(goal, open_space.to(heading)) for goal, heading in goals[:MANY_GOALS]]
+        if known is None
+        else [(known.cell, known.table)]
+    )
+    for goal, table_of in tables:
         goal_y, goal_x = divmod(goal, lattice_map.stride)
         near = (np.abs(x - goal_x) <= half) & (np.abs(y - goal_y) <= half)
-        known = open_space.to(heading)[y[near] - goal_y + half, x[near] - goal_x + half]
-        direct[near] = np.minimum(direct[near], known)
+        found = table_of[y[near] - goal_y + half, x[near] - goal_x + half]
+        direct[near] = np.minimum(direct[near], found)
     low = costs[cells][:, None]
     entry = _entry(tunnel, lattice_map, towards, direct, low[:, 0], n)
     table[cells, :n] = np.where(direct < NEVER, np.maximum(direct - low, 0), np.minimum(extra + entry, NEVER))

@@ -19,6 +19,7 @@ from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bo
 from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.pad.around_goal import MANY, with_walls
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.hybrid import NO_ORDER, RegionalHeadingSearch, State
 from lampyris.planning.lattice.pad.order import put_in_order
@@ -97,6 +98,7 @@ class PadSearch(RegionalHeadingSearch):
         self.field: LowField | None = None
         self.ordered_for: Tunnel | None = None
         self._known: tuple[NDArray[np.int64], list[State], Goal] | None = None
+        self._walled: Goal | None = None
         self._order = np.zeros(len(self._mark), dtype=np.int64)
         self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
 
@@ -113,7 +115,7 @@ class PadSearch(RegionalHeadingSearch):
             return None, kernel.EXHAUSTED
         self._masked[tunnel.cells] = costs[tunnel.cells]
         if self.ordered_for is not tunnel:
-            put_in_order(self._order, tunnel, goals, self.lattice_map, self.field, self._masked)
+            put_in_order(self._order, tunnel, goals, self.lattice_map, self.field, self._masked, self.goal)
             self.ordered_for = tunnel
         self.order = self._order
         try:
@@ -140,6 +142,21 @@ class PadSearch(RegionalHeadingSearch):
         if self._known is None or self._known[0] is not costs or self._known[1] != known:
             self._known = costs, known, goal_of(known, open_space_of(lattice, FAR), self.lattice_map, costs)
         return self._known[2]
+
+    def look_around_goal(self, costs: NDArray[np.int64], goal: Goal, limit: int) -> tuple[Goal, int]:
+        """The goal with the walls around it, and the states expanded for that; once for a goal.
+
+        Parameters
+        ----------
+        costs, goal : those of :meth:`goal_among`, and its result.
+        limit : greatest number of expansions.
+        """
+        assert self._known is not None
+        if self._walled is goal:
+            return goal, 0
+        self._walled, expanded = with_walls(goal, self.lattice_map, costs, limit)
+        self._known = *self._known[:2], self._walled
+        return self._walled, expanded
 
     def farthest(self, tunnel: Tunnel) -> int:
         """The greatest place of a tunnel at which any state was reached."""
@@ -183,14 +200,34 @@ class Rounds:
         self._tracked: Found | None = None
         # No path costs less than the projected graph's, nor than turning at both ends does.
         self._projected = int(min(costs[cell] for cell, _ in starts))
-        goal = search.goal_among(costs, goals)
-        search.goal = search.hybrid.goal = goal
         self._lower_bound = self._projected
-        if goal is not None and len(starts) <= MANY_STARTS:
-            open_space = open_space_of(search.lattice_map.lattice, FAR)
-            ends = [lower_bound(one, goal, open_space, search.lattice_map, costs) for one in starts]
-            self._lower_bound = max(self._lower_bound, min(ends))
         self._planning = self._low = self._tracking = 0
+        self._take_goal(search.goal_among(costs, goals))
+
+    def _take_goal(self, goal: Goal | None) -> None:
+        """Have both phases know the headings of the goal, and the lower bound of both ends."""
+        search = self._search
+        search.goal = search.hybrid.goal = goal
+        search.ordered_for = None
+        if goal is not None and len(self._starts) <= MANY_STARTS:
+            open_space = open_space_of(search.lattice_map.lattice, FAR)
+            ends = [
+                lower_bound(one, goal, open_space, search.lattice_map, self._costs) for one in self._starts
+            ]
+            self._lower_bound = max(self._lower_bound, min(ends))
+
+    def _look_around_goal(self) -> bool:
+        """Take the walls around the goal into account; whether there was anything to learn."""
+        search, left = self._search, self._left()
+        goal = search.goal
+        if goal is None or left == 0:
+            return False
+        walled, expanded = search.look_around_goal(self._costs, goal, MANY if left is None else left)
+        self._planning += expanded
+        if walled is goal:
+            return False
+        self._take_goal(walled)
+        return True
 
     def run(self, old: Tunnel | None = None) -> int:
         """Search until the path is good enough, there is none, or the budget is used; one of the kernel's outcomes.
@@ -277,13 +314,16 @@ class Rounds:
             states = [(cell, hybrid.low) for cell in cells]
             cost = self._projected
             return Found(tuple(states[:-1]), tuple(primitives), states[-1], cost, cost), kernel.FOUND
-        self._spheres.mark(hybrid.inside, search.lattice_map)
         hybrid.most = (
             -1 if self._best is None else math.ceil(self._best.cost / self._weight * (1 - 1e-12)) - 1
         )
+        if self._best is not None:
+            self._hold_ends(hybrid.most)
+        self._spheres.mark(hybrid.inside, search.lattice_map)
         hybrid.begin(self._costs, self._starts, self._goals)
         outcome = hybrid.improve(1.0, self._left())
-        self._planning, self._low = hybrid.expansions, hybrid.low_expansions
+        self._planning += hybrid.expansions
+        self._low += hybrid.low_expansions
         found = hybrid.result()
         if found is not None:
             # With weight 1 nothing that waits leads to a cheaper path of the lattice, to the last unit.
@@ -293,25 +333,44 @@ class Rounds:
             self._lower_bound = max(self._lower_bound, hybrid.most + 1)
         return found, outcome
 
+    def _hold_ends(self, most: int) -> None:
+        """Have spheres at the ends, as large as what a path of cost ``most`` may cost more than the projected one.
+
+        What there is to refute are paths that turn round at less cost; they do so within this distance.
+        """
+        search = self._search
+        cell, _ = min(self._starts, key=lambda one: int(self._costs[one[0]]))
+        radius = (most - self._projected) / UNIT
+        if radius > 0:
+            self._spheres.hold(search.lattice_map.cell(cell), radius)
+        if search.goal is not None:
+            self._spheres.hold(search.lattice_map.cell(search.goal.cell), search.goal.half)
+
     def _track(self, tunnel: Tunnel, seen: bool = False) -> tuple[Found | None, int, int]:
         """The tracking phase: ``(path, place, outcome)``; without a path, ``place`` is how far it came.
 
-        First for a path that costs as little as is wanted, which a greedy search finds soonest. If there is none in the
-        tunnel, for any, to see where it costs more; but not where that has been ``seen``.
+        First for a path that costs as little as is wanted, which a greedy search finds soonest; again once the walls around
+        the goal are known. If there is none in the tunnel, for any, to see where it costs more; but not where that has been
+        ``seen``.
         """
         search, self.tunnel = self._search, tunnel
         wanted = (tunnel, self._costs, self._starts, self._goals)
         some = FEW * len(tunnel.path) + 100
         found: Found | None = None
         outcome = kernel.LIMIT
-        tries = [(weight, self._target, some) for weight in GREEDY]
-        for weight, most, limit in tries if seen else (*tries, (self._weight, -1, None)):
+        tries: list[tuple[float, int | None]] = [(weight, some) for weight in GREEDY]
+        if not seen:
+            tries.append((self._weight, None))
+        while tries:
+            weight, limit = tries.pop(0)
             left = self._left()
             least = min((one for one in (left, limit) if one is not None), default=None)
-            found, outcome = search.track(*wanted, weight, most, least)
+            found, outcome = search.track(*wanted, weight, -1 if limit is None else self._target, least)
             self._tracking += search.expansions
             if found is not None or self._left() == 0:
                 break
+            if self._look_around_goal():
+                tries[:0] = [(one, some) for one in GREEDY]
         if found is None:
             outcome = kernel.LIMIT if self._left() == 0 else kernel.EXHAUSTED
             return None, search.farthest(tunnel), outcome

@@ -1,0 +1,78 @@
+"""What the walls around a goal add to costs: exact ones of the states near it, and a bound for paths from farther off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.lattice import goal_costs as kernel
+from lampyris.planning.lattice.guided.lower_bound import Goal
+from lampyris.planning.lattice.guided.open_space import NEVER
+from lampyris.planning.lattice.lattice import StateLattice
+from lampyris.planning.lattice.map import LatticeMap
+
+MANY = 4_000
+"""Expansions after which it ends with what it knows."""
+
+
+@lru_cache(8)
+def by_end(lattice: StateLattice) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Heading at the beginning of each primitive; primitives by the heading at their end, and where each heading's begin."""
+    began = np.array([one.start for one in lattice.primitives], dtype=np.int32)
+    last = np.argsort(lattice.turned, kind="stable").astype(np.int32)
+    first = np.searchsorted(lattice.turned[last], np.arange(lattice.shape.headings + 1)).astype(np.int32)
+    return began, last, first
+
+
+def with_walls(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64], limit: int) -> tuple[Goal, int]:
+    """The same goal with the walls around it, and the states expanded.
+
+    A search backward from the goal states within the square of the table, in the order of the excess over ``costs``, which are
+    consistent. It ends where a path may have left the square with excess K: no path from a state that it has not expanded costs
+    less than ``costs`` and K. Of those that it has expanded the cost is exact.
+
+    Parameters
+    ----------
+    goal : with costs without walls.
+    costs : of the projected graph; int64 (cells,).
+    limit : greatest number of expansions.
+    """
+    lattice, half = lattice_map.lattice, goal.half
+    n, side = lattice.shape.headings, 2 * half + 1
+    began, last, first = by_end(lattice)
+    middle = (half * side + half) * n
+    found = np.full(side * side * n, -1, dtype=np.int64)
+    done = np.zeros(side * side * n, dtype=np.uint8)
+    room = 1 << 14
+    keys, states = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int32)
+    for k, heading in enumerate(goal.headings):
+        found[middle + heading] = 0
+        states[k] = middle + heading
+    count = np.array((len(goal.headings), 0, NEVER), dtype=np.int64)
+    while not kernel.spread_back(
+        lattice_map.walls, lattice_map.clear, lattice.inscribed - 1e-6, lattice.reach, lattice.sweep_first,
+        lattice_map.swept, costs, n, first, last, lattice_map.offsets, began, lattice.cost,
+        lattice_map.stride, goal.cell, half, min(limit, MANY), found, done, keys, states, count,
+    ):  # fmt: skip
+        keys = np.concatenate((keys, np.zeros_like(keys)))
+        states = np.concatenate((states, np.zeros_like(states)))
+    excess = int(count[kernel.EXCESS])
+    known = _square(goal, lattice_map, costs)[:, :, None]
+    exact = done.reshape(side, side, n) != 0
+    table = np.where(exact, found.reshape(side, side, n), np.maximum(goal.table, known + excess))
+    return (
+        replace(goal, table=np.ascontiguousarray(table), entry=max(goal.entry, excess)),
+        int(count[kernel.EXPANDED]),
+    )
+
+
+def _square(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The costs of the cells of the square; 0 where there are none."""
+    half, stride = goal.half, lattice_map.stride
+    y, x = (part + np.arange(-half, half + 1) for part in divmod(goal.cell, stride))
+    there = ((y >= 0) & (y < len(costs) // stride))[:, None] & ((x >= 0) & (x < stride))[None, :]
+    index = np.where(there, y[:, None] * stride + x[None, :], 0)
+    return np.where(there, np.maximum(costs[index], 0), 0)
