@@ -104,7 +104,9 @@ def _seen(made: Drive, step: float, many: int) -> bytes | None:
     if made.seen is None:
         return None
     samples = np.ceil(made.seen * (made.period / step) - 1e-9)
-    return seen_frame(np.where(made.seen < 0, -1, np.minimum(samples, many - 1)).astype(np.int32).ravel(), 0, many)
+    return seen_frame(
+        np.where(made.seen < 0, -1, np.minimum(samples, many - 1)).astype(np.int32).ravel(), 0, many
+    )
 
 
 def step_of(made: Drive) -> float:

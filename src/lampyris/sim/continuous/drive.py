@@ -254,7 +254,9 @@ class DriveSimulation(Exclusive):
                 verdict = self.replanner.without_traffic()
             if verdict.status in _NEVER:
                 own = self.visits.done or verdict.status is Status.START_OCCUPIED
-                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, self.visits.sentence_of(verdict))
+                self._end(
+                    _NEVER[verdict.status] if own else Outcome.NO_PATH, self.visits.sentence_of(verdict)
+                )
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
