@@ -16,6 +16,8 @@ BINS = 72
 TOLERANCE, YAW_TOLERANCE = 0.5, 0.35
 """Metres and radians: what pathplanning allows at the goal by itself."""
 WHEELBASE = 1.0
+CLOSE = 8
+"""Poses for each cell of OMPL's path at which it is judged."""
 
 Pose = tuple[float, float, float]
 
@@ -32,6 +34,18 @@ class Taken:
 
     seconds: float
     length: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Judged(Taken):
+    """What one query of OMPL took.
+
+    Parameters
+    ----------
+    free : whether its path is one: no shorter than the straight line, and free where it is looked at closely.
+    """
+
+    free: bool = True
 
 
 def length_of(poses: np.ndarray) -> float:
@@ -57,10 +71,38 @@ def free_poses(blocked: np.ndarray, cell: float) -> np.ndarray:
     return free
 
 
-class Ompl:
-    """A planner of OMPL in the space of Reeds-Shepp curves, its check a lookup in the map of free poses."""
+def touches(blocked: np.ndarray, cell: float, poses: np.ndarray) -> bool:
+    """Whether the rectangle is on a wall, or off the map, at one of the poses: looked up every eighth of a cell of it.
 
-    def __init__(self, planner: str, blocked: np.ndarray, cell: float, seconds: float) -> None:
+    Parameters
+    ----------
+    blocked : bool (height, width), rows downwards.
+    poses : float64 (n, 3): x, y (y up) and yaw of its middle.
+    """
+    occupied = np.pad(blocked[::-1], 1, constant_values=True)
+    sides = [np.linspace(-side / 2, side / 2, 1 + math.ceil(side / cell * 8)) for side in (LENGTH, WIDTH)]
+    xs, ys = (part.ravel() for part in np.meshgrid(*sides))
+    high, wide = blocked.shape
+    for x, y, yaw in poses:
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        columns = np.floor((x + cos * xs - sin * ys) / cell).astype(int).clip(-1, wide)
+        rows = np.floor((y + sin * xs + cos * ys) / cell).astype(int).clip(-1, high)
+        if occupied[rows + 1, columns + 1].any():
+            return True
+    return False
+
+
+class Ompl:
+    """A planner of OMPL in the space of Reeds-Shepp curves, its check a lookup in the map of free poses.
+
+    Parameters
+    ----------
+    seconds : its limit; of processor time if ``of_processor``, else of wall time.
+    """
+
+    def __init__(
+        self, planner: str, blocked: np.ndarray, cell: float, seconds: float, *, of_processor: bool = False
+    ) -> None:
         from ompl import base, geometric, util
 
         util.noOutputHandler()
@@ -84,8 +126,9 @@ class Ompl:
             return 0 <= x < wide and 0 <= y < high and free[k][y][x]
 
         self._is_free = is_free
+        self._blocked, self._cell, self._of_processor = blocked, cell, of_processor
 
-    def __call__(self, start: Pose, goal: Pose) -> Taken:
+    def __call__(self, start: Pose, goal: Pose) -> Judged:
         setup = self._geometric.SimpleSetup(self._space)
         setup.setStateValidityChecker(self._is_free)
         ends = []
@@ -98,11 +141,28 @@ class Ompl:
         setup.getSpaceInformation().setStateValidityCheckingResolution(0.05 / self._space.getMaximumExtent())
         setup.setPlanner(getattr(self._geometric, self._planner)(setup.getSpaceInformation()))
         begin = time.thread_time_ns()
-        setup.solve(self._seconds)
+        solve_within(setup, self._seconds, of_processor=self._of_processor)
         spent = (time.thread_time_ns() - begin) / 1e9
         if not setup.haveExactSolutionPath():
-            return Taken(max(spent, self._seconds), None)
-        return Taken(spent, float(setup.getSolutionPath().length()))
+            return Judged(max(spent, self._seconds), None)
+        path = setup.getSolutionPath()
+        length = float(path.length())
+        path.interpolate(2 + math.ceil(length / self._cell * CLOSE))
+        poses = np.array([(one.getX(), one.getY(), one.getYaw()) for one in path.getStates()])
+        straight = math.dist(start[:2], goal[:2])
+        clear = length > straight - 1e-6 and not touches(self._blocked, self._cell, poses)
+        return Judged(spent, length, clear)
+
+
+def solve_within(setup: Any, seconds: float, *, of_processor: bool) -> None:
+    """Have OMPL solve within seconds of processor time of this thread, or of wall time."""
+    if not of_processor:
+        setup.solve(seconds)
+        return
+    from ompl import base
+
+    end = time.thread_time() + seconds
+    setup.solve(base.PlannerTerminationCondition(lambda: time.thread_time() >= end))
 
 
 class Pathplanning:

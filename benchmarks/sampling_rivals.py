@@ -4,30 +4,17 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
-from benchmarks.pose_rivals import Taken
+from benchmarks.pose_rivals import Judged, solve_within
 from scipy import ndimage
 
 PARTS = 8
 """Parts of a cell's side, in whose squares OMPL looks up whether the disc has room."""
 CLOSE = 1 / 16
 """Cells between two points at which its paths are judged."""
-
-
-@dataclass(frozen=True, slots=True)
-class Judged(Taken):
-    """What one query of OMPL took.
-
-    Parameters
-    ----------
-    free : whether its path is one: no shorter than the straight line, and free where it is looked at closely.
-    """
-
-    free: bool = True
 
 
 def room_for(walls: np.ndarray, radius: float) -> np.ndarray:
@@ -46,7 +33,7 @@ class OmplPlane:
     ----------
     planner : its name.
     room : of :func:`room_for`.
-    seconds : its limit.
+    seconds : its limit, of processor time.
     checked : cells between two points of a line that it looks at.
     """
 
@@ -98,7 +85,7 @@ class OmplPlane:
         )
         setup.setPlanner(getattr(self._geometric, self._planner)(setup.getSpaceInformation()))
         begin = time.thread_time_ns()
-        setup.solve(self._seconds)
+        solve_within(setup, self._seconds, of_processor=True)
         spent = (time.thread_time_ns() - begin) / 1e9
         if not setup.haveExactSolutionPath():
             return Judged(max(spent, self._seconds), None)

@@ -100,6 +100,27 @@ def test_a_drive_is_that_of_the_command_line_and_its_samples_are_where_it_was(
     assert hashlib.sha256(capfd.readouterr().out.rstrip("\n").encode()).hexdigest() == end["digest"]
 
 
+def test_a_drive_with_a_sensor_says_from_which_sample_on_each_cell_had_been_seen() -> None:
+    rows = ["............", ".####.#####.", "............"]
+    grid = {"rows": rows, "resolution": 1.0}
+    scenario = {
+        "version": 1, "map": grid, "start": [0, 0], "goal": [11, 2], "planner": "astar", "drive": {"sensor_range": 3},
+    }  # fmt: skip
+    frames = ask("drive", scenario)
+    assert [kind for kind, _ in frames] == ["H", "D", "U", "E", "Z"]
+    head, raw = only(frames, "H"), next(value for kind, value in frames if kind == "U")
+    count = struct.unpack_from("<I", raw)[0]
+    cells, first = np.frombuffer(raw, "<u4", 2 * count, 4).reshape(2, -1)
+    made: Any = scenarios.run(scenario_of_request({"scenario": scenario}))
+    assert head["sensor"] == 3.0
+    assert set(cells.tolist()) == set(np.flatnonzero(made.seen.ravel() >= 0).tolist())
+    last = len(samples(frames)["xy"]) - 1
+    began = made.seen.ravel()[cells] * made.period
+    assert (first * head["step"] >= began - 1e-6)[first < last].all()
+    assert (first * head["step"] < began + head["step"] + 1e-6).all()
+    assert 0 < (first == 0).sum() < count
+
+
 def test_a_plan_says_which_steps_are_driven_in_reverse() -> None:
     into = car(goal={"cell": [4, 14], "yaw": 0.0})
     plan = only(ask("plan", into), "Z")

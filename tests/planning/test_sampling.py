@@ -354,6 +354,32 @@ def test_a_path_over_poses_costs_less_with_every_batch(drive: str) -> None:
     assert plan.pose_path.cost_m <= first.pose_path.cost_m + 1e-9
 
 
+@pytest.mark.parametrize("goal", [(12.0, 3.0, 1.5), (11.87, 3.06, -2.9)])
+def test_a_seeded_tree_of_poses_begins_with_the_path_of_the_lattice(goal: tuple[float, float, float]) -> None:
+    scene = posed("ackermann", goal)
+    prices = {"reverse_cost": 1.0, "shortcut": False}
+    lattice = plan_of("lattice", scene, **prices).pose_path
+    plan = plan_of("pose-rrt-star", scene, seeded=True, rounds=1, reverse_cost=1.0)
+    assert lattice is not None
+    assert plan.pose_path is not None
+    assert plan.expansions == 0  # no sample was taken
+    assert plan.pose_path.cost_m < 1.1 * lattice.cost_m
+    for pose, asked in zip(plan.pose_path.poses[[0, -1]], (scene.start_pose, goal), strict=True):
+        assert pose[:2] == pytest.approx(asked[:2], abs=1e-6)
+        assert math.remainder(pose[2] - asked[2], math.tau) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_seeded_tree_of_poses_takes_edits_and_falls_back_on_two_trees() -> None:
+    scene = posed("ackermann")
+    session = registry.make("pose-rrt-star", {"seeded": True, "rounds": 1}).open(
+        scene, np.random.default_rng(1)
+    )
+    assert session.plan().expansions == 0
+    door = tuple((30, y) for y in range(16, 26))
+    assert session.plan(Change(blocked=door)).status is Status.NO_PATH
+    assert session.plan(Change(freed=door)).status is Status.FOUND
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("drive", ["ackermann", "differential"])
 def test_many_samples_over_poses_find_what_the_lattice_does_not(drive: str) -> None:

@@ -71,6 +71,14 @@ def test_a_via_point_that_cannot_be_reached_ends_the_run() -> None:
         assert (trace.outcome, len(trace.via_ticks)) == (Outcome.NO_PATH, reached)
 
 
+def test_a_via_point_in_a_wall_ends_the_run_among_obstacles_too() -> None:
+    scene = replace(ENV.through([(36, 10), (40, 40)]), traffic=(lampyris.RandomWalk(2),))
+    trace = judged(scene, registry.make("astar", {}))
+    assert (trace.outcome, len(trace.via_ticks), trace.waits) == (Outcome.NO_PATH, 1, 1)
+    assert trace.detail == "The via point (40, 40) is not a free cell for this robot."
+    assert "The via point (40, 40) is not a free cell" in lampyris.drive(scene, "astar").detail
+
+
 def test_a_drive_stands_on_each_via_point() -> None:
     scene = lampyris.Scene(grid_of("........", ".####...", "........"), (0, 0), (7, 2)).through(NEAR)
     for more in ({}, {"sensor_range": 2.0}):

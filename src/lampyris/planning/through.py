@@ -60,7 +60,7 @@ def plan_through(scene: Scene, planner: Planner, budget: Budget | None, plan_leg
     for status, (x, y), where in (
         (Status.START_OCCUPIED, scene.start, ""),
         (Status.GOAL_OCCUPIED, scene.goal, ""),
-        *((Status.NO_PATH, cell, f"The via point {cell} is not a free cell for this robot.") for cell in scene.via),
+        *((Status.NO_PATH, cell, not_free(cell)) for cell in scene.via),
     ):  # fmt: skip
         if not free[y, x]:
             return Plan(status, planner.name, detail=where, via=scene.via)
@@ -72,6 +72,11 @@ def plan_through(scene: Scene, planner: Planner, budget: Budget | None, plan_leg
         if made.path is None:
             return _failed(legs, leg, visits)
     return _joined(legs, visits)
+
+
+def not_free(cell: Cell) -> str:
+    """What is said of a via point on which the robot cannot be."""
+    return f"The via point {cell} is not a free cell for this robot."
 
 
 def visiting_order(scene: Scene) -> tuple[Cell, ...]:

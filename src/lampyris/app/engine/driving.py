@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from lampyris import scenarios
-from lampyris.app.engine.frames import NOWHERE, drive_frame, json_frame
+from lampyris.app.engine.frames import NOWHERE, drive_frame, json_frame, seen_frame
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.progress import Share
 from lampyris.app.engine.simulation import obstacle_record, outline_record
@@ -38,7 +38,7 @@ PIECE: Final = 2_000
 
 
 def drive(question: Mapping[str, Any], look: Callable[[], None]) -> Iterator[bytes]:
-    """A scenario's drive: ``H D* E Z``. Each controller of a comparison is a question of its own, with its own limits.
+    """A scenario's drive: ``H D* [U] E Z``. Each controller of a comparison is a question of its own, with its own limits.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def driven(scenario: Scenario, look: Callable[[], None]) -> Drive:
 
 
 def frames_of(made: Drive, head: Mapping[str, Any], notes: Sequence[str] = ()) -> Iterator[bytes]:
-    """A drive as frames: what it is, its samples, its events, its end."""
+    """A drive as frames: what it is, its samples, what its sensor saw, its events, its end."""
     step = step_of(made)
     causes = list(dict.fromkeys(made.cause))
     paths, omitted = paths_of(made)
@@ -87,6 +87,8 @@ def frames_of(made: Drive, head: Mapping[str, Any], notes: Sequence[str] = ()) -
     yaw = np.unwrap(made.poses(times)[:, 2] - made.scene.grid.origin[2]) if made.curves else np.zeros(many)
     for first in range(0, many, PIECE):
         yield _samples(made, times[first : first + PIECE], yaw[first : first + PIECE], first, causes)
+    if (seen := _seen(made, step, many)) is not None:
+        yield seen
     yield json_frame("E", [_event(moment, step, many) for moment in made.moments])
     end = ending(made)
     if omitted:
@@ -95,6 +97,16 @@ def frames_of(made: Drive, head: Mapping[str, Any], notes: Sequence[str] = ()) -
             f"more than {MOST_POSES:,} poses"
         )
     yield json_frame("Z", {**head, **end})
+
+
+def _seen(made: Drive, step: float, many: int) -> bytes | None:
+    """The sample from which on each cell had been seen; None without a sensor."""
+    if made.seen is None:
+        return None
+    samples = np.ceil(made.seen * (made.period / step) - 1e-9)
+    return seen_frame(
+        np.where(made.seen < 0, -1, np.minimum(samples, many - 1)).astype(np.int32).ravel(), 0, many
+    )
 
 
 def step_of(made: Drive) -> float:
@@ -141,6 +153,7 @@ def _header(made: Drive, notes: Sequence[str], step: float, causes: list[str]) -
         "goal": list(made.scene.goal),
         "causes": causes,
         "step": step,
+        "sensor": None if made.sensor is None else made.sensor.range_m / made.scene.grid.resolution,
         "obstacle_specs": [
             {**obstacle_record(one), "radius": track.radius, **_outline(track, made.scene.grid.resolution)}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)

@@ -19,7 +19,7 @@ from lampyris.io.primitives.load import load_primitives
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.lattice.motion_primitives import MotionPrimitives
 from lampyris.model.moves import MOVES
-from lampyris.model.path import PosePath, path_of
+from lampyris.model.path import Pose, PosePath, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
@@ -41,7 +41,7 @@ from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.shortcut import LEAST_SAVING, ShortcutShape, shortened
-from lampyris.typing import Cell, Cells
+from lampyris.typing import Cell, Cells, Floats
 
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
@@ -203,10 +203,33 @@ class LatticeSession(PoseSession[LatticeSearch]):
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
         return self._searched(search, starts, goals, None if budget is None else budget.expansions)
 
+    def stand(self, cell: Cell, pose: Pose | None) -> None:
+        """Put the robot on a cell, in a pose if it is known."""
+        self._robot, self._pose = cell, pose
+
+    def search_among(self, obstacles: Iterable[Cell]) -> LatticeSearch:
+        """The memory of searches on the map with obstacles."""
+        return self._new_search(obstacles)
+
+    def found_segments(self, search: LatticeSearch, limit: int | None) -> tuple[Pose, Floats] | None:
+        """A path without shortcuts, its first pose and its segments as of :func:`segments_of`; None: none was found."""
+        starts, goals = self.starts(search.lattice_map), self.goals(search.lattice_map)
+        if not starts or not goals:
+            return None
+        answer = self._search_states(search, starts, goals, limit)
+        return None if isinstance(answer, Plan) else segments_of(answer[0], search.lattice_map)
+
     def _searched(
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
     ) -> Plan:
         """The answer between states that are free."""
+        answer = self._search_states(search, starts, goals, limit)
+        return answer if isinstance(answer, Plan) else self._plan_of(answer[0], search, answer[1])
+
+    def _search_states(
+        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
+    ) -> tuple[Found, str] | Plan:
+        """A path between states that are free, and what is said of it; or the answer that there is none."""
         assert isinstance(self._settings, LatticePlanner)
         name, lattice_map = self._settings.name, search.lattice_map
         known = self._known_goals(search, goals)
@@ -219,7 +242,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         if isinstance(search, GuidedSearch) and self._is_guided(search, begins, known):
             quick = search.first_try(heuristic, begins[0], known, self._settings.weight, limit)
             if quick is not None:
-                return self._plan_of(quick, search, "")
+                return quick, ""
             tried = search.expansions
         search.begin(heuristic, begins, known)
         search.charge(tried)
@@ -230,7 +253,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         detail = ""
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)
-        return self._plan_of(found, search, detail)
+        return found, detail
 
     def _is_guided(
         self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,6 +36,10 @@ LEAST_SAVING = 0.01
 """Cells that a curve must save."""
 _ENOUGH = 1e-3
 """Share of the cost below which a round's saving is the last."""
+_SAME = 1e-9
+"""Cells, and radians, by which two poses may differ that count as one."""
+_FAR = 1e9
+"""Cells of cost of a gap that only a curve may close."""
 _SNAP = 0.05
 """Cells of cost within which a path is cut at the end of a segment."""
 
@@ -106,14 +111,60 @@ def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: C
     return segments
 
 
+def joined(
+    start: Floats, first: Floats, segments: Floats, goal: Floats, robot: ShortcutShape, bordered: ClearanceMap
+) -> Floats | None:
+    """The segments of a path that begins and ends at other poses, joined to this one by exact curves; None: none is free.
+
+    Parameters
+    ----------
+    start, goal : float64 (3,): poses where the robot touches no wall, as ``first`` of :func:`shortened`.
+    first, segments, robot, bordered : as for :func:`shortened`.
+    """
+    border = np.array([bordered.border, bordered.border, 0.0])
+    poses, parts, along, cuts = _cut_poses(first + border, segments, robot)
+    ends = [start + border, goal + border]
+    gaps = [float(np.abs(one - other).max()) for one, other in zip(ends, poses[[0, -1]], strict=True)]
+    first_gap, last_gap = (0.0 if gap < _SAME else _FAR for gap in gaps)
+    nodes = np.concatenate((ends[:1], poses, ends[1:]))
+    costs = np.concatenate(([0.0], along + first_gap, [float(along[-1]) + first_gap + last_gap]))
+    pieces = [parts[i:j] for i, j in pairwise(cuts)]
+    path, cost = _cheapest(nodes, costs, [parts[:0], *pieces, parts[:0]], robot, bordered)
+    return path if cost < _FAR else None
+
+
 def _round(first: Floats, segments: Floats, robot: ShortcutShape, bordered: ClearanceMap) -> Floats:
     """The segments after one round."""
+    poses, parts, along, cuts = _cut_poses(first, segments, robot)
+    pieces = [parts[i:j] for i, j in pairwise(cuts)]
+    return _cheapest(poses, along, pieces, robot, bordered)[0]
+
+
+def _cut_poses(
+    first: Floats, segments: Floats, robot: ShortcutShape
+) -> tuple[Floats, Floats, Floats, np.ndarray]:
+    """The path cut: poses where it is cut, its parts, the cost up to each of these poses, and between which parts they are."""
+    if not len(segments):
+        return first.reshape(1, 3), segments, np.zeros(1), np.zeros(1, dtype=np.int64)
     parts, costs, cuts = _cut(segments, robot.costs(segments))
     ends = np.zeros(3 * len(parts))
     sample(*first.tolist(), *parts.T.copy(), np.ones(len(parts), dtype=np.int64), ends)
     poses = np.concatenate((first, ends)).reshape(-1, 3)
-    nodes, n = poses[cuts].ravel(), len(cuts)
-    along = np.concatenate(([0.0], np.cumsum(costs)))[cuts]
+    return poses[cuts], parts, np.concatenate(([0.0], np.cumsum(costs)))[cuts], cuts
+
+
+def _cheapest(
+    poses: Floats, along: Floats, pieces: list[Floats], robot: ShortcutShape, bordered: ClearanceMap
+) -> tuple[Floats, float]:
+    """The cheapest sequence of pieces between neighbouring poses, and of free curves; its segments, and its cost.
+
+    Parameters
+    ----------
+    poses : float64 (n, 3).
+    along : float64 (n,): cost of the path up to each of them.
+    pieces : the n - 1 pieces of the path between them, segments of each.
+    """
+    nodes, n = poses.ravel(), len(poses)
     vertices = np.array(robot.footprint)
     whole = np.array(
         [
@@ -129,21 +180,21 @@ def _round(first: Floats, segments: Floats, robot: ShortcutShape, bordered: Clea
         ]
     )  # fmt: skip
     before, known, curves = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.uint8), np.zeros(15 * n)
-    count = np.zeros(2, dtype=np.int64)
+    count, best = np.zeros(2, dtype=np.int64), np.zeros(n)
     kernel.shortcut(
         bordered.walls, bordered.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
-        whole, numbers, nodes, along, np.zeros(n), known, np.zeros(n), before, curves, count,
+        whole, numbers, nodes, along, np.zeros(n), known, best, before, curves, count,
         np.zeros(15), np.zeros(3), np.zeros(5), np.zeros(5, dtype=np.int64),
     )  # fmt: skip
-    pieces: list[Floats] = []
+    taken: list[Floats] = []
     j = n - 1
     while j > 0:
         i = int(before[j])
         curve = curves[15 * j : 15 * j + 15].reshape(-1, 3)
         driven = curve[(curve[:, :2] != 0).any(axis=1)]
-        pieces.append(driven if len(driven) or i < j - 1 else parts[cuts[i] : cuts[j]])
+        taken.append(driven if len(driven) or i < j - 1 else pieces[i])
         j = i
-    return _merged(np.concatenate(pieces[::-1]))
+    return _merged(np.concatenate(taken[::-1])), float(best[-1])
 
 
 def _cut(segments: Floats, costs: Floats) -> tuple[Floats, Floats, np.ndarray]:

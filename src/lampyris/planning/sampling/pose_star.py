@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.settings import redeclared, whole
+from lampyris._core.settings import flag, redeclared, whole
 from lampyris.model.scene import Scene
+from lampyris.planning.hybrid.map import HybridMap
+from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.planning.lattice.shortcut import LEAST_SAVING
 from lampyris.planning.sampling.pose_rrt import PoseRrtConnect, PoseRrtSession, PoseRun
+from lampyris.planning.sampling.pose_seed import LatticeSeed
 from lampyris.planning.sampling.pose_star_tree import PoseStarTree
 from lampyris.planning.sampling.pose_trees import PoseTask
+from lampyris.typing import Cell
+
+SEED_WEIGHT = 1.5
+"""Weight of the lattice search whose path a seeded tree begins with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +37,8 @@ class PoseRrtStar(PoseRrtConnect):
     ----------
     rounds : batches of samples at most, the first path counted as one.
     batch : samples of a batch.
+    seeded : begin with the path of ``lattice`` (its cost at most 1.5 times the least in that lattice), joined to the poses that
+        are asked for by exact curves and made shorter; where there is none, as without.
 
     Raises
     ------
@@ -37,6 +47,7 @@ class PoseRrtStar(PoseRrtConnect):
 
     rounds: int = redeclared(PoseRrtConnect, "rounds", 100)
     batch: int = whole(100, 1, 1_000_000)
+    seeded: bool = flag(False)
 
     name: ClassVar[str] = "pose-rrt-star"
     summary: ClassVar[str] = (
@@ -60,10 +71,27 @@ class PoseRrtStarSession(PoseRrtSession):
     ) -> None:
         super().__init__(settings, scene, rng, record=record)
         self._batch = settings.batch
+        reverse, turn = settings.reverse_cost, settings.turn_cost
+        lattice = LatticePlanner(
+            weight=SEED_WEIGHT, reverse_cost=reverse, reverse=settings.reverse, turn_cost=turn
+        )
+        self._lattice = LatticeSeed(lattice) if settings.seeded else None
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`."""
+        if self._lattice is not None:
+            self._lattice.forget()
+        return PoseRrtSession.drop(self, anywhere)
+
+    def _new_search(self, obstacles: Iterable[Cell] = ()) -> HybridMap:
+        """The map as it is now."""
+        if self._lattice is not None:
+            self._lattice.take(self._scene, obstacles)
+        return super()._new_search(obstacles)
 
     def _grow(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
         """Find a first path, and improve it."""
-        self._grow_pair(task, run, cells)
+        self._find_first(task, run, cells)
         if run.best is None:
             return
         tree = PoseStarTree(task, cells, int(self._rng.integers(2**32)), self._prices(task))
@@ -82,3 +110,13 @@ class PoseRrtStarSession(PoseRrtSession):
             run.trace.append(run.most)
         if self._record:
             run.edges = tree.edges()
+
+    def _find_first(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
+        """Find a path: in the lattice, or by two trees."""
+        if self._lattice is not None:
+            seed = self._lattice.path(task, self._prices(task), self._robot, self._pose, run.total)
+            if seed is not None:
+                self._keep(task, run, *seed)
+                run.trace.append(run.most)
+                return
+        self._grow_pair(task, run, cells)

@@ -254,7 +254,9 @@ class DriveSimulation(Exclusive):
                 verdict = self.replanner.without_traffic()
             if verdict.status in _NEVER:
                 own = self.visits.done or verdict.status is Status.START_OCCUPIED
-                self._end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
+                self._end(
+                    _NEVER[verdict.status] if own else Outcome.NO_PATH, self.visits.sentence_of(verdict)
+                )
                 return
         curve = self.replanner.curve(plan, self.xy, message) if plan else None
         if curve is None:
@@ -377,7 +379,7 @@ class DriveSimulation(Exclusive):
                     if self.sight
                     else "From there no path leads on."
                 )
-                self._end(Outcome.STOPPED, f"{seen} {verdict.sentence}")
+                self._end(Outcome.STOPPED, f"{seen} {self.visits.sentence_of(verdict)}")
 
     def _demand_room(self) -> None:
         """Refuse, before anything is planned, what the straight line to the goal alone makes too much.

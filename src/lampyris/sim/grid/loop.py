@@ -62,6 +62,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
+from lampyris.planning.through import not_free
 from lampyris.sim.grid.compiled_ticks import CompiledTicks, cells_of_numbers, supported
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import follow
@@ -210,7 +211,7 @@ class Simulation(Exclusive):
             if verdict.status in _NEVER and not closed:
                 self.state.started = False
                 own = self.visits.done or verdict.status is Status.START_OCCUPIED
-                self.end(_NEVER[verdict.status] if own else Outcome.NO_PATH, verdict.sentence)
+                self.end(_NEVER[verdict.status] if own else Outcome.NO_PATH, self.visits.sentence_of(verdict))
                 return
         if scene.start == scene.goal and self.visits.done:
             self._arrive()
@@ -499,10 +500,11 @@ class Simulation(Exclusive):
                 f"An obstacle that does not yield ran into the robot, which stood still at {here}.",
             )
             return
-        self._tell(
-            "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
-        )
-        if (
+        word = "The next cell cannot be entered now." if self.plan else self.visits.sentence_of(self.plan)
+        self._tell("wait", here, word)
+        if self.plan.status in _NEVER and not self.walls.may_open and self.visits.is_walled(self.walls.known):
+            self.end(Outcome.NO_PATH, not_free(self.goal))  # no obstacle that leaves changes that
+        elif (
             (self.sensor is not None or self.visits.via)
             and not self.walls.may_open
             and self.plan.status in _NEVER
@@ -510,12 +512,12 @@ class Simulation(Exclusive):
         ):
             # Nothing moves, and every wall that has been seen is one: waiting changes nothing.
             outcome = _NEVER[self.plan.status]
-            self.end(outcome if self.visits.done else Outcome.NO_PATH, self.plan.sentence)
+            self.end(outcome if self.visits.done else Outcome.NO_PATH, self.visits.sentence_of(self.plan))
         elif self.state.waiting > self.patience:
             self._give_up(self.state.waiting)
 
     def _give_up(self, ticks: int) -> None:
-        word = "" if self.plan else self.plan.sentence
+        word = "" if self.plan else self.visits.sentence_of(self.plan)
         self.end(Outcome.BLOCKED, gave_up(ticks, self.state.cells[-1], self.patience, word))
 
     # ---- the story --------------------

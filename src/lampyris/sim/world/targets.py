@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lampyris.errors import SettingError, UsageError
+from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
-from lampyris.planning.through import visiting_order
+from lampyris.planning.field.layers import free_space
+from lampyris.planning.through import not_free, visiting_order
 from lampyris.typing import Cell
 
 REACHED = "A via point was reached; planned on to the next."
@@ -58,6 +60,19 @@ class Targets:
     def done(self) -> bool:
         """Whether all via points have been reached."""
         return len(self.times) == len(self.via)
+
+    def sentence_of(self, plan: Plan) -> str:
+        """What a plan to the target that is next says; where that is a via point it is named as one."""
+        if self.done or plan.status is not Status.GOAL_OCCUPIED:
+            return plan.sentence
+        return not_free(self.target)
+
+    def is_walled(self, known: Scene) -> bool:
+        """Whether the target that is next is a via point on which walls that are known leave the robot no room."""
+        if self.done:
+            return False
+        x, y = self.target
+        return not free_space(known)[y, x]
 
     def reach(self, cell: Cell, time: float) -> bool:
         """Note that the robot is on a cell; whether it is the via point that was next."""

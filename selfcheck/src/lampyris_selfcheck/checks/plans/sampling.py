@@ -192,7 +192,9 @@ def _part_wrong(whole: Plan, part: Plan, limit: int, query: DrawnQuery, tally: T
 def _poses(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "poses", number)
     drive, planner = DRIVES[number % 3], POSES[kind]
-    settings = {"samples": 250} if kind == "poses" else {"samples": 600, "rounds": 4}
+    settings: dict[str, Any] = {"samples": 250}
+    if kind == "poses-star":
+        settings = {"samples": 600, "rounds": 4, "seeded": number % 2 == 1}
     blocked = np.kron(rng.random((4, 5)) < 0.3, np.ones((4, 4), dtype=bool))
     outline = [(0.9, 0.35), (-0.4, 0.35), (-0.4, -0.35), (0.9, -0.35)]
     radius = 1.0 if drive == "ackermann" else 0.0
@@ -202,7 +204,7 @@ def _poses(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     plan = asked(scene, planner, number, **settings)
     fault = plan if isinstance(plan, str) else _poses_wrong(plan, scene, outline, radius, tally)
     if fault:
-        tally.fail(number, f"{planner}, {drive}: {fault}", blocked=blocked.tolist(), ends=ends)
+        tally.fail(number, f"{planner}, {drive}, {settings}: {fault}", blocked=blocked.tolist(), ends=ends)
 
 
 def _poses_wrong(
