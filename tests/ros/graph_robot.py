@@ -227,9 +227,7 @@ class Asker:
         }  # fmt: skip
         held = answer.result
         path = getattr(held, "path", None)
-        names = {
-            getattr(held, n): n for n in dir(held) if n.isupper() and isinstance(getattr(held, n), int)
-        }
+        names = {getattr(held, n): n for n in dir(held) if n.isupper() and isinstance(getattr(held, n), int)}
         return {
             "status": words.get(answer.status, str(answer.status)), "error": names.get(held.error_code, held.error_code),
             "poses": [] if path is None else [(p.pose.position.x, p.pose.position.y) for p in path.poses],
