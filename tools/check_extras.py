@@ -49,7 +49,7 @@ USES = {
         "-c",
         "import lampyris; lampyris.plan(lampyris.Scene(lampyris.Grid([[0, 0]]), (0, 0), (1, 0))).to_pandas()",
     ],
-    "dask": ["-m", "lampyris", "study", "s.yaml", "--dask", "tcp://127.0.0.1:1"],
+    "dask": ["-m", "lampyris", "study", "s.yaml", "--store", "d.study.db", "--dask", "tcp://127.0.0.1:1"],
 }
 """What an extra is for; that of dask must come as far as the connection, which nothing answers."""
 PACKAGES = {
@@ -77,7 +77,7 @@ def made(folder: Path, wheel: Path, extra: str) -> tuple[Path, float, float]:
         "-m",
         "pip",
         "install",
-        "--quiet",
+        "-qq",
         "--disable-pip-version-check",
         "--no-compile",
         what,
