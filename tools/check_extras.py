@@ -121,13 +121,15 @@ def main() -> int:
         )
         wheel = next(folder.glob("lampyris-*.whl"))
     wheel = wheel.resolve()
-    (folder / "s.yaml").write_text(STUDY)
+    work = folder / "work"  # beside the environments: a folder called dask is a package to Python
+    work.mkdir(exist_ok=True)
+    (work / "s.yaml").write_text(STUDY)
     base, seconds, megabytes = made(folder, wheel, "")
     print(f"{'none':10} {seconds:6.1f} s {megabytes:7.1f} MB", flush=True)
-    call(base, ["-m", "lampyris", "study", "s.yaml", "--store", "s.study.db"], folder)
+    call(base, ["-m", "lampyris", "study", "s.yaml", "--store", "s.study.db"], work)
     faults = 0
     for extra in asked.extras or extras():
-        code, said = call(base, USES[extra], folder)
+        code, said = call(base, USES[extra], work)
         last = said.splitlines()[-1] if said else ""
         told = (
             code != 0
@@ -137,10 +139,10 @@ def main() -> int:
         if USES[extra][0] == "-c":  # an exception of Python: its last line is the sentence
             told = code != 0 and f"pip install 'lampyris[{extra}]'" in last
         python, seconds, more = made(folder, wheel, extra)
-        code, said = call(python, USES[extra], folder)
+        code, said = call(python, USES[extra], work)
         works = "CLUSTER_ADDRESS" in said if extra == "dask" else code == 0
         asks = PLAN + f"assert not set({PACKAGES[extra]!r}) & set(sys.modules), sorted(sys.modules)"
-        quiet = call(python, ["-c", asks], folder)[0] == 0
+        quiet = call(python, ["-c", asks], work)[0] == 0
         faults += not (told and works and quiet)
         marks = [
             word if good else f"NOT {word}"
