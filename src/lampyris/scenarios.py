@@ -24,6 +24,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
+from lampyris.model.settings.inflation import Inflation
 from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Trace
@@ -210,7 +211,15 @@ def sensor_of(scenario: Scenario) -> Sensor | None:
 
 
 def without_effect(scenario: Scenario) -> tuple[str, ...]:
-    """Sentences on limits of the robot that a scenario sets and its run does not keep."""
+    """Sentences on settings that a scenario states and its run does not keep."""
+    inflation = scenario.inflation
+    idle: tuple[str, ...] = ()
+    if not inflation.inflation_radius and inflation.cost_scaling_factor != Inflation().cost_scaling_factor:
+        idle = ("cost_scaling_factor without effect: the inflation_radius is 0",)
+    return (*_idle_limits(scenario), *idle)
+
+
+def _idle_limits(scenario: Scenario) -> tuple[str, ...]:
     robot, usual = scenario.scene.robot, Robot()
     given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
     if scenario.planner in registry.pose_names():

@@ -17,7 +17,7 @@ from lampyris.cli.app import app
 from lampyris.cli.panels import PANELS, REST, panel_of
 
 MAIN = "from lampyris.cli import main; main()"
-VERBS = ("plan", "simulate", "drive", "speed", "compare")
+VERBS = ("plan", "simulate", "drive", "speed", "compare", "ros")
 ROBOT = {"radius": 0.3, "v_max": 0.5, "turn_radius": 0.4, "jerk_max": None}
 
 
@@ -40,9 +40,9 @@ def commands() -> dict[str, Any]:
 def test_every_option_of_a_large_verb_stands_in_a_panel(verb: str) -> None:
     options = [p for p in commands()[verb].params if p.param_type_name == "option"]
     assert len(options) > 20
-    rest = {max(p.opts, key=len) for p in options if panel_of(p) == REST}
+    rest = {max(p.opts, key=len) for p in options if panel_of(p, verb) == REST}
     assert rest <= {"--help", "--workers", "--live"}, rest
-    assert all(p.rich_help_panel == panel_of(p) for p in options)
+    assert all(p.rich_help_panel == panel_of(p, verb) for p in options)
 
 
 def test_panels_name_options_that_exist_and_each_once() -> None:

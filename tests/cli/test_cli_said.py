@@ -47,6 +47,10 @@ def test_limits_without_effect_are_named() -> None:
     assert "a_lat_max, turn_radius without effect: a simulation goes from cell to cell" in err
     _, err = said("simulate", "guide", *crowd)
     assert "without effect" not in err
+    _, err = said("plan", "guide", "--cost-scaling-factor", "3")
+    assert "cost_scaling_factor without effect: the inflation_radius is 0" in err
+    _, err = said("plan", "guide", "--cost-scaling-factor", "3", "--inflation-radius", "1")
+    assert "without effect" not in err
 
 
 def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,7 @@ def test_costs_are_those_of_nav2s_layer(maps: int) -> None:
     assert differ <= 0.002 * cells
 
 
+# C's exp, as Nav2 calls it: NumPy's vectorised one is off by a last bit in seed 182, 6 cells from a wall (251, not 252).
 @sized("maps", 8, 200)
 def test_distances_are_those_to_the_nearest_obstacle_exactly(maps: int) -> None:
     for seed in range(maps):
@@ -60,12 +62,12 @@ def test_distances_are_those_to_the_nearest_obstacle_exactly(maps: int) -> None:
         ys, xs = np.nonzero(costs == 254)
         for y, x in np.ndindex(costs.shape):
             squared = ((ys - y) ** 2 + (xs - x) ** 2).min(initial=10**9)
-            metres = np.sqrt(squared) * grid.resolution
+            metres = math.sqrt(squared) * grid.resolution
             cost = 0
             if squared == 0:
                 cost = 254
             elif np.ceil(reach / grid.resolution) ** 2 >= squared:
-                cost = 253 if metres <= radius else int(252 * np.exp(-factor * (metres - radius)))
+                cost = 253 if metres <= radius else int(252 * math.exp(-factor * (metres - radius)))
             unknown = costs[y, x] == 255
             assert ours[y, x] == (cost if unknown and cost == 253 else max(costs[y, x], cost)), (seed, x, y)
 

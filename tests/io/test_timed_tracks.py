@@ -50,6 +50,7 @@ def test_tracks_in_cells_are_read_as_before(tmp_path: Path) -> None:
         ("t,x_m,y_m\n-1,1,1\n", "OBSTACLE_TIME", "0 or more"),
         ("t,x_m,y_m\n0,1,north\n", "TRACK", "north"),
         ("t,x_m,y_m\n", "OBSTACLE_TIME", "at least one row"),
+        ("", "TRACK", "t,x_m,y_m[,radius_m] in seconds and metres"),
         ("x_m,y_m\n1,1\n", "TRACK", "t"),
         ("t,x_m,y_m,radius_m\n0,1,1,-2\n", "TRACK", "-2"),
     ],

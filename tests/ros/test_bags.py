@@ -177,6 +177,53 @@ def test_drive_and_plan_write_bag_and_path(tmp_path: Path) -> None:
     assert len(read_path_points(tmp_path / "o.yaml").points) == 9
 
 
+@pytest.mark.parametrize(
+    ("name", "spoil", "says"),
+    [
+        ("run.mcap", lambda d: d[: len(d) // 2], "an MCAP file that was written to its end"),
+        ("run.mcap", lambda d: b"XXXX" + d[4:], "magic"),
+        ("run.mcap", lambda d: b"", "empty"),
+        ("run.db3", lambda d: d[: len(d) // 2], "sqlite3 FILE .recover"),
+        ("run.db3", lambda d: b"hello" * 1000, "not a database"),
+    ],
+)
+def test_a_damaged_bag_is_refused(
+    name: str, spoil: Any, says: str, driven: lampyris.Drive, tmp_path: Path
+) -> None:
+    file = tmp_path / name
+    ros.write_bag(driven, file)
+    file.write_bytes(spoil(file.read_bytes()))
+    with pytest.raises(FileError, match=r"^BAG|BAG") as refused, ros.open_bag(file) as bag:
+        bag.grid()
+    assert refused.value.code == "BAG"
+    assert says in str(refused.value)
+    assert refused.value.where == str(file)
+    assert refused.value.allowed
+
+
+def test_a_place_in_a_bag_that_cannot_be_read_is_a_damaged_bag(
+    driven: lampyris.Drive, tmp_path: Path
+) -> None:
+    """Whatever is wrong with its bytes, the answer is a FileError or messages, never a fault of a library."""
+    file = tmp_path / "run.mcap"
+    ros.write_bag(driven, file)
+    data = file.read_bytes()
+    rng = np.random.Generator(np.random.PCG64(1))
+    refused = []
+    for _ in range(12):
+        spoiled = bytearray(data)
+        at = int(rng.integers(len(data) - 2000))
+        spoiled[at : at + 2000] = rng.bytes(2000)
+        file.write_bytes(spoiled)
+        try:
+            with ros.open_bag(file) as bag:
+                bag.grid()
+                bag.tracks()
+        except FileError as fault:
+            refused.append(fault.code)
+    assert set(refused) == {"BAG"}
+
+
 def test_without_rosbags_one_sentence_names_the_command(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -200,6 +200,30 @@ def test_nav2s_follow_path_drives_and_is_cancelled() -> None:
     assert empty.ended == "aborted"
 
 
+@pytest.mark.usefixtures("classes")
+def test_a_goal_that_replaces_a_followed_path_aborts_it() -> None:
+    """The old action must not report the arrival of the new goal as its own."""
+    node, wire, robot = started()
+
+    class Interrupted(Loop):
+        calls = 0
+
+        def within(self, do: Any) -> Any:
+            self.calls += 1
+            if self.calls == 4:
+                wire.receive("/goal_pose", goal(0.0, 2.8))
+            return super().within(do)
+
+    line = PathMessage()
+    line.poses = [PoseStamped(0.0, 2.8 + 0.1 * k, 1.5708) for k in range(12)]
+    asked, result = Goal(path=line), Result()
+    Nav2Actions(node, Interrupted(node, wire)).follow_path(asked, result)
+    assert (asked.ended, result.error_code) == ("aborted", Result.UNKNOWN)
+    assert "replaced" in result.error_msg
+    wire.run(node, 20.0, lambda: node.goal is None)
+    assert (node.outcome, robot.hits) == ("arrived", 0)
+
+
 def test_services_are_refused_without_rclpy_and_the_reason_is_said() -> None:
     from lampyris.ros.node.dds_transport import DdsTransport
 

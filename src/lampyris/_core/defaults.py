@@ -53,6 +53,9 @@ MAX_AGE = 0.5
 PLANNER: Final = "ad-gso"
 """The planner of calls that name none."""
 
+NODE_LAW: Final = "physical"
+"""The speed law of a node of ROS 2."""
+
 PRESET: Final = "robot"
 """The preset (moves and speed law) of calls that name none."""
 

@@ -66,7 +66,7 @@ class Command(TyperCommand):
         super().__init__(*args, context_settings=context, **settings)
         for parameter in self.params:
             if parameter.param_type_name == "option":
-                cast(Any, parameter).rich_help_panel = panel_of(parameter)
+                cast(Any, parameter).rich_help_panel = panel_of(parameter, self.name)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Options in plain text, panel by panel."""

@@ -28,8 +28,11 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "Obstacles": (
             "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-rectangle", "obstacle-speed", "track", "tick",
-            "obstacle-states", "obstacle-info", "noise", "max-age", "data-timeout", "obstacle-timeout", "give-up", "on-hit",
+            "obstacle-states", "obstacle-info", "noise", "max-age", "give-up", "on-hit",
             "ticks",
+        ),
+        "Node": (
+            "transport", "name", "domain", "remap", "services", "stamped", "data-timeout", "obstacle-timeout",
         ),
         "Execution and tasks": (
             "execute", "policy", "delays", "delay-duration", "fault", "drive-limit", "lifelong", "window", "tasks",
@@ -43,18 +46,21 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """Panel to its options, without the dashes. An option that is not here stands under "Options"."""
 
 REST = "Options"
+NODE = ("rate", "seconds")
+"""Options that stand elsewhere in other verbs than ``ros``."""
 _PANEL = {option: panel for panel, options in PANELS.items() for option in options}
 
 
-def panel_of(parameter: Any) -> str:
+def panel_of(parameter: Any, verb: str | None = None) -> str:
     """The panel of an option of click.
 
     Parameters
     ----------
     parameter : a ``click.Option`` (typer may have a click of its own).
+    verb : whose option it is.
     """
     name = max(parameter.opts, key=len).removeprefix("--")
-    return _PANEL.get(name, REST)
+    return _PANEL.get(name, REST) if name not in NODE or verb != "ros" else "Node"
 
 
 def write_panels(ctx: Any, formatter: Any, parameters: list[Any]) -> None:
@@ -75,7 +81,7 @@ def write_panels(ctx: Any, formatter: Any, parameters: list[Any]) -> None:
         record = parameter.get_help_record(ctx)
         if record is not None:
             option = parameter.param_type_name == "option"
-            sections[panel_of(parameter) if option else "Arguments"].append(record)
+            sections[panel_of(parameter, ctx.command.name) if option else "Arguments"].append(record)
     for panel, records in sections.items():
         if records:
             with formatter.section(panel):

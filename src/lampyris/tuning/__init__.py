@@ -1,1 +1,1 @@
-"""Settings of planners, tuned on the queries of a study by Optuna (the extra ``tune``)."""
+"""Settings of planners and speed laws, tuned on the queries of a study by Optuna (the extra ``tune``)."""

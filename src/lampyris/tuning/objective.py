@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from lampyris.errors import UsageError, did_you_mean
 from lampyris.planning import registry
 from lampyris.study.analysis.measures import ALL, AT_GOAL, SHARES, TIMING, Measure
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Config, Study, World
+from lampyris.study.design.study import Study
+from lampyris.tuning.subject import Subject
 from lampyris.typing import Floats
 
 PENALTY = 10.0
@@ -21,19 +21,31 @@ configuration (Hutter, Hoos, Leyton-Brown, Stuetzle 2009)."""
 _TIMING = frozenset(one.name for one in TIMING)
 
 
-def measure_of(metric: str, study: Study, planner: Config) -> Measure:
+_SPEEDS = ("time_s", "speed_mean", "speed_least")
+"""Metrics of a plan that its speed law decides."""
+USUAL = {"planner": "cost", "law": "time_s"}
+"""The metric if none is named."""
+
+
+def measure_of(metric: str, study: Study, subject: Subject) -> Measure:
     """The metric that is to be made better.
 
     Raises
     ------
     UsageError : ``METRIC``: no such metric, one of which neither way is better, or one that depends on the machine;
-        ``TUNE``: no setting of the planner can change it.
+        ``TUNE``: no setting of the planner or law can change it.
     """
     known = {name: one for name, one in ALL.items() if one.better and name not in _TIMING}
     if metric not in known:
         raise UsageError(
             "METRIC", repr(metric), where="metric", allowed=", ".join(known), todo=did_you_mean(metric, known)
         )
+    if subject.kind == "law":
+        if study.kind == "plan" and metric not in _SPEEDS:
+            what = f"no speed law changes {metric} of a plan"
+            raise UsageError("TUNE", what, where="metric", allowed=", ".join(_SPEEDS))
+        return known[metric]
+    planner = subject.config
     best = registry.planner_class(planner.name).traits.optimal if study.kind == "plan" else False
     if metric in ("cost", "gap") and (best or planner.starts_exact) and study.kind == "plan":
         why = "its plans are optimal" if best else "it starts from the exact shortest path"
@@ -42,11 +54,6 @@ def measure_of(metric: str, study: Study, planner: Config) -> Measure:
             "TUNE", f"{planner.name}: {why}", where="metric", allowed="another metric", todo=todo
         )
     return known[metric]
-
-
-def study_on(study: Study, worlds: Sequence[World], planner: Config) -> Study:
-    """The same study with one planner, on some of its queries."""
-    return replace(study, worlds=tuple(worlds), planners=(planner,), memory=False)
 
 
 def values_of(study: Study, rows: Mapping[str, Row], measure: Measure) -> Floats:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lampyris._core.settings import Setting, settings_of
+from lampyris._core.settings import Setting
 from lampyris.errors import SettingError, UnknownSettingError, UsageError, did_you_mean
-from lampyris.planning import registry
+from lampyris.tuning.subject import Subject
 
 AROUND = 10.0
 """A range that nobody states reaches from a tenth of the default to ten times the default, within the declared one."""
@@ -69,39 +69,37 @@ class SearchRange:
         return min(max(value, self.low), self.high)
 
 
-def ranges_of(planner: str, held: Mapping[str, Any], wanted: Sequence[str] = ()) -> tuple[SearchRange, ...]:
+def ranges_of(subject: Subject, wanted: Sequence[str] = ()) -> tuple[SearchRange, ...]:
     """The ranges that are searched.
 
     Parameters
     ----------
-    planner : its name.
-    held : its settings in the study; a range that nobody states lies around these.
-    wanted : words as ``--range`` takes them: ``NAME``, ``NAME=LOW:HIGH`` or ``NAME=WORD,WORD``; empty: every declared
-        setting but ``seeded`` and those without a value.
+    subject : the planner or speed law; a range that nobody states lies around its settings in the study.
+    wanted : words as ``--range`` takes them: ``NAME``, ``NAME=LOW:HIGH`` or ``NAME=WORD,WORD``; empty: every setting that
+        is free and has a value.
 
     Raises
     ------
-    UsageError : ``RANGE``: a setting twice, or a range that cannot be read; the planner has nothing to tune.
+    UsageError : ``RANGE``: a setting twice, or a range that cannot be read; there is nothing to tune.
     SettingError : a range beyond the declared one.
     """
-    declared = settings_of(registry.planner_class(planner))
+    called, held, declared = subject.config.name, subject.config.settings, subject.declared
     if not wanted:
         found = [
-            _around(name, one, held[name])
-            for name, one in declared.items()
-            if name != "seeded" and held.get(name) is not None
+            _around(name, one, held[name]) for name, one in subject.free.items() if held.get(name) is not None
         ]
         made = tuple(one for one in found if one is not None)
         if not made:
             raise UsageError(
-                "RANGE", f"{planner} has no settings to tune", where="planner", allowed="another planner"
-            )
+                "RANGE", f"{called} has no settings to tune", where=subject.kind,
+                allowed=f"another {subject.kind}",
+            )  # fmt: skip
         return made
     chosen: dict[str, SearchRange] = {}
     for word in wanted:
         name, equals, text = (part.strip() for part in word.partition("="))
         if name not in declared:
-            what = f"{planner} has no declared setting {name!r}"
+            what = f"{called} has no declared setting {name!r}"
             raise UnknownSettingError(
                 "RANGE", what, where="range", allowed=", ".join(declared), todo=did_you_mean(name, declared)
             )

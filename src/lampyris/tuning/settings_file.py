@@ -1,4 +1,4 @@
-"""The study with the tuned planner alone, as a file that `lampyris study` runs."""
+"""The study with the tuned planner or speed law alone, as a file that `lampyris study` runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lampyris.tuning.tune import Tuned
 
 
 def write_settings(study: str, found: Tuned, path: Path) -> None:
-    """Write the study file with the tuned planner in place of its planners, every setting stated.
+    """Write the study file with what was tuned in place of its planners (or its speed laws), every setting stated.
 
     Parameters
     ----------
@@ -32,11 +32,13 @@ def write_settings(study: str, found: Tuned, path: Path) -> None:
     data = plain_study(study)
     demand_folder(study, data, path)
     data["name"] = f"{data.get('name', 'study')}-tuned"
-    data["planners"] = [
-        {"name": found.planner.name, "settings": dict(found.planner.settings), "label": "tuned"}
-    ]
+    entry = {"name": found.chosen.name, "settings": dict(found.chosen.settings), "label": "tuned"}
+    data[f"{found.kind}s"] = [entry]
+    if found.planner is not None:
+        behind = {"name": found.planner.name, "settings": dict(found.planner.settings)}
+        data["planners"] = [behind | ({"label": found.planner.label} if found.planner.label else {})]
     head = (
-        f"# {found.planner.name} tuned by lampyris {__version__}: {found.measure.name}, {found.measure.better} is better, "
+        f"# {found.chosen.name} tuned by lampyris {__version__}: {found.measure.name}, {found.measure.better} is better, "
         f"{len(found.trials)} trials on {found.queries} queries.\n"
     )
     text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110)

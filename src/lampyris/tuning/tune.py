@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_real, is_whole
-from lampyris.errors import SettingError, UsageError, did_you_mean, of_kind, shown
+from lampyris.errors import SettingError, UsageError, of_kind, shown
 from lampyris.study.analysis.compare import Interval, difference, mean
 from lampyris.study.analysis.measures import Measure
-from lampyris.study.design.config import planner_config
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study, World
 from lampyris.study.execution import run as running
 from lampyris.study.execution.execution import Execution
 from lampyris.study.store.store import Store, open_for
-from lampyris.tuning.objective import measure_of, penalised, study_on, values_of
+from lampyris.tuning.objective import USUAL, measure_of, penalised, values_of
 from lampyris.tuning.ranges import SearchRange, ranges_of
+from lampyris.tuning.subject import Subject, subject_of
 from lampyris.typing import Floats
 
 MAX_TRIALS = 100_000
@@ -59,7 +59,9 @@ class Tuned:
 
     Parameters
     ----------
-    planner : with the settings of the best trial, complete.
+    kind : ``planner`` or ``law``: which of them was tuned.
+    chosen : the planner or law with the settings of the best trial, complete.
+    planner : of a law that was tuned: the planner whose paths were driven.
     measure : the metric.
     ranges : what was searched.
     trials : all, in order.
@@ -67,9 +69,13 @@ class Tuned:
     queries : how many they were tuned on.
     default, tuned, gained : on the queries that were held out: the mean with the settings of the study, with the best ones,
         and the mean difference, each with its 95 % interval.
+    collisions : mean collisions of a run on those queries with the settings of the study and with the best ones; None where
+        nothing drives.
     """
 
-    planner: Config
+    kind: str
+    chosen: Config
+    planner: Config | None
     measure: Measure
     ranges: tuple[SearchRange, ...]
     trials: tuple[Trial, ...]
@@ -78,6 +84,7 @@ class Tuned:
     default: Interval
     tuned: Interval
     gained: Interval
+    collisions: tuple[float, float] | None = None
 
 
 def tune(
@@ -86,25 +93,27 @@ def tune(
     *,
     trials: int = 50,
     planner: str | None = None,
-    metric: str = "cost",
+    law: str | None = None,
+    metric: str | None = None,
     ranges: Sequence[str] = (),
     held_out_share: float = 0.3,
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[Trial, Trial], None] | None = None,
 ) -> Tuned:
-    """Tune the settings of a planner by Optuna's tree-structured Parzen estimator, pruned query by query by the median rule.
+    """Tune settings of a planner or speed law by Optuna's tree-structured Parzen estimator, pruned by the median rule.
 
     Every run is kept in the store, by what decides it. The trials follow from the arguments alone; so the same call, or one
     with more trials, goes through what is there without running it again.
 
     Parameters
     ----------
-    study : a study of one robot; all its laws, traffic cases and seeds count.
-    store : of the study, for that planner alone.
+    study : a study of one robot; all its laws (of a law that is tuned: this one), traffic cases and seeds count.
+    store : of the study, for that planner, or that law behind that planner, alone.
     trials : how many, the settings of the study among them.
     planner : what the study calls it; None: its only one.
-    metric : of a run, such as ``cost`` or ``expansions``.
+    law : what the study calls the speed law that is tuned; None: the planner is.
+    metric : of a run, such as ``cost`` or ``expansions``; None: ``cost`` of a planner, ``time_s`` of a law.
     ranges : see :func:`lampyris.tuning.ranges.ranges_of`.
     held_out_share : share of the queries that no trial sees.
     seed : of the draw of the held-out queries, and of the trials.
@@ -113,7 +122,7 @@ def tune(
 
     Raises
     ------
-    UsageError : ``TUNE_MISSING``: Optuna is not installed; no such planner or metric; a study of fleets, with a budget in
+    UsageError : ``TUNE_MISSING``: Optuna is not installed; no such planner, law or metric; a study of fleets, with a budget in
         seconds, or of fewer than 4 queries.
     LampyrisError : of the store and of the runs.
     """
@@ -127,7 +136,8 @@ def tune(
     if not is_whole(seed) or not 0 <= seed <= MAX_SEED:
         raise SettingError("SEED", shown(seed), where="seed", allowed=SEED_RANGE)
     where = Execution(workers=workers)
-    config = _planner(study, planner)
+    subject = subject_of(study, planner, law)
+    config = subject.config
     if study.kind == "fleet" or study.seconds is not None:
         why = (
             "a study of fleets" if study.kind == "fleet" else "a budget in seconds, which the machine decides"
@@ -138,37 +148,41 @@ def tune(
     if len(study.worlds) < _LEAST_QUERIES:
         what = f"{len(study.worlds)} queries"
         raise UsageError("TUNE", what, where="study", allowed=f"at least {_LEAST_QUERIES}")
-    measure = measure_of(metric, study, config)
-    searched = ranges_of(config.name, config.settings, ranges)
+    measure = measure_of(metric or USUAL[subject.kind], study, subject)
+    searched = ranges_of(subject, ranges)
     if find_spec("optuna") is None:
         raise UsageError("TUNE_MISSING", "optuna is not installed", todo="pip install 'lampyris[tune]'")
     order = np.random.Generator(np.random.PCG64(seed)).permutation(len(study.worlds)).tolist()
     kept_back = min(max(round(held_out_share * len(order)), 2), len(order) - 2)
     worlds = [study.worlds[k] for k in order]
-    with open_for(store, study_on(study, study.worlds, config)) as kept:
-        runs = _Runs(study, kept, where, measure)
-        made = _search(runs, config, worlds[kept_back:], searched, trials, seed, progress)
+    with open_for(store, subject.study_on(study, study.worlds, config)) as kept:
+        runs = _Runs(study, subject, kept, where, measure)
+        made = _search(runs, worlds[kept_back:], searched, trials, seed, progress)
         best = min(made, key=lambda one: (one.pruned, one.value if measure.better == "less" else -one.value))
-        chosen = _with(config, best.settings)
+        chosen = subject.changed(best.settings) if best.number else config
         default = runs.values(config, worlds[:kept_back])
         after = penalised(runs.values(chosen, worlds[:kept_back]), default, measure)
         before = penalised(default, default, measure)
+        touched = runs.collisions(config, worlds[:kept_back]), runs.collisions(chosen, worlds[:kept_back])
     return Tuned(
-        chosen, measure, searched, tuple(made), best, len(worlds) - kept_back,
-        mean(before), mean(after), difference(after, before),
+        subject.kind, chosen, subject.planner, measure, searched, tuple(made), best, len(worlds) - kept_back,
+        mean(before), mean(after), difference(after, before), None if study.kind == "plan" else touched,
     )  # fmt: skip
 
 
 class _Runs:
     """The runs of trials, each once."""
 
-    def __init__(self, study: Study, store: Store, where: Execution, measure: Measure) -> None:
-        self._study, self._store, self._where, self.measure = study, store, where, measure
+    def __init__(
+        self, study: Study, subject: Subject, store: Store, where: Execution, measure: Measure
+    ) -> None:
+        self._study, self.subject, self._store, self._where = study, subject, store, where
+        self.measure = measure
         self._rows = store.rows()
 
     def values(self, config: Config, worlds: Sequence[World]) -> Floats:
         """The metric of each query; what is not in the store is run."""
-        part = study_on(self._study, worlds, config)
+        part = self.subject.study_on(self._study, worlds, config)
 
         def keep(rows: Sequence[Row]) -> None:
             self._store.add(rows)
@@ -178,10 +192,16 @@ class _Runs:
             running.run(part, keep, done=self._rows.keys(), where=self._where)
         return values_of(part, self._rows, self.measure)
 
+    def collisions(self, config: Config, worlds: Sequence[World]) -> float:
+        """Mean collisions of the runs that ended by themselves; they have been run."""
+        part = self.subject.study_on(self._study, worlds, config)
+        found = [self._rows[job.key].metrics.get("collisions") for job in part.jobs()]
+        known = [float(one) for one in found if one is not None]
+        return sum(known) / len(known) if known else 0.0
+
 
 def _search(
     runs: _Runs,
-    config: Config,
     worlds: Sequence[World],
     searched: Sequence[SearchRange],
     trials: int,
@@ -192,7 +212,7 @@ def _search(
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    measure = runs.measure
+    measure, config = runs.measure, runs.subject.config
     less = measure.better == "less"
     search = optuna.create_study(
         direction="minimize" if less else "maximize",
@@ -205,12 +225,12 @@ def _search(
     best: Trial | None = None
     for number in range(trials):
         if number == 0:
-            held = {one.name: one.clipped(config.settings[one.name]) for one in searched}
+            held = {one.name: one.clipped(config.settings.get(one.name)) for one in searched}
             search.enqueue_trial({name: value for name, value in held.items() if value is not None})
         asked = search.ask()
         proposed = {one.name: one.suggest(asked) for one in searched}
-        settings = {one.name: config.settings[one.name] for one in searched} if number == 0 else proposed
-        tried = config if number == 0 else _with(config, settings)
+        settings = {one.name: config.settings.get(one.name) for one in searched} if number == 0 else proposed
+        tried = config if number == 0 else runs.subject.changed(settings)
         values, pruned = np.zeros(0), False
         for step, part in enumerate(parts):
             now = runs.values(tried, [worlds[k] for k in part])
@@ -230,27 +250,3 @@ def _search(
         if progress is not None:
             progress(trial, best)
     return made
-
-
-def _with(config: Config, settings: Mapping[str, Any]) -> Config:
-    return replace(planner_config(config.name, {**config.settings, **settings}, ""), label="tuned")
-
-
-def _planner(study: Study, called: str | None) -> Config:
-    if called is None and len(study.planners) == 1:
-        return study.planners[0]
-    known = {one.called: one for one in study.planners}
-    if called is None or called not in known:
-        what = (
-            f"the study has {len(known)} planners"
-            if called is None
-            else f"the study has no planner {called!r}"
-        )
-        raise UsageError(
-            "PLANNER",
-            what,
-            where="planner",
-            allowed=f"one of {', '.join(known)}",
-            todo=did_you_mean(called, known),
-        )
-    return known[called]

@@ -1,4 +1,4 @@
-"""``lampyris tune``: settings of a planner, tuned on the queries of a study.
+"""``lampyris tune``: settings of a planner or speed law, tuned on the queries of a study.
 
 Heavy modules are imported when the verb runs, so that --help is instant.
 """
@@ -37,9 +37,22 @@ def tune(
             "--planner", metavar="NAME", help="Which of the study's planners (default: its only one)."
         ),
     ] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            "--law",
+            metavar="NAME",
+            help="Tune this speed law of the study; --planner says who plans the paths.",
+        ),
+    ] = None,
     metric: Annotated[
-        str, typer.Option("--metric", metavar="NAME", help="What is made better, such as cost or expansions.")
-    ] = "cost",
+        str | None,
+        typer.Option(
+            "--metric",
+            metavar="NAME",
+            help="What is made better, such as cost or expansions (default: cost; of laws time_s).",
+        ),
+    ] = None,
     range_: Annotated[
         list[str] | None,
         typer.Option(
@@ -64,7 +77,7 @@ def tune(
     store: Annotated[
         Path | None,
         typer.Option(
-            "--store", metavar="FILE", help="Where runs are stored (default: NAME.PLANNER.study.db)."
+            "--store", metavar="FILE", help="Where runs are stored (default: NAME.PLANNER[.LAW].study.db)."
         ),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", metavar="N", help="Number of worker processes.")] = 1,
@@ -74,14 +87,15 @@ def tune(
             "--out",
             "-o",
             metavar="FILE",
-            help="The study with the tuned planner (.yaml; default: STUDY-tuned.yaml).",
+            help="The study with what was tuned (.yaml; default: STUDY-tuned.yaml).",
         ),
     ] = None,
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Tune a planner on the queries of a study by Optuna, and report on queries that were held out."""
+    """Tune a planner or a speed law on the queries of a study by Optuna, and report on queries that were held out."""
     from lampyris.study.design.study_file import load_study, plain_study
+    from lampyris.tuning.objective import USUAL
     from lampyris.tuning.settings_file import demand_folder, write_settings
     from lampyris.tuning.tune import tune as search
 
@@ -91,7 +105,8 @@ def tune(
     demand_folder(study, plain_study(study), target)
     print_notes(asked.notes)
     called = planner if planner is not None else asked.planners[0].called
-    name = re.sub(r"[^\w.-]+", "-", f"{asked.name}.{called}").strip("-.")
+    parts = (asked.name, called) if law is None else (asked.name, called, law)
+    name = re.sub(r"[^\w.-]+", "-", ".".join(parts)).strip("-.")
     place = Path(f"{name}.study.db") if store is None else store
 
     def show(trial: Trial, best: Trial) -> None:
@@ -99,7 +114,7 @@ def tune(
             end = (
                 f"pruned after {plural(trial.queries, 'query')}"
                 if trial.pruned
-                else f"{metric} {trial.value:.5g}"
+                else f"{metric or USUAL['planner' if law is None else 'law']} {trial.value:.5g}"
             )
             print(
                 f"trial {trial.number + 1} of {trials}: {end} (best {best.value:.5g})",
@@ -109,7 +124,7 @@ def tune(
 
     try:
         found = search(
-            asked, place, trials=trials, planner=planner, metric=metric, ranges=range_ or [],
+            asked, place, trials=trials, planner=planner, law=law, metric=metric, ranges=range_ or [],
             held_out_share=held_out_share, seed=seed, workers=workers, progress=show,
         )  # fmt: skip
     except KeyboardInterrupt:
@@ -126,12 +141,13 @@ def tune(
 def _record(found: Tuned, seed: int) -> dict[str, Any]:
     """The result as JSON holds it."""
     return {
-        "planner": found.planner.name,
+        found.kind: found.chosen.name,
+        **({} if found.planner is None else {"planner": found.planner.name}),
         "metric": found.measure.name,
         "better": found.measure.better,
         "seed": seed,
         "ranges": {one.name: one.plain for one in found.ranges},
-        "settings": dict(found.planner.settings),
+        "settings": dict(found.chosen.settings),
         "best": found.best.number,
         "trials": [
             {"number": t.number, "settings": dict(t.settings), "value": t.value, "queries": t.queries, "pruned": t.pruned}
@@ -144,8 +160,16 @@ def _record(found: Tuned, seed: int) -> dict[str, Any]:
                 name: {"mean": one.value, "low": _known(one.low), "high": _known(one.high)}
                 for name, one in (("default", found.default), ("tuned", found.tuned), ("difference", found.gained))
             },
+            **_collisions(found),
         },
     }  # fmt: skip
+
+
+def _collisions(found: Tuned) -> dict[str, Any]:
+    if found.collisions is None:
+        return {}
+    before, after = found.collisions
+    return {"collisions": {"default": before, "tuned": after}}
 
 
 def _known(value: float) -> float | None:
@@ -155,10 +179,15 @@ def _known(value: float) -> float | None:
 def _print(found: Tuned, target: Path) -> None:
     """The result for people."""
     pruned = [one.pruned for one in found.trials].count(True)
-    varied = {one.name: found.planner.settings[one.name] for one in found.ranges}
+    varied = {one.name: found.chosen.settings.get(one.name) for one in found.ranges}
+    touched = (
+        []
+        if found.collisions is None
+        else [("collisions a run", "before {:.4g}, tuned {:.4g}".format(*found.collisions))]
+    )
     held = f"{found.default.n} held-out queries"
     text.facts(
-        f"{found.planner.name}: {found.measure.title}, {found.measure.better} is better",
+        f"{found.chosen.name}: {found.measure.title}, {found.measure.better} is better",
         [
             ("trials", f"{len(found.trials)}, {pruned} of them pruned, on {plural(found.queries, 'query')}"),
             (
@@ -171,6 +200,7 @@ def _print(found: Tuned, target: Path) -> None:
             ("before", _said(found.default)),
             ("tuned", _said(found.tuned)),
             ("difference", _said(found.gained)),
+            *touched,
         ],
     )
     print(f"wrote {target}")

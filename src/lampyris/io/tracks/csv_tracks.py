@@ -14,6 +14,7 @@ from lampyris.io.text.csv_table import MAX_BYTES, lines
 from lampyris.typing import Cell
 
 MAX_TICKS = 100_000
+ALLOWED = "columns x and y, a row a tick; or t,x_m,y_m[,radius_m] in seconds and metres"
 _NUMBER = re.compile(r"\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?\s*", re.ASCII)
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
@@ -51,13 +52,16 @@ def read_headed_track(path: str | os.PathLike[str]) -> tuple[tuple[Cell, ...], t
 
 def _read(path: str | os.PathLike[str], *, headed: bool) -> tuple[tuple[Cell, ...], tuple[float, ...]]:
     name = os.fspath(path)
-    rows = _rows(read_regular(name, MAX_BYTES), name)
+    data = read_regular(name, MAX_BYTES)
+    if not data.strip():
+        raise FileError("TRACK", "empty file", where=name, allowed=ALLOWED)
+    rows = _rows(data, name)
     _, header = next(rows, (1, []))
     columns = [word.strip() for word in header]
     for need in ("x", "y"):
         if columns.count(need) != 1:
             what = f"{'no' if need not in columns else 'more than one'} column {need}"
-            raise FileError("TRACK", what, where=f"{name}:1", allowed="columns x and y, a row a tick")
+            raise FileError("TRACK", what, where=f"{name}:1", allowed=ALLOWED)
     wanted = [columns.index("x"), columns.index("y")]
     if "tick" in columns:
         wanted.append(columns.index("tick"))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lampyris.errors import FileError, UsageError, did_you_mean, file_name
+from lampyris.errors import FileError, UsageError, did_you_mean, file_name, plural
 from lampyris.io.tracks.timed_tracks import TimedTrack
 from lampyris.model.grid import Grid
 from lampyris.ros import messages
@@ -81,13 +81,26 @@ class Bag:
         FileError : ``BAG``: a message that is not of its type.
         """
         chosen = [one for one in self._reader.connections if not topics or one.topic in topics]
-        for connection, t, data in self._reader.messages(chosen) if chosen else ():
+        for connection, t, data in self._raw(chosen) if chosen else ():
             try:
                 held = plain(self._store.deserialize_cdr(data, connection.msgtype))
             except Exception as fault:
                 what = f"a message of {connection.topic} is no {connection.msgtype}: {fault}"
                 raise FileError("BAG", what, where=str(self._path)) from None
             yield connection.topic, connection.msgtype, 1e-9 * (t - self._start), held
+
+    def _raw(self, chosen: list[Any]) -> Iterator[tuple[Any, int, bytes]]:
+        """What the bag holds, undecoded; a place that cannot be read is a damaged bag."""
+        count = 0
+        try:
+            for one in self._reader.messages(chosen):
+                count += 1
+                yield one
+        except FileError:
+            raise
+        except Exception as fault:
+            what = f"cannot be read after {plural(count, 'message')}: {_said(fault)}"
+            raise FileError("BAG", what, where=str(self._path), **_wanted(self._path)) from None
 
     def topic(self, name: str | None, kinds: tuple[str, ...], usual: tuple[str, ...] = ()) -> BagTopic:
         """The topic of that name; without one the usual one, or the only one of these types.
@@ -302,12 +315,37 @@ def open_bag(path: str | os.PathLike[str]) -> Iterator[Bag]:
             reader.open()
             store = _types(reader)
         except Exception as fault:
-            raise FileError("BAG", f"cannot be read as a bag: {fault}", where=str(place)) from None
+            raise FileError(
+                "BAG", f"cannot be read as a bag: {_said(fault)}", where=str(place), **_wanted(place)
+            ) from None
         yield Bag(place, reader, store)
     finally:
         with suppress(Exception):
             if reader is not None:
                 reader.close()
+
+
+def _said(fault: Exception) -> str:
+    """The first line of a library's fault, without its full stop."""
+    return (str(fault).splitlines() or [type(fault).__name__])[0].rstrip(".")
+
+
+def _wanted(place: Path) -> dict[str, str]:
+    """What is allowed in place of a bag that cannot be read, and what recovers one whose recorder was killed."""
+    if place.is_dir():
+        return {
+            "allowed": "a folder with metadata.yaml and the files that it names",
+            "todo": "`ros2 bag reindex` writes metadata.yaml again",
+        }
+    if place.suffix.lower() == ".mcap":
+        return {
+            "allowed": "an MCAP file that was written to its end",
+            "todo": "`mcap recover` keeps what can be read of one whose recorder was killed",
+        }
+    return {
+        "allowed": "an SQLite file of rosbag2",
+        "todo": "`sqlite3 FILE .recover` keeps what can be read of a damaged one",
+    }
 
 
 def _types(reader: Any) -> Any:

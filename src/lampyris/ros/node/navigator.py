@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lampyris import api
-from lampyris._core.defaults import PLANNER
+from lampyris._core.defaults import NODE_LAW, PLANNER
 from lampyris.errors import InputError, LampyrisError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
@@ -41,7 +41,6 @@ GAP = 0.02
 """Metres to keep from obstacles."""
 OBSTACLE_RADIUS = 0.3
 """Metres: least radius of an obstacle that is known by its odometry alone."""
-LAW = "physical"
 
 NAV2_ERRORS: Mapping[str, str] = {
     "START_OUTSIDE": "START_OUTSIDE_MAP", "GOAL_OUTSIDE": "GOAL_OUTSIDE_MAP",
@@ -70,7 +69,7 @@ class Navigator:
         *,
         planner: str = PLANNER,
         planner_settings: Mapping[str, Any] | None = None,
-        law: str = LAW,
+        law: str = NODE_LAW,
         law_settings: Mapping[str, Any] | None = None,
         renamed: Mapping[str, str] | None = None,
     ) -> None:
@@ -101,6 +100,7 @@ class Navigator:
         self._obstacles_at: float | None = None
         self._e_stop = False
         self.goal: PlanePose | None = None
+        self.goals = 0  # counted: a client that waits for one sees by it that another has replaced it
         self._via: tuple[PlanePose, ...] = ()
         self._given: Floats | None = None  # a path to follow, planned elsewhere
         self._follower: Follower | None = None
@@ -209,13 +209,15 @@ class Navigator:
         """Drive to a pose of the map frame, through others."""
         self.cancel()
         self.goal, self._via, self.outcome, self.error = goal, tuple(via), "", ""
+        self.goals += 1
         self._failed_at = -math.inf
 
-    def follow(self, poses: Floats) -> None:
-        """Drive along a path that was planned elsewhere, float64 (n, 3) in the map frame."""
+    def follow(self, poses: Floats) -> int:
+        """Drive along a path that was planned elsewhere, float64 (n, 3) in the map frame; the number of this goal."""
         end = tuple(poses[-1].tolist())
         self.go_to((end[0], end[1], end[2]))
         self._given = np.array(poses)
+        return self.goals
 
     def cancel(self) -> None:
         """Stop, and forget the goal."""

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from lampyris.ros.node.navigator import Navigator
 
 PLAN_SERVICE = "/lampyris/get_plan"
+MAP_WAIT = 5.0
+"""Seconds that a request waits for the first map."""
 T = TypeVar("T")
 
 
@@ -177,6 +179,7 @@ class RclpyTransport:
         def get_plan(request: Any, response: Any) -> Any:
             start = from_ros(request.start) if request.start.header.frame_id else None
             goals = [from_ros(request.goal)]
+            await_map(navigator, self)
             answer = self.within(lambda: navigator.answer(start, goals))
             if answer.poses is not None:
                 to_ros(response.plan, messages.path(self.now(), answer.poses))
@@ -219,6 +222,13 @@ class RclpyTransport:
             self._rclpy.shutdown()
 
 
+def await_map(navigator: Navigator, transport: Any) -> None:
+    """Wait for the first map, not for long: a client can ask before a latched map has come to a node that has just begun."""
+    end = time.monotonic() + MAP_WAIT
+    while transport.within(lambda: navigator.grid is None) and time.monotonic() < end:
+        time.sleep(0.05)
+
+
 def _executing(kind: Any, handle: Callable[[Any, Any], None]) -> Callable[[Any], Any]:
     """An execute callback that fills a result."""
 
@@ -258,6 +268,7 @@ class Nav2Actions:
         began = time.monotonic()
         start = from_ros(goal.request.start) if goal.request.use_start else None
         asked = [from_ros(one) for one in goals]
+        await_map(self._navigator, self._transport)
         answer = self._transport.within(lambda: self._navigator.answer(start, asked))
         took = time.monotonic() - began
         to_ros(result.planning_time, messages.stamp(took))
@@ -274,6 +285,7 @@ class Nav2Actions:
         if len(asked) < 2:
             _fail(goal, result, PlanAnswer(None, "INVALID_PATH", f"a path of {len(asked)} poses"))
             return
+        await_map(navigator, self._transport)
         try:
             poses = np.array(within(lambda: [navigator.in_map(one) for one in asked]))
         except InputError as refused:
@@ -283,11 +295,14 @@ class Nav2Actions:
                 PlanAnswer(None, "TF_ERROR" if refused.code == "FRAME" else "INVALID_PATH", str(refused)),
             )
             return
-        within(lambda: navigator.follow(poses))
+        mine = within(lambda: navigator.follow(poses))
         while True:
-            goal_left, error, outcome = within(
-                lambda: (navigator.goal is not None, navigator.error, navigator.outcome)
+            goal_left, error, outcome, latest = within(
+                lambda: (navigator.goal is not None, navigator.error, navigator.outcome, navigator.goals)
             )
+            if latest != mine:
+                _fail(goal, result, PlanAnswer(None, "UNKNOWN", "another goal has replaced this one"))
+                return
             if goal.is_cancel_requested:
                 within(navigator.cancel)
                 within(navigator.stop)
@@ -305,7 +320,7 @@ class Nav2Actions:
         if outcome == "arrived":
             goal.succeed()
         else:
-            goal.abort()
+            _fail(goal, result, PlanAnswer(None, "UNKNOWN", f"the goal was dropped: {outcome}"))
 
     def _report(self, goal: Any) -> None:
         """FollowPath's feedback; its fields differ between distributions."""

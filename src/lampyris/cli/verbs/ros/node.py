@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from lampyris._core.defaults import NODE_LAW
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import PlannerOptions, RobotOptions, group_of, settings_in
-from lampyris.cli.options import Law, SetLaw
+from lampyris.cli.options import SetLaw
 from lampyris.errors import UsageError
 from lampyris.model.settings.ros_node import NodeSettings
 
@@ -28,7 +29,10 @@ def ros(
     robot_options: RobotOptions,
     planning: PlannerOptions,
     node_options: NodeOptions,
-    law: Law = None,
+    law: Annotated[
+        str,
+        typer.Option("--law", metavar="NAME", help="The speed law, one in m/s: see `lampyris laws`."),
+    ] = NODE_LAW,
     set_law: SetLaw = None,
     transport: Annotated[
         str,
@@ -67,13 +71,12 @@ def ros(
     from lampyris.cli.request import parse_law, parse_settings
     from lampyris.io.scenario.robot_file import read_robot
     from lampyris.model.robot import Robot
-    from lampyris.ros.node.navigator import LAW, Navigator
+    from lampyris.ros.node.navigator import Navigator
     from lampyris.ros.node.process import run, transport_named
 
     given = settings_in(robot_options, Robot)
     if robot_options.robot_file is not None:
         given["footprint"] = read_robot(robot_options.robot_file).get("footprint")
-    law = law or LAW
     navigator = Navigator(
         Robot(**given), NodeSettings(**settings_in(node_options, NodeSettings)),
         planner=planning.planner, planner_settings=parse_settings(planning.planner, planning.settings or []),
