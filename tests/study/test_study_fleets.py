@@ -15,7 +15,12 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError
-from lampyris.report.data.fleets.measures import FLEET_METRICS, costs_by_seconds, fleet_metrics, improvements_of
+from lampyris.report.data.fleets.measures import (
+    FLEET_METRICS,
+    costs_by_seconds,
+    fleet_metrics,
+    improvements_of,
+)
 from lampyris.study.analysis.fleet_tables import falls, falls_by_seconds, tables_of
 from lampyris.study.analysis.runs import runs_of
 from lampyris.study.analysis.summary import summarise

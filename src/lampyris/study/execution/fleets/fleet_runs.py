@@ -103,18 +103,18 @@ def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
 
 
 def _timed_plan(plain: Mapping[str, Any], fleet: Fleet) -> tuple[FleetPlan, None, float, str]:
-    """The plan, None, the CPU seconds that it took, and how its cost fell with them, to what the planner told on the way."""
+    """The plan, None, the CPU seconds that it took, and how its cost fell with them, as far as the planner reported it."""
     fell: list[tuple[float, int]] = []
     began = loading.cpu()
 
-    def told(_: int, cost: int | None) -> None:
+    def note(_: int, cost: int | None) -> None:
         if cost is not None and (not fell or cost < fell[-1][1]):
             fell.append((loading.cpu() - began, cost))
 
-    found = plan_of_fleet(plain, fleet, told)
+    found = plan_of_fleet(plain, fleet, note)
     seconds = loading.cpu() - began
     if found:
-        told(0, found.sum_of_costs)
+        note(0, found.sum_of_costs)
     return found, None, seconds, costs_text(fell) if found else ""
 
 
