@@ -15,8 +15,13 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import FileError, LampyrisError
-from lampyris.report.data.fleets.measures import FLEET_METRICS, fleet_metrics, improvements_of
-from lampyris.study.analysis.fleet_tables import falls, tables_of
+from lampyris.report.data.fleets.measures import (
+    FLEET_METRICS,
+    costs_by_seconds,
+    fleet_metrics,
+    improvements_of,
+)
+from lampyris.study.analysis.fleet_tables import falls, falls_by_seconds, tables_of
 from lampyris.study.analysis.runs import runs_of
 from lampyris.study.analysis.summary import summarise
 from lampyris.study.analysis.table import FLEET_LABELS, table_of
@@ -188,6 +193,22 @@ def test_every_lie_about_a_fleet_that_can_be_seen_is_refused(small: Study) -> No
         assert (row.ending, row.error[:7]) == ("failed", "REFEREE"), (key, value)
 
 
+def test_costs_over_seconds_are_those_of_the_plan_or_refused(small: Study) -> None:
+    job, ground, fleet, result = honest(small)
+    judge = ResultVerifier()
+    row = judge.row(job, result, ground, fleet)
+    told = costs_by_seconds(row.timing["cost_by_s"])
+    assert told[-1][1] == row.metrics["sum_of_costs"] < told[0][1] == row.metrics["first_cost"]
+    assert 0.0 < told[0][0] <= told[-1][0] <= row.timing["plan_s"]
+    last = told[-1][1]
+    for lie in (f"0.000100:{last - 1}", f"0.000200:{last + 9} 0.000100:{last}", f"0.000100:{last} 0.000200:{last}", "", "soon",
+                f"nan:{last}", f"-1.000000:{last}", 3, " ".join(f"0.000001:{last + k}" for k in range(64, -1, -1))):  # fmt: skip
+        refused = judge.row(job, {**result, "timing": {**result["timing"], "cost_by_s": lie}}, ground, fleet)
+        assert (refused.ending, refused.error[:18]) == ("failed", "REFEREE: cost_by_s"), lie
+    silent = {key: value for key, value in result["timing"].items() if key != "cost_by_s"}
+    assert judge.row(job, {**result, "timing": silent}, ground, fleet).ending == "done"
+
+
 def test_a_worker_is_given_the_robots_or_says_that_it_was_not(small: Study) -> None:
     job, ground, _, _ = honest(small)
     said = {"grounds": {ground.hash: pack(ground.grid)}, "jobs": [job.plain], "memory": False}
@@ -291,3 +312,8 @@ def test_tables_and_page_tell_each_measure_by_the_number_of_robots(
     assert "Speed laws" not in page
     timed = summarise(runs, timing=True)
     assert any(tab.name == "by-number-plan-s" for tab in tables_of(timed, runs))
+    assert "cost-by-s-1" not in page
+    assert "cost-by-s-1" in page_of(runs, timed, timing=True)
+    for steps, bound in falls_by_seconds(runs, 1, lns):
+        assert steps[0][0] > 0.0
+        assert steps[-1][1] >= bound

@@ -2,7 +2,7 @@
 // a fleet or a swarm, and its bar: play, pause, a slider over the ticks, speed.
 
 import { el, icon } from "./make.js";
-import { PACE, RATES } from "./play.js";
+import { Clock, PACE, RATES } from "./play.js";
 
 /** Steps as they are numbered in a frame: wait, x + 1, y + 1, x - 1, y - 1. */
 const DX = [0, 1, 0, -1, 0];
@@ -187,25 +187,18 @@ export class FleetRun {
 
 // ---- its clock ----
 
-const LONGEST = 250;
 const ICONS = { play: "M6 4l10 6-10 6z", pause: "M7 4v12M13 4v12", back: "M14 5l-7 5 7 5zM5 5v10", on: "M6 5l7 5-7 5zM15 5v10" };
 
 /** It takes the place of the player of a single robot while a fleet is shown. */
-export class FleetClock {
+export class FleetClock extends Clock {
   /** @param {Page} page @param {() => void} show called whenever another moment is shown */
   constructor(page, show) {
+    super();
     this.page = page;
-    this.tick = 0;
-    this.playing = false;
-    this.speed = 1;
     this.last = 0;
     /** Nothing is known behind the last tick yet, so that it is waited for. */
     this.more = false;
-    this.held = false;
     this._show = show;
-    this._before = 0;
-    this._asked = false;
-    this._frame = (/** @type {number} */ now) => this._advance(now);
 
     this.main = el("button", { type: "button", class: "btn primary main", "aria-keyshortcuts": "Space", onclick: () => this.toggle() });
     const step = (/** @type {number} */ by) => el("button", { type: "button", class: "btn icon", "aria-label": by < 0 ? "One tick back" : "One tick on", title: by < 0 ? "One tick back (,)" : "One tick on (.)", onclick: () => this.step(by) }, icon(by < 0 ? ICONS.back : ICONS.on));
@@ -235,7 +228,7 @@ export class FleetClock {
     this._ask();
   }
 
-  /** @param {number} t */
+  /** @override @param {number} t */
   seek(t) {
     this.tick = Math.min(Math.max(Number.isFinite(t) ? t : 0, 0), this.last);
     this._now();
@@ -255,6 +248,7 @@ export class FleetClock {
     this._ask();
   }
 
+  /** @override */
   pause() {
     if (!this.playing) return;
     this.playing = false;
@@ -263,39 +257,16 @@ export class FleetClock {
     this._now();
   }
 
-  /** @param {number} n */
-  step(n) {
-    this.pause();
-    this.seek((n > 0 ? Math.floor(this.tick + 1e-6) : Math.ceil(this.tick - 1e-6)) + n);
-  }
-
   /** @param {number} f */
   rate(f) {
     this.speed = Math.min(Math.max(f, RATES[0]), RATES[RATES.length - 1]);
     this.rates.value = String(this.speed);
   }
 
-  /** @param {boolean} held */
-  hold(held) {
-    this.held = held;
-    this._before = 0;
-    this._ask();
-  }
-
-  _ask() {
-    if (this._asked || !this.playing || this.held) return;
-    this._asked = true;
-    requestAnimationFrame(this._frame);
-  }
-
-  /** @param {number} now */
-  _advance(now) {
-    this._asked = false;
-    if (!this.playing || this.held) return;
-    const passed = this._before ? Math.min(now - this._before, LONGEST) : 0;
-    this._before = now;
+  /** @override @param {number} passed */
+  _go(passed) {
     if (this.tick < this.last) {
-      this.tick = Math.min(this.tick + (passed / 1000) * PACE * this.speed, this.last);
+      this.tick = Math.min(this.tick + passed * PACE * this.speed, this.last);
       this._now();
     }
     if (this.tick >= this.last && !this.more) this.pause();

@@ -18,20 +18,72 @@ const SEEN = 30;
 /** A frame that comes later than this was not late, the page was hidden: milliseconds. */
 const LONGEST = 250;
 
-export class Player {
-  /** @param {Page} page */
-  constructor(page) {
-    this.page = page;
-    /** The shown moment; whole at a tick. */
+/** What the clocks of one robot and of fleets have in common: frames are asked for while it plays and no hand holds it. */
+export class Clock {
+  constructor() {
+    /** The shown moment; whole at a tick. @type {number} */
     this.tick = 0;
     this.playing = false;
     this.speed = 1;
-    /** Somebody has chosen the speed. */
-    this._chosen = false;
     /** The hand is on the slider: time stands still until it lets go. */
     this.held = false;
     this._before = 0;
     this._asked = false;
+    this._frame = (/** @type {number} */ now) => this._advance(now);
+  }
+
+  /** So many whole ticks on or back. @param {number} n */
+  step(n) {
+    this.pause();
+    this.seek((n > 0 ? Math.floor(this.tick + 1e-6) : Math.ceil(this.tick - 1e-6)) + n);
+  }
+
+  /** Time stands still while the slider is held. @param {boolean} held */
+  hold(held) {
+    this.held = held;
+    this._before = 0;
+    this._ask();
+  }
+
+  _ask() {
+    if (this._asked || !this.playing || this.held) return;
+    this._asked = true;
+    requestAnimationFrame(this._frame);
+  }
+
+  /** @param {number} now */
+  _advance(now) {
+    this._asked = false;
+    if (!this.playing || this.held) return;
+    const passed = this._before ? Math.min(now - this._before, LONGEST) : 0;
+    this._before = now;
+    this._go(passed / 1000);
+  }
+
+  /** The next moment, and another frame if there is more. @abstract @param {number} passed seconds since the frame before */
+  _go(passed) {
+    throw new Error(`_go(${passed})`);
+  }
+
+  /** Go to a moment. @abstract @param {number} t */
+  seek(t) {
+    throw new Error(`seek(${t})`);
+  }
+
+  /** @abstract */
+  pause() {
+    throw new Error("pause()");
+  }
+}
+
+export class Player extends Clock {
+  /** @param {Page} page */
+  constructor(page) {
+    super();
+    this.page = page;
+    this.tick = 0;
+    /** Somebody has chosen the speed. */
+    this._chosen = false;
     /** Bodies of the run that `kinds` and `radii` know, and the run. */
     this._known = 0;
     /** @type {Run | null} */
@@ -47,7 +99,6 @@ export class Player {
     this._bent = -1;
     /** @type {import("./map.js").Way & {count: number, version: number}} */
     this._trail = { cells: this._way, shares: this._shares, count: 0, version: 0 };
-    this._frame = (/** @type {number} */ now) => this._advance(now);
     page.on("run", (detail) => this._begin(detail ?? {}));
     page.on("ticks", () => this._more());
     page.on("end", () => this._more());
@@ -59,18 +110,18 @@ export class Player {
     });
   }
 
-  /** The last tick there is so far. */
+  /** The last tick there is so far. @returns {number} */
   get last() {
     return Math.max(0, (this.page.run?.ticks ?? 0) - 1);
   }
 
-  /** Go to a moment. @param {number} t */
+  /** @override @param {number} t */
   seek(t) {
     this.tick = this._within(t);
     this._show();
   }
 
-  /** A moment before the end; while the run streams in, what is not there yet may be waited for. @param {number} t */
+  /** A moment before the end; while the run streams in, what is not there yet may be waited for. @param {number} t @returns {number} */
   _within(t) {
     const { run } = this.page;
     const last = run && !run.done ? Math.max(this.last, this.tick) : this.last;
@@ -103,6 +154,7 @@ export class Player {
     page.tell("play", true);
   }
 
+  /** @override */
   pause() {
     if (!this.playing) return;
     this.playing = false;
@@ -115,12 +167,6 @@ export class Player {
     this.page.tell("play", false);
   }
 
-  /** So many whole ticks on or back. @param {number} n */
-  step(n) {
-    this.pause();
-    this.seek((n > 0 ? Math.floor(this.tick + 1e-6) : Math.ceil(this.tick - 1e-6)) + n);
-  }
-
   /** @param {number} f 0.25 to 50 */
   rate(f) {
     this._chosen = true;
@@ -128,25 +174,8 @@ export class Player {
     this.page.tell("rate", this.speed);
   }
 
-  /** Time stands still while the slider is held. @param {boolean} held */
-  hold(held) {
-    this.held = held;
-    this._before = 0;
-    if (!held) this._ask();
-  }
-
-  _ask() {
-    if (this._asked || !this.playing || this.held) return;
-    this._asked = true;
-    requestAnimationFrame(this._frame);
-  }
-
-  /** @param {number} now */
-  _advance(now) {
-    this._asked = false;
-    if (!this.playing || this.held) return;
-    const passed = this._before ? Math.min(now - this._before, LONGEST) : 0;
-    this._before = now;
+  /** @override @param {number} passed */
+  _go(passed) {
     const { run } = this.page;
     if (!run) {
       this.pause();
@@ -154,7 +183,7 @@ export class Player {
     }
     // What has not been simulated yet is waited for, and the picture stands still.
     if (this.tick < this.last) {
-      this.tick = Math.min(this.tick + (passed / 1000) * (secondsOf(run) ? 1 / secondsOf(run) : PACE) * this.speed, this.last);
+      this.tick = Math.min(this.tick + passed * (secondsOf(run) ? 1 / secondsOf(run) : PACE) * this.speed, this.last);
       this._show();
     }
     if (run.done && this.tick >= this.last) this.pause();

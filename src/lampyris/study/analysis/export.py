@@ -34,7 +34,7 @@ _NAMES: dict[str, frozenset[str]] = {
     ),
     "string": frozenset(
         ("key", "map", "query", "traffic", "planner", "law", "ending", "error", "outcome", "improvements",
-         "notes")
+         "cost_by_s", "notes")
     ),
 }  # fmt: skip
 """What pyarrow calls the type of a column, narrowest first, and the names that have it."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from lampyris.report.data.fleets.measures import improvements_of
+from lampyris.report.data.fleets.measures import X, costs_by_seconds, improvements_of
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis.findings import Estimate, Summary
 from lampyris.study.analysis.measures import ALL
-from lampyris.study.analysis.runs import Runs
+from lampyris.study.analysis.runs import Runs, Words
 from lampyris.study.analysis.summary_tables import (
     estimate_text,
     map_tabs,
@@ -175,13 +175,22 @@ def falls(runs: Runs, traffic: int, entrant: int) -> list[tuple[list[tuple[int, 
     """Of each solved run, iterations and costs of its plans, and the sum of its shortest paths."""
     if not (runs.has("shortest") and runs.has("sum_of_costs")):
         return []
-    texts = runs.improvements[:, traffic, :, entrant].ravel().tolist()
+    return _with_bounds(runs, runs.improvements, improvements_of, traffic, entrant)
+
+
+def falls_by_seconds(runs: Runs, traffic: int, entrant: int) -> list[tuple[list[tuple[float, int]], float]]:
+    """The same with CPU seconds since planning began in place of iterations."""
+    if not (runs.has("shortest") and runs.has("sum_of_costs")):
+        return []
+    return _with_bounds(runs, runs.cost_by_s, costs_by_seconds, traffic, entrant)
+
+
+def _with_bounds(
+    runs: Runs, words: Words, parse: Callable[[str], list[tuple[X, int]]], traffic: int, entrant: int
+) -> list[tuple[list[tuple[X, int]], float]]:
+    texts = words[:, traffic, :, entrant].ravel().tolist()
     bounds = runs.of_solved("shortest")[:, traffic, :, entrant].ravel().tolist()
-    return [
-        (improvements_of(text), bound)
-        for text, bound in zip(texts, bounds, strict=True)
-        if text and bound > 0
-    ]
+    return [(parse(text), bound) for text, bound in zip(texts, bounds, strict=True) if text and bound > 0]
 
 
 def _halfway(steps: Sequence[tuple[int, int]]) -> int:

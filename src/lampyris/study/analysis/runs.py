@@ -29,7 +29,7 @@ class Runs:
     ending : of each run; empty where it has none yet.
     outcome : the word of the run's own ending, or the code of its error.
     notes : what was done otherwise than asked; empty where nothing was, and in stores of before they had it.
-    improvements : of plans of fleets, how the cost fell with the iterations; empty elsewhere.
+    improvements, cost_by_s : of plans of fleets, how the cost fell with the iterations and with CPU seconds; empty elsewhere.
     values : every metric that some run has a number of. ``found`` and ``arrived`` are 0 for runs that failed;
         what tells of a whole path is there for runs that came to the goal only.
     """
@@ -41,6 +41,7 @@ class Runs:
     notes: Words
     values: Mapping[str, Cube]
     improvements: Words
+    cost_by_s: Words
 
     def has(self, name: str) -> bool:
         """Whether some run has a number of that name."""
@@ -91,13 +92,14 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
         len(study.worlds), len(study.traffic_cases), len(study.seeds), len(study.planners) * len(study.laws),
     )  # fmt: skip
     size = len(study)
-    ending, outcome, notes, improvements = (np.full(size, "", dtype=object) for _ in range(4))
+    ending, outcome, notes, improvements, cost_by_s = (np.full(size, "", dtype=object) for _ in range(5))
     values: dict[str, Cube] = {}
     for index, end, code, numbers in records:
         ending[index] = end
         outcome[index] = str(numbers.get("outcome") or code or end)
         notes[index] = str(numbers.get("notes") or "")
         improvements[index] = str(numbers.get("improvements") or "")
+        cost_by_s[index] = str(numbers.get("cost_by_s") or "")
         for name, value in numbers.items():
             if isinstance(value, int | float) and np.isfinite(value):
                 if name not in values:
@@ -108,8 +110,9 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
             known = (ending != "") & np.isnan(values[name])
             values[name][known] = 0.0
     cubes = {name: values[name].reshape(shape) for name in sorted(values)}
-    ends, outs, said, fell = (some.reshape(shape) for some in (ending, outcome, notes, improvements))
-    runs = Runs(study, entrants_of(study), ends, outs, said, cubes, fell)
+    words = (ending, outcome, notes, improvements, cost_by_s)
+    ends, outs, said, fell, fell_by_s = (some.reshape(shape) for some in words)
+    runs = Runs(study, entrants_of(study), ends, outs, said, cubes, fell, fell_by_s)
     cubes.update({name: runs.of_solved(name) for name in cubes if name in AT_GOAL})
     return runs
 

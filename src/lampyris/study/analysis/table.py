@@ -20,7 +20,9 @@ law with the map known, in the same world; where both arrived."""
 FLEET_SWEPT = ("radius", "delays")
 """Further ones, of studies that compare several."""
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
-"""What depends on the machine: the last columns, and left out wherever bytes are compared."""
+FLEET_TIMING = (*TIMING, "cost_by_s")
+"""What depends on the machine: the last columns, and left out wherever bytes are compared. ``cost_by_s``, of plans of fleets:
+the cost of the best plan so far as ``CPU seconds:cost`` apart by spaces."""
 
 Column = list[Any]
 
@@ -104,7 +106,7 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTab
     of_fleets = study.kind == "fleet"
     labels = labels_of(study)
     metrics = _ordered(FLEET_METRICS if of_fleets else METRICS, held.metrics)
-    timing = _ordered(TIMING, held.timing)
+    timing = _ordered(FLEET_TIMING if of_fleets else TIMING, held.timing)
     columns: dict[str, Column] = {name: [] for name in ("index", "key", *labels)}
     wanted = [index[k] for k in order]
     _label(columns, study, wanted)

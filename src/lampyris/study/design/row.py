@@ -23,12 +23,12 @@ class Row:
     key : of its job.
     ending : see :data:`Ending`.
     metrics : numbers, words and None by name; reproducible. Nothing that is not finite.
-    timing : seconds and bytes by name; left out of every comparison of bytes.
+    timing : seconds and bytes by name, and ``cost_by_s``, words; left out of every comparison of bytes.
     error : code and words of what went wrong; empty where nothing did.
     """
 
     key: str
     ending: Ending
     metrics: Mapping[str, Any] = field(default_factory=dict)
-    timing: Mapping[str, float] = field(default_factory=dict)
+    timing: Mapping[str, Any] = field(default_factory=dict)
     error: str = ""

@@ -30,6 +30,7 @@ from lampyris.model.traffic import Obstacle
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.planning import registry
+from lampyris.report.data.fleets.measures import costs_by_seconds
 from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_metrics, trace_metrics
 from lampyris.sim.traffic.continuous_traffic import DIAGONAL
 from lampyris.study.design.row import Ending, Row
@@ -44,6 +45,8 @@ from lampyris.study.execution.verify_poses import goal_tolerance, room_of, verif
 MAX_WORDS = 500
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What of a worker's word on seconds and bytes is kept."""
+COSTS = "cost_by_s"
+"""Of plans of fleets: how the cost fell with the CPU seconds. When is the worker's word; the last cost is the plan's."""
 
 
 class ResultVerifier:
@@ -70,7 +73,9 @@ class ResultVerifier:
             timing = _timing(result)
             if ending != "done":
                 return Row(job.key, ending, {}, timing, error)
-            return Row(job.key, "done", self._measured(job, result["evidence"], ground, fleet), timing)
+            metrics = self._measured(job, result["evidence"], ground, fleet)
+            _demand_last_cost(timing, metrics)
+            return Row(job.key, "done", metrics, timing)
         except RejectedResult as lie:
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {lie}"))
         except LampyrisError as wrong:
@@ -116,11 +121,11 @@ def _ending(job: Job, result: Any) -> tuple[Ending, str]:
     return ending, _line(error if isinstance(error, str) else "")
 
 
-def _timing(result: Mapping[str, Any]) -> dict[str, float]:
+def _timing(result: Mapping[str, Any]) -> dict[str, Any]:
     timing = result.get("timing")
     if not isinstance(timing, Mapping):
         raise RejectedResult("no timing")
-    out: dict[str, float] = {}
+    out: dict[str, Any] = {}
     for name in TIMING:
         value = timing.get(name)
         if value is None:
@@ -130,7 +135,25 @@ def _timing(result: Mapping[str, Any]) -> dict[str, float]:
         if not (math.isfinite(value) and value >= 0):
             raise RejectedResult(f"{name} of {value!r}")
         out[name] = value
+    fell = timing.get(COSTS)
+    if fell is not None:
+        if not isinstance(fell, str):
+            raise RejectedResult(f"{COSTS} of a {type(fell).__name__}")
+        try:
+            costs_by_seconds(fell)
+        except ValueError as wrong:
+            raise RejectedResult(f"{COSTS}: {_line(str(wrong))}") from None
+        out[COSTS] = fell
     return out
+
+
+def _demand_last_cost(timing: Mapping[str, Any], metrics: Metrics) -> None:
+    """The costs over seconds that a worker tells end at the cost of its plan."""
+    if COSTS not in timing:
+        return
+    last, cost = costs_by_seconds(timing[COSTS])[-1][1], metrics.get("sum_of_costs")
+    if last != cost:
+        raise RejectedResult(f"{COSTS} ends at {last}, and the sum of costs is {cost}")
 
 
 def _line(text: str) -> str:

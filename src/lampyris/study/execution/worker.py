@@ -81,6 +81,7 @@ class _Clock:
     budget: float | None
     began: float
     plan_s: float | None = None
+    cost_by_s: str = ""
 
     def look(self, *_: object) -> None:
         """Raise if it is used up."""
@@ -208,14 +209,19 @@ def _grid(name: str, resolution: float, grounds: Mapping[str, Any], origin: Any 
     return grid
 
 
-def _seconds(clock: _Clock, wall: float) -> dict[str, float]:
-    out = {"cpu_s": loading.cpu() - clock.began, "wall_s": max(time.perf_counter() - wall, 0.0)}
+def _seconds(clock: _Clock, wall: float) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        "cpu_s": loading.cpu() - clock.began,
+        "wall_s": max(time.perf_counter() - wall, 0.0),
+    }
     if clock.plan_s is not None:
         out["plan_s"] = clock.plan_s
+    if clock.cost_by_s:
+        out["cost_by_s"] = clock.cost_by_s
     return out
 
 
-def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, float]:
+def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, Any]:
     planning_s = ran.noun.timing.get("planning_s")
     if planning_s is not None:
         clock.plan_s = float(planning_s)
@@ -330,7 +336,7 @@ def _fleet(plain: Mapping[str, Any], grid: Grid, clock: _Clock, fleets: Mapping[
             raise
         raise not_a_job(wrong) from None
     made = run_of_fleet(plain, asked)
-    clock.plan_s = made.plan_s
+    clock.plan_s, clock.cost_by_s = made.plan_s, made.cost_by_s
     return RunResult(made.noun, None, made.plan, asked)
 
 

@@ -10,7 +10,7 @@ from lampyris.report.charts import study_charts
 from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Summary
-from lampyris.study.analysis.fleet_tables import falls, title_of
+from lampyris.study.analysis.fleet_tables import falls, falls_by_seconds, title_of
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.design.study import StudyTraffic
@@ -19,7 +19,9 @@ from lampyris.study.design.traffic_labels import traffic_words
 MAX_LINES = 12
 """Curves of one figure; more would hide each other."""
 POINTS = 48
-"""Iterations at which a curve of costs is worked out."""
+"""Iterations or seconds at which a curve of costs is worked out."""
+LEAST_SECONDS = 1e-4
+"""Where a curve begins at the earliest: its axis is logarithmic."""
 _AXES = {
     "robots": "number of robots",
     "radius (m)": "radius of the robots",
@@ -111,6 +113,46 @@ def improvement_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
             )
             out.append(PageFigure(drawn, words))
     return out
+
+
+def time_figures(summary: Summary, runs: Runs) -> list[PageFigure]:
+    """The mean cost over its lower bound against CPU seconds of planning, a figure for each number of robots.
+
+    A curve begins where all solved runs of its planner have a plan. The first plan of planners that do not improve theirs
+    remains to the end.
+    """
+    out = []
+    for c, traffic in enumerate(summary.traffic_cases):
+        found = {
+            entrant: pairs
+            for e, entrant in enumerate(summary.entrants)
+            if (pairs := falls_by_seconds(runs, c, e))
+        }
+        if not any(len(steps) > 1 for pairs in found.values() for steps, _ in pairs):
+            continue
+        end = max(steps[-1][0] for pairs in found.values() for steps, _ in pairs)
+        series = []
+        for entrant, pairs in found.items():
+            first = max(LEAST_SECONDS, *(steps[0][0] for steps, _ in pairs))
+            last = max(end, first)
+            grid = [first * (last / first) ** (k / (POINTS - 1)) for k in range(POINTS)]  # bits: a figure
+            costs = [
+                math.fsum(_cost_by(steps, at) / bound for steps, bound in pairs) / len(pairs) for at in grid
+            ]
+            series.append((f"{entrant}, {len(pairs)} runs", grid, costs))
+        drawn = study_charts.curves(f"cost-by-s-{c}", series, "CPU seconds of planning", "cost / shortest")
+        words = (
+            f"Sum of costs over the shortest paths against CPU seconds of planning, {traffic_words(traffic)}: mean of each "
+            "planner's solved runs, from the second at which all of these have a plan. The first plan of planners that do not "
+            "improve theirs remains to the end. Seconds are of this machine, as the workers state them."
+        )
+        out.append(PageFigure(drawn, words))
+    return out
+
+
+def _cost_by(steps: list[tuple[float, int]], at: float) -> int:
+    """The cost of the best plan at a CPU second; of the first plan before that."""
+    return next((cost for seconds, cost in reversed(steps) if seconds <= at), steps[0][1])
 
 
 def _cost_at(steps: list[tuple[int, int]], at: float) -> int:

@@ -27,7 +27,7 @@ from lampyris.study.design.study import RESULTS, Config, Study, StudyMap, canoni
 from lampyris.study.design.traffic_labels import place_words, traffic_words
 from lampyris.study.page import figures
 from lampyris.study.page.films import films as films_of
-from lampyris.study.page.fleet_figures import improvement_figures, number_figures
+from lampyris.study.page.fleet_figures import improvement_figures, number_figures, time_figures
 from lampyris.study.page.summary_text import found, many
 
 MAPS = 24
@@ -85,7 +85,7 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
         pictures=[_picture(study, ground) for ground in grounds[:MAPS]],
         more_maps=many(len(grounds) - MAPS, "other map") if len(grounds) > MAPS else "",
         results=_results(summary, runs),
-        quality=_quality(summary, runs) if legible else ((), ()),
+        quality=_quality(summary, runs, timing) if legible else ((), ()),
         too_many=None if legible else len(summary.entrants),
         differences=(pairs, paired) if pairs or paired else None,
         reference=summary.reference,
@@ -233,10 +233,11 @@ def _results(summary: Summary, runs: Runs) -> list[tuple[str, Sequence[Tab]]]:
     ]
 
 
-def _quality(summary: Summary, runs: Runs) -> tuple[list[PageFigure], list[PageFigure]] | None:
+def _quality(summary: Summary, runs: Runs, timing: bool) -> tuple[list[PageFigure], list[PageFigure]] | None:
     """Figures one below the other, and figures in pairs."""
     if summary.kind == "fleet":
         found = [*number_figures(summary, runs.study.traffic_cases), *improvement_figures(summary, runs)]
+        found += time_figures(summary, runs) if timing else []
         return ([], [*found, *figures.profiles(summary)]) if found else None
     single = [*figures.success(summary), *figures.by_density(summary, runs), *figures.honest(summary)]
     pairs = [*figures.profiles(summary), *figures.trade(summary, runs)]

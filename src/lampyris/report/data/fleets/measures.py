@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, TypeVar
 
 from lampyris.model.fleet.fleet_plan import FleetPlan
 
@@ -21,6 +24,9 @@ FLEET_METRICS = (
 * ``iterations``, ``expansions``: what the planner counts, see :class:`lampyris.model.fleet.fleet_plan.FleetPlan`.
 """
 MOST_IMPROVEMENTS = 64
+_COST_AT = re.compile(r"[0-9]{1,9}\.[0-9]{6}:[0-9]{1,15}")
+X = TypeVar("X", int, float)
+"""Iterations or seconds."""
 
 
 def fleet_metrics(plan: FleetPlan) -> dict[str, Any]:
@@ -39,14 +45,37 @@ def fleet_metrics(plan: FleetPlan) -> dict[str, Any]:
         "first_cost": int(improved[0][1]) if improved else cost,
         "iterations": int(plan.iterations),
         "expansions": int(plan.expansions),
-        "improvements": " ".join(f"{iteration}:{value}" for iteration, value in _thinned(improved)) or None,
+        "improvements": " ".join(f"{iteration}:{value}" for iteration, value in thinned(improved)) or None,
         "notes": "; ".join(plan.notes) or None,
     }
 
 
-def _thinned(rows: tuple[tuple[int, int], ...]) -> list[tuple[int, int]]:
+def thinned(rows: Sequence[tuple[X, int]]) -> list[tuple[X, int]]:
+    """At most :data:`MOST_IMPROVEMENTS` of the rows: the first, the last and evenly between."""
     n, most = len(rows), MOST_IMPROVEMENTS
     return list(rows) if n <= most else [rows[k * (n - 1) // (most - 1)] for k in range(most)]
+
+
+def costs_text(rows: Sequence[tuple[float, int]]) -> str:
+    """The cost of the best plan over CPU seconds, as a row has it: ``seconds:cost`` apart by spaces."""
+    return " ".join(f"{seconds:.6f}:{cost}" for seconds, cost in thinned(rows))
+
+
+def costs_by_seconds(text: str) -> list[tuple[float, int]]:
+    """Seconds and costs of such a text.
+
+    Raises
+    ------
+    ValueError : it is none: more rows than there may be, seconds that fall, or costs that do not fall.
+    """
+    words = text.split()
+    if not words or len(words) > MOST_IMPROVEMENTS or not all(map(_COST_AT.fullmatch, words)):
+        raise ValueError("no list of at most 64 seconds:cost")
+    pairs = [(float(seconds), int(cost)) for seconds, cost in (word.split(":") for word in words)]
+    for (before, more), (after, less) in pairwise(pairs):
+        if before > after or more <= less:
+            raise ValueError(f"{after:g}:{less} after {before:g}:{more}")
+    return pairs
 
 
 def improvements_of(text: str) -> list[tuple[int, int]]:

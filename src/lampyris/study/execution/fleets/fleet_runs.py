@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning.base import Budget
 from lampyris.planning.fleet import registry
+from lampyris.report.data.fleets.measures import costs_text
 from lampyris.study.design.study import FleetQuery
 
 
@@ -36,8 +37,14 @@ def fleet_of(plain: Mapping[str, Any], grid: Grid, query: FleetQuery) -> Fleet:
     return Fleet(grid, [Agent((a, b), (c, d), robot) for a, b, c, d in query.ends[:robots].tolist()])
 
 
-def plan_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetPlan:
+def plan_of_fleet(
+    plain: Mapping[str, Any], fleet: Fleet, progress: Callable[[int, int | None], None] | None = None
+) -> FleetPlan:
     """What the planner of a job answers, not yet refereed.
+
+    Parameters
+    ----------
+    progress : as for :func:`lampyris.plan_fleet`.
 
     Raises
     ------
@@ -46,7 +53,9 @@ def plan_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetPlan:
     who, limits = plain["planner"], plain["budget"]
     planner = registry.make(who["name"], who["settings"])
     budget = Budget(limits["expansions"], limits["seconds"])
-    return fleets.unchecked_plan(fleet, planner, moves=plain["moves"], seed=plain["seed"], budget=budget)
+    return fleets.unchecked_plan(
+        fleet, planner, moves=plain["moves"], seed=plain["seed"], budget=budget, progress=progress
+    )
 
 
 class FleetRun(NamedTuple):
@@ -58,6 +67,8 @@ class FleetRun(NamedTuple):
     """That was driven."""
     plan_s: float | None = None
     """CPU seconds of planning; None: not measured apart from the rest."""
+    cost_by_s: str = ""
+    """How the cost of the plan fell with the CPU seconds; empty: there is none."""
 
 
 def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
@@ -78,26 +89,33 @@ def run_of_fleet(plain: Mapping[str, Any], fleet: Fleet) -> FleetRun:
         return FleetRun(made)
     ask = plain.get("execute")
     if ask is None:
-        found, plan_s = _timed_plan(plain, fleet)
-        return FleetRun(found, None, plan_s)
-    plan, plan_s = None, 0.0
+        return FleetRun(*_timed_plan(plain, fleet))
+    plan, plan_s, cost_by_s = None, 0.0, ""
     if ask["settings"]["policy"] != "orca":
-        plan, plan_s = _timed_plan(plain, fleet)
+        plan, _, plan_s, cost_by_s = _timed_plan(plain, fleet)
         if not plan:
             return FleetRun(plan, None, plan_s)
     trace = fleet_drives.simulate_fleet(
         fleet, plan, planner=who["name"], robot=usual_robot(plain, fleet.grid), delays=Delays(**ask["delays"]),
         seed=plain["seed"], drive_settings=ask["settings"],
     )  # fmt: skip
-    return FleetRun(trace, plan, plan_s)
+    return FleetRun(trace, plan, plan_s, cost_by_s)
 
 
-def _timed_plan(plain: Mapping[str, Any], fleet: Fleet) -> tuple[FleetPlan, float]:
-    """The plan, and the CPU seconds that it took."""
+def _timed_plan(plain: Mapping[str, Any], fleet: Fleet) -> tuple[FleetPlan, None, float, str]:
+    """The plan, None, the CPU seconds that it took, and how its cost fell with them, as far as the planner reported it."""
+    fell: list[tuple[float, int]] = []
     began = loading.cpu()
-    found = plan_of_fleet(plain, fleet)
+
+    def note(_: int, cost: int | None) -> None:
+        if cost is not None and (not fell or cost < fell[-1][1]):
+            fell.append((loading.cpu() - began, cost))
+
+    found = plan_of_fleet(plain, fleet, note)
     seconds = loading.cpu() - began
-    return found, seconds
+    if found:
+        note(0, found.sum_of_costs)
+    return found, None, seconds, costs_text(fell) if found else ""
 
 
 def usual_robot(plain: Mapping[str, Any], grid: Grid) -> Robot:
