@@ -81,19 +81,22 @@ test: $(VENV)/.dev
 	@ls -d $(ROOMS) >/dev/null || { echo "ROOM: one or some of" $$(cd tests && ls */test_*.py | cut -d/ -f1 | uniq) "or test files"; exit 1; }
 	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
 else
-# Before the suite's workers start, the machine code and the bytecode that each of them would make are made once, while
-# the tools and a browser are installed. Style is judged beside that and has the last word. Types are not: mypy takes a
-# minute or more of CPU time on a fresh clone. `make lint` judges them, in CI beside the suite, and `make check-nightly`.
+# Before the suite's workers start, the machine code and the bytecode that each of them would make are made once. The tools
+# and a browser, whose packages are mostly waited for, are installed beside that. Style is judged beside it, too, and has
+# the last word. Types are not: mypy takes a minute or more of CPU time on a fresh clone. `make lint` judges them, in CI
+# beside the suite, and `make check-nightly`.
 test: $(VENV)/.made
 	@mkdir -p build; $(MAKE) --no-print-directory $(VENV)/.tools >build/tools.txt 2>&1 & tools=$$!; \
-	trap "kill $$tools" INT TERM; \
-	$(MAKE) --no-print-directory $(VENV)/.run || { kill $$tools; exit 1; }; \
-	{ tools/browser.sh; $(BIN)/python -m compileall -q tests selfcheck/src; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
-	trap "kill $$warmed $$tools" INT TERM; \
+	tools/browser.sh >build/browser.txt 2>&1 & browsed=$$!; \
+	trap "kill $$tools $$browsed" INT TERM; \
+	$(MAKE) --no-print-directory $(VENV)/.run || { kill $$tools $$browsed; exit 1; }; \
+	{ $(BIN)/python -m compileall -q tests selfcheck/src; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
+	trap "kill $$warmed $$tools $$browsed" INT TERM; \
 	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed; exit 1; }; \
 	$(MAKE) --no-print-directory style >build/style.txt 2>&1 & styled=$$!; \
-	trap "kill $$warmed $$styled" INT TERM; \
+	trap "kill $$warmed $$styled $$browsed" INT TERM; \
 	wait $$warmed || { cat build/warm.txt; kill $$styled; exit 1; }; \
+	wait $$browsed; \
 	$(MAKE) --no-print-directory unit; tested=$$?; \
 	wait $$styled || tested=1; cat build/style.txt; exit $$tested
 endif

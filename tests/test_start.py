@@ -30,6 +30,8 @@ HEAVY = [
     "uvicorn",
     "asyncio",
     "multiprocessing",
+    "concurrent.futures",
+    "numpy.ma",
 ]
 IDLE = [
     "sim.grid.loop",
@@ -41,6 +43,7 @@ IDLE = [
     "reproduce",
     "warming",
     "io.scenario.schema",
+    "planning.through",
 ]
 
 CLI = """
@@ -102,6 +105,14 @@ def test_a_small_plan_loads_what_a_plan_needs() -> None:
     show = f"print(__import__('json').dumps([m for m in {asked!r} if m in sys.modules]))"
     assert last(run(CLI + show, "plan", "env-1")) == []
     assert last(run(CLI + show, "plan", "env-1", "--json")) == []
+
+
+def test_the_list_of_verbs_imports_no_verb() -> None:
+    show = "print(__import__('json').dumps([m for m in sys.modules if m.startswith(('numpy', 'lampyris.'))]))"
+    loaded = last(run(CLI + show, "--help"))
+    assert "lampyris.cli.verb_group" in loaded
+    unneeded = ("numpy", "lampyris.cli.verbs", "lampyris.cli.option_groups", "lampyris.model")
+    assert [name for name in loaded if name.startswith(unneeded)] == []
 
 
 def test_nothing_is_compiled_when_kernels_are_imported() -> None:

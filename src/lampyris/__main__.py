@@ -1,6 +1,6 @@
 """``python -m lampyris``: the command line, where no script of that name is on the path."""
 
-from lampyris.cli import main
+from lampyris.cli import program
 
 if __name__ == "__main__":
-    main()
+    program()

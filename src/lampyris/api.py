@@ -59,7 +59,6 @@ from lampyris.planning.field.layers import free_space
 from lampyris.planning.least_steps import demand_at_least, least_steps
 from lampyris.planning.selection import chosen_planner
 from lampyris.planning.session_limits import within
-from lampyris.planning.through import plan_through
 from lampyris.referee.caps import check_caps
 from lampyris.referee.geometry.curve import check_curve
 from lampyris.sim.world.endings import why
@@ -181,6 +180,8 @@ def plan(
 
     def answer() -> Plan:
         if scene.via:
+            from lampyris.planning.through import plan_through  # with threads, which no other plan needs
+
             made = plan_through(scene, chosen, budget, lambda leg, left: judged(search(leg, left), leg))
             PATH.demand(0 if made.path is None else len(made.path.cells), "the path")
             return replace(made, detail=made.detail or why(made, scene))

@@ -285,7 +285,7 @@ def _cells(planner: str, moves: str, terrain: bool) -> None:
     edits = (Edit(2, blocked=((8, 3), (4, 8))), Edit(4, freed=((8, 3), (5, 5))))
     scene = _scene(moves, terrain=terrain, edits=edits, traffic=(RandomWalk(3), Crossing(1)))
     known = registry.settings_of(registry.planner_class(planner))
-    if {"swarm", "particles"} & set(known) and moves != "octile":
+    if {"swarm", "particles", "samples"} & set(known) and moves != "octile":
         return  # these call the same kernels by any step set
     few: dict[str, Any] = {
         name: 2 for name in ("swarm", "iterations", "particles", "rounds") if name in known

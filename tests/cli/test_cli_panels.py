@@ -15,6 +15,7 @@ import typer.main
 from in_process import call
 from lampyris.cli.app import app
 from lampyris.cli.panels import PANELS, REST, panel_of
+from lampyris.cli.verb_group import VERBS as SUMMARIES
 
 MAIN = "from lampyris.cli import main; main()"
 VERBS = ("plan", "simulate", "drive", "speed", "compare", "ros")
@@ -43,6 +44,14 @@ def test_every_option_of_a_large_verb_stands_in_a_panel(verb: str) -> None:
     rest = {max(p.opts, key=len) for p in options if panel_of(p, verb) == REST}
     assert rest <= {"--help", "--workers", "--live"}, rest
     assert all(p.rich_help_panel == panel_of(p, verb) for p in options)
+
+
+def test_the_list_of_verbs_says_what_the_help_of_each_begins_with() -> None:
+    for name, command in commands().items():
+        if name in SUMMARIES:
+            first = " ".join(str(command.help).strip().split("\n\n")[0].split())
+            assert first == SUMMARIES[name][1], name
+    assert set(SUMMARIES) <= set(commands())
 
 
 def test_panels_name_options_that_exist_and_each_once() -> None:

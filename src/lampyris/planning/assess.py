@@ -52,7 +52,10 @@ def _on_path(gates: tuple[Gate, ...], path: Path, width: int) -> tuple[Gate, ...
         return ()
     cells = np.array([g.cell for g in gates], dtype=np.int64)
     passed = path.cells.astype(np.int64)
-    on = np.isin(cells[:, 0] + cells[:, 1] * width, passed[:, 0] + passed[:, 1] * width)
+    wanted = cells[:, 0] + cells[:, 1] * width
+    numbers = np.sort(passed[:, 0] + passed[:, 1] * width)
+    # Not np.isin, which imports masked arrays: a twentieth of the time of a small plan.
+    on = numbers[np.searchsorted(numbers[:-1], wanted)] == wanted
     return tuple(g for g, there in zip(gates, on.tolist(), strict=True) if there)
 
 
