@@ -32,7 +32,7 @@ from lampyris.sim.grid.pursuit import GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
-from lampyris.sim.traffic.obstacle_draws import steps
+from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
 from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Same, Shape, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
@@ -237,6 +237,10 @@ class CompiledTicks:
         st[k.SHUTTLES], st[k.RECORDINGS] = len(drives), len(recordings)
         self._drives = _flat(drives)
         self._kinds = _flat(rows)
+        self._keys = (
+            np.array([w.key for w in self._walkers], dtype=np.uint64),
+            np.array([w.spec.count for w in self._walkers], dtype=np.int64),
+        )
         self._own = own
         return np.array(rates or [-1.0]), self._drives, _flat(routes), _flat(recordings), _flat(tracks)
 
@@ -328,8 +332,7 @@ class CompiledTicks:
             each = int(st[k.PER_TICK])
             ticks = max(1, min(BLOCK, DRAWS // max(each, 1)))
             if each:
-                parts = [steps(w.key, w.spec.count, now + 1, ticks) for w in self._walkers]
-                self._draws = (parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)).reshape(-1)
+                self._draws = steps_of_all(*self._keys, now + 1, ticks)
             st[k.DRAWN_FROM] = now + 1
             self._drawn_until = now + ticks
         stop = min(last, self._drawn_until)
