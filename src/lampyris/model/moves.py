@@ -73,6 +73,7 @@ class Moves(Noun):
     scale: int = 1
     _dear: tuple[int, int] = field(init=False, repr=False, compare=False)
     """Exact costs of a diagonal and of a knight's step: every query asks for them."""
+    _reach: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not _are_moves(self):
@@ -86,6 +87,7 @@ class Moves(Noun):
         for (dx, dy), cost in zip(self.offsets, self.costs, strict=False):
             steps.setdefault(abs(dx * dy), cost)
         object.__setattr__(self, "_dear", (steps.get(1, 0), steps.get(2, 0)))
+        object.__setattr__(self, "_reach", max(max(abs(dx), abs(dy)) for dx, dy in self.offsets))
 
     def _brief(self) -> str:
         return f"<Moves {self.name}{'' if self.scale == 1 else ' on terrain'}>"
@@ -122,7 +124,7 @@ class Moves(Noun):
     @property
     def reach(self) -> int:
         """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
-        return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
+        return self._reach
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""

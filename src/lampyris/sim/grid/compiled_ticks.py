@@ -20,7 +20,7 @@ from lampyris.kernels.adgso.tick_speed import OF_GOAL
 from lampyris.kernels.simulation import ticks as k
 from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
-from lampyris.model.grid import frozen
+from lampyris.model.grid import Same, frozen
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
@@ -34,7 +34,7 @@ from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
 from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Same, Shape, bordered, shared
+from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy

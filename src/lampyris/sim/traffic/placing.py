@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError
+from lampyris.model.grid import Same
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
@@ -25,7 +26,7 @@ from lampyris.sim.traffic.obstacle_draws import (
     uniforms,
 )
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Same, Shape, obstacle_shape, shared
+from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, obstacle_shape, shared
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.grid import Grid, frozen
+from lampyris.model.grid import Grid, Same, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.footprint import footprint
@@ -219,21 +219,6 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
     if abs(dx) == 2:
         return (dx // 2, 0), (dx // 2, dy)
     return (0, dy // 2), (dx, dy // 2)
-
-
-class Same:
-    """A map as a key: the same object, not one that looks the same."""
-
-    __slots__ = ("grid",)
-
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and other.grid is self.grid
-
-    def __hash__(self) -> int:
-        return id(self.grid)  # bits: only tells them apart
 
 
 KEPT = 8
