@@ -37,6 +37,7 @@ NAMES = (
     "speed",
     "study",
     "start",
+    "first",
     "memory",
     "scaling",
 )
