@@ -12,6 +12,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
 from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.base import Budget
 from lampyris.planning.spacetime.session import TimedSession
 from lampyris.sim.grid.loop import Simulation
 
@@ -38,6 +39,21 @@ def test_same_answers(planner: str, kind: type, monkeypatch: pytest.MonkeyPatch)
         while alone.outcome is None:
             alone.tick()
         assert shared[0].trace() == shared[1].trace() == alone.trace()
+
+
+@pytest.mark.parametrize("most", [1, 20, 1000])
+def test_sipp_under_a_limit(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    budget = Budget(expansions=most)
+    for seed in range(3):
+        scene, one = scene_of(seed), registry.make("sipp")
+        quick = Simulation(scene, one, seed=seed, budget=budget)
+        quick.finish()
+        with monkeypatch.context() as patch:
+            patch.setattr(TimedSession, "share", lambda self: None)
+            slow = Simulation(scene, one, seed=seed, budget=budget)
+        while slow.outcome is None:
+            slow.tick()
+        assert quick.trace() == slow.trace()
 
 
 def test_a_repaired_field_is_its_own() -> None:

@@ -190,8 +190,15 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     return cast(Planner, made(planner_class(name), settings))
 
 
+@cache
+def _as_it_is(kind: type[Any]) -> Any:
+    return kind()
+
+
 def made(kind: type[Any], settings: Mapping[str, Any] | None) -> Any:
     """A planner of this class with these settings; see :func:`make`."""
+    if not settings and kind.__module__.startswith("lampyris."):
+        return _as_it_is(kind)  # frozen settings: one will do for all
     name, known = kind.name, settings_of(kind)
     for key in settings or {}:
         if key not in known:

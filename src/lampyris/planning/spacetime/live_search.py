@@ -128,9 +128,10 @@ class LiveSearch:
             noted = self._noted
             self._make_room(2 * seen.obstacles)
             self._noted[:, : noted.shape[1]] = noted
+        limit = -1 if seen.limit is None else seen.limit
         live_search(
             seen.where, seen.step_x, seen.step_y, seen.new, seen.obstacles, seen.now, seen.tick, self._known,
-            *self._noted, *self._settings, seen.robot, *self._map, *self._room, *self._states,
+            *self._noted, *self._settings, limit, seen.robot, *self._map, *self._room, *self._states,
             self._route, self._enter, self._length, self._result,
         )  # fmt: skip
         self._known = seen.obstacles
@@ -141,7 +142,7 @@ class LiveSearch:
         return NextSteps(self._route, length - 1, 1, self.spent, self._enter)
 
 
-def seen_at(change: Change, search: TimedSearch) -> SensedNow | None:
+def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow | None:
     """What a session is told as a simulation would give it that asks for next steps; None: it is no such thing."""
     tracks = change.obstacle_tracks
     if not tracks or change.robot is None:
@@ -158,4 +159,4 @@ def seen_at(change: Change, search: TimedSearch) -> SensedNow | None:
         where[k], step_x[k], step_y[k], new[k] = search.flat((x, y)), x - x0, y - y0, len(one.track) == 1
     nothing = np.zeros(1, dtype=np.int64)
     robot = search.flat(change.robot)
-    return SensedNow(robot, change.tick, now, nothing, 0, where, step_x, step_y, new, len(tracks), True)
+    return SensedNow(robot, change.tick, now, nothing, 0, where, step_x, step_y, new, len(tracks), True, limit)

@@ -122,7 +122,7 @@ class TimedSession(SessionBase):
         settings, search = self._settings, self._search
         if search is None or not seen.live or not seen.obstacles or self._by_ticks or not self._laid:
             return None
-        if seen.limit is not None:
+        if seen.limit is not None and seen.limit < 1:
             return None
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
@@ -205,7 +205,7 @@ class TimedSession(SessionBase):
             self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
         if self._search.steps_left(start) < 0:
             return Plan(Status.NO_PATH, self._name, iterations=1)
-        seen = seen_at(change, self._search) if first and budget is None and start != goal else None
+        seen = seen_at(change, self._search, budget) if first and start != goal else None
         if seen is not None and self.next_steps(seen, 0) is not None:
             return self.whole_plan(change)
         tracks, closed = self._known_obstacles(change)
