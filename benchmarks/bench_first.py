@@ -48,7 +48,9 @@ def bench(quick: bool) -> Section:
         bare = Spread.of([_spent(Wait("bare", ("-c", "pass")), folder) for _ in range(rounds)])
     spreads = {key: Spread.of(values) for key, values in times.items()}
     figures = [
-        Figure(f"plan, {planner}, {size} x {size}, {'first' if fresh else 'again'}", "s", spread, "bare", bare)
+        Figure(
+            f"plan, {planner}, {size} x {size}, {'first' if fresh else 'again'}", "s", spread, "bare", bare
+        )
         for (size, planner, fresh), spread in spreads.items()
     ]
     verdicts = [

@@ -68,7 +68,8 @@ def bench(quick: bool) -> Section:
         folder = Path(name)
         (folder / "kept").mkdir()
         maps = {
-            size: random_grid_file(folder, size) for size in ((316, 512, 1024) if quick else (316, 512, 1024, 2048, 4096))
+            size: random_grid_file(folder, size)
+            for size in ((316, 512, 1024) if quick else (316, 512, 1024, 2048, 4096))
         }
         maps[TERRAIN] = _terrain(folder, 316)
         waits = _waits(maps, quick)

@@ -36,7 +36,9 @@ def main() -> None:
     threshold, show = gc.get_threshold(), warnings.showwarning
     warnings.showwarning = _note
     gc.set_threshold(GC_THRESHOLD)
-    atexit.register(gc.freeze)  # or the interpreter's end looks through all that was imported: an eighth of a short call
+    atexit.register(
+        gc.freeze
+    )  # or the interpreter's end looks through all that was imported: an eighth of a short call
     try:
         _run()
     except SystemExit as done:

@@ -143,7 +143,7 @@ class LiveSearch:
 
 
 def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow | None:
-    """What a session is told as a simulation would give it that asks for next steps; None: it is no such thing."""
+    """A change as a simulation describes it that asks for next steps; None: it cannot be described so."""
     tracks = change.obstacle_tracks
     if not tracks or change.robot is None:
         return None
@@ -153,10 +153,14 @@ def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow
     where, step_x, step_y, new = np.zeros((4, len(tracks)), dtype=np.int64)
     for k, one in enumerate(tracks):
         (x, y), (x0, y0) = one.track[-1], one.track[0]
-        plain = one.obstacle == k and one.period is None and one.footprint == ((0, 0),) and len(one.track) <= 2
+        plain = (
+            one.obstacle == k and one.period is None and one.footprint == ((0, 0),) and len(one.track) <= 2
+        )
         if not plain or one.since + len(one.track) - 1 != now:
             return None
         where[k], step_x[k], step_y[k], new[k] = search.flat((x, y)), x - x0, y - y0, len(one.track) == 1
     nothing = np.zeros(1, dtype=np.int64)
     robot = search.flat(change.robot)
-    return SensedNow(robot, change.tick, now, nothing, 0, where, step_x, step_y, new, len(tracks), True, limit)
+    return SensedNow(
+        robot, change.tick, now, nothing, 0, where, step_x, step_y, new, len(tracks), True, limit
+    )

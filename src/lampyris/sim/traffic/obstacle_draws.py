@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.simulation import draws
-from lampyris.kernels.simulation.draws import APPEAR, PLACE, ROUTE, STEPS, TRIES
+from lampyris.kernels.simulation.draws import APPEAR, PLACE, STEPS, TRIES
+from lampyris.kernels.simulation.draws import ROUTE as ROUTE
 from lampyris.typing import Floats
 
 WALKERS, CROSSING, PATROLS = 1, 2, 3
@@ -44,7 +45,7 @@ def uniforms(key: int, what: int, own: Ints, count: Ints) -> Floats:
     Parameters
     ----------
     key : see :func:`key_of`.
-    what : :data:`PLACE`, :data:`STEPS`, :data:`APPEAR` or :data:`ROUTE`.
+    what : one of the words of :mod:`lampyris.kernels.simulation.draws`.
     own, count : int64: numbers of obstacles within the specification, and of draws; 0 or more.
     """
     golden = np.uint64(draws.GOLDEN)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError
+from lampyris.kernels.simulation.draws import ROUTE
 from lampyris.model.grid import Same
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
@@ -17,7 +18,6 @@ from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.solve import solve
 from lampyris.sim.traffic.obstacle_draws import (
     CROSSING,
-    ROUTE,
     WALKERS,
     first_of,
     key_of,
