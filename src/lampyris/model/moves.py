@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -73,7 +74,6 @@ class Moves(Noun):
     scale: int = 1
     _dear: tuple[int, int] = field(init=False, repr=False, compare=False)
     """Exact costs of a diagonal and of a knight's step: every query asks for them."""
-    _reach: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not _are_moves(self):
@@ -87,7 +87,6 @@ class Moves(Noun):
         for (dx, dy), cost in zip(self.offsets, self.costs, strict=False):
             steps.setdefault(abs(dx * dy), cost)
         object.__setattr__(self, "_dear", (steps.get(1, 0), steps.get(2, 0)))
-        object.__setattr__(self, "_reach", max(max(abs(dx), abs(dy)) for dx, dy in self.offsets))
 
     def _brief(self) -> str:
         return f"<Moves {self.name}{'' if self.scale == 1 else ' on terrain'}>"
@@ -124,7 +123,7 @@ class Moves(Noun):
     @property
     def reach(self) -> int:
         """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
-        return self._reach
+        return _reach(self.offsets)
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
@@ -148,6 +147,11 @@ class Moves(Noun):
         else:
             out = e / self.unit
         return np.where(e < 0, np.inf, out)
+
+
+@lru_cache(maxsize=32)
+def _reach(offsets: tuple[tuple[int, int], ...]) -> int:
+    return max(max(abs(dx), abs(dy)) for dx, dy in offsets)
 
 
 def _are_moves(one: Moves) -> bool:
