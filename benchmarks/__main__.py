@@ -36,6 +36,7 @@ NAMES = (
     "steering",
     "speed",
     "study",
+    "calls",
     "start",
     "first",
     "memory",

@@ -184,7 +184,7 @@ def bench(quick: bool) -> Section:
 
 
 def _one_core(folder: Path, figures: list[Figure], quick: bool) -> tuple[Table, list[str], int]:
-    queries, seeds, rounds = (2, 20, 3) if quick else (5, 50, 7)
+    queries, seeds, rounds = (2, 20, 3) if quick else (5, 20, 7)
     rows, wrong, compared = [], [], 0
     spent: dict[str, list[list[float]]] = {}
     for name, found in queries_of(study_of(folder, "live", queries, 1)):
@@ -267,7 +267,7 @@ def _share(folder: Path, seeds: range) -> int:
 
 def _two_cores(folder: Path, figures: list[Figure], quick: bool) -> Table:
     """The same runs by one process and by two, by the clock."""
-    seeds, rounds = (100, 3) if quick else (1000, 7)
+    seeds, rounds = (20, 3) if quick else (100, 5)
     crew = min(2, processors())
     folders = [folder / f"process {k}" for k in range(crew)]
     for place in folders:
@@ -307,15 +307,15 @@ def _studies(folder: Path, figures: list[Figure], quick: bool) -> Table:
     assert plain is not None
     rows, crew = [], min(2, processors())
     for tracks in ("live", "replayed"):
-        queries, seeds, rounds = (2, 10, 3) if quick else (5, 40, 7)
+        queries, seeds, rounds = (2, 10, 3) if quick else (5, 20, 3)
         if tracks == "replayed":
-            seeds, rounds = (2, 1) if quick else (4, 3)
+            seeds, rounds = (2, 1) if quick else (4, 2)
         by_cpu, by_clock = through_the_study(study_of(folder, tracks, queries, seeds), rounds, 1)
         figures.append(_beside("study" if tracks == "live" else f"study, {tracks} tracks", by_cpu, plain))
         rows.append((tracks, "1", f"{by_cpu.middle:,.0f}", f"{by_clock.middle:,.0f}"))
         if tracks == "live" and crew > 1 and not quick:
             # Enough jobs that starting the processes, which a study pays for once, is not all there is.
-            many = study_of(folder, tracks, queries, seeds * 8)
+            many = study_of(folder, tracks, queries, seeds * 4)
             alone, both = (through_the_study(many, 2, workers)[1] for workers in (1, crew))
             rows += [
                 (f"live, {len(many):,} runs", "1", "", f"{alone.middle:,.0f}"),
