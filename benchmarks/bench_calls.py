@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from benchmarks.about import versions
@@ -19,6 +20,7 @@ from lampyris.model.path import path_of
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
+from lampyris.planning.graph.grid_graph import SearchResult
 from lampyris.planning.graph.jps_search import JumpSearch
 from lampyris.planning.map_models.polyanya_search import PolyanyaSearch
 from lampyris.sim.grid.loop import Simulation
@@ -112,9 +114,22 @@ def _crowds(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Tabl
             (f"{count:,}", f"{tick.middle:.1f} ({tick.low:.1f} to {tick.high:.1f})", f"{each[-1]:.3f}")
         )
     flat = max(each[1:]) / each[0]
-    text = f"cost of a tick and obstacle, 100 and 1,000 beside 10 obstacles on 512 x 512: at most {CROWD_FLAT:g} times: {flat:.2f}"
+    text = f"cost of a tick and obstacle, 100 and 1,000 beside 10 obstacles on 512 x 512: at most {CROWD_FLAT:g} times: "
+    text += f"{flat:.2f}"
     verdicts.append(Verdict(flat <= CROWD_FLAT, text))
     return Table(("obstacles", "us a tick", "us a tick and obstacle"), tuple(rows), "Crowds on 512 x 512")
+
+
+Ends = tuple[tuple[int, int], tuple[int, int]]
+
+
+def _mended(kept: JumpSearch, free: np.ndarray, ends: Ends, found: list[SearchResult]) -> None:
+    kept.take(free, None)
+    found.append(kept.find_path(*ends))
+
+
+def _anew(free: np.ndarray, ends: Ends, found: list[SearchResult]) -> None:
+    found.append(JumpSearch(free, MOVES["octile"]).find_path(*ends))
 
 
 def _edits(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Table:
@@ -134,16 +149,10 @@ def _edits(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Table
                 free[y, x] = ~free[y, x]
                 cells = np.argwhere(free)
                 (ay, ax), (by, bx) = cells[rng.integers(0, len(cells), 2)].tolist()
-                found: list[object] = []
-
-                def repair(free: np.ndarray = free, out: list[object] = found) -> None:
-                    kept.take(free, None)
-                    out.append(kept.find_path((ax, ay), (bx, by)))
-
-                def afresh(free: np.ndarray = free, out: list[object] = found) -> None:
-                    out.append(JumpSearch(free, moves).find_path((ax, ay), (bx, by)))
-
-                times = [_seconds(call, time.thread_time) for call in (repair, afresh)]
+                ends = (ax, ay), (bx, by)
+                found: list[SearchResult] = []
+                calls = (partial(_mended, kept, free, ends, found), partial(_anew, free, ends, found))
+                times = [_seconds(call, time.thread_time) for call in calls]
                 if k:
                     mended.append(1e6 * times[0])
                     anew.append(1e6 * times[1])
