@@ -36,7 +36,7 @@ TITLE = "Simulations and studies"
 HOW = """Complete simulations a second: AD-GSO on three maps of 50 x 50 cells among 20 random walkers, by the
 dissertation's rules and its speed law.
 
-- runs: `lampyris.sim.grid.loop.run`, from a seed to a Trace; it solves its field each time.
+- runs: `lampyris.sim.grid.loop.run`, from a seed to a Trace; the field is solved at a map's first run.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
 - public call: `lampyris.simulate`, which is such a run and the referee's check of every tick. **This is what a
@@ -48,8 +48,8 @@ Before anything is timed, robot, obstacles and speeds of runs, public call and p
 go through all contestants in turn. On one core times are of this thread's processor time; of two processes by the
 clock, beside one process by the clock, everything compiled.
 
-Runs and the public call solve their field anew in each run, place the obstacles, and make a trace; the public
-call also has every tick refereed. The plain simulator does none of this. A second table has the public call as it
+Runs and the public call place the obstacles and make a trace; the public call also has every tick refereed. The plain
+simulator does none of this. The field is there beforehand in all of them. A second table has the public call as it
 is by default (octile moves, physical law) with four planners. With replayed tracks the
 obstacles of each world are drawn, and checked, once for all planners that meet them; a study of one planner
 pays for all of that in every run."""
