@@ -108,7 +108,8 @@ def places_of_one_cell(
     """
     found = np.zeros(count, dtype=np.int64)
     placed = draws.place(np.array([key], dtype=np.uint64), first, *size, opened, found) if count else 0
-    return found[:placed].tolist()
+    cells: list[int] = found[:placed].tolist()
+    return cells
 
 
 def places(
