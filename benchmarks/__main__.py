@@ -36,7 +36,9 @@ NAMES = (
     "steering",
     "speed",
     "study",
+    "calls",
     "start",
+    "first",
     "memory",
     "scaling",
 )

@@ -36,7 +36,7 @@ TITLE = "Simulations and studies"
 HOW = """Complete simulations a second: AD-GSO on three maps of 50 x 50 cells among 20 random walkers, by the
 dissertation's rules and its speed law.
 
-- runs: `lampyris.sim.grid.loop.run`, from a seed to a Trace; it solves its field each time.
+- runs: `lampyris.sim.grid.loop.run`, from a seed to a Trace; the field is solved at a map's first run.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
 - public call: `lampyris.simulate`, which is such a run and the referee's check of every tick. **This is what a
@@ -48,8 +48,8 @@ Before anything is timed, robot, obstacles and speeds of runs, public call and p
 go through all contestants in turn. On one core times are of this thread's processor time; of two processes by the
 clock, beside one process by the clock, everything compiled.
 
-Runs and the public call solve their field anew in each run, place the obstacles, and make a trace; the public
-call also has every tick refereed. The plain simulator does none of this. A second table has the public call as it
+Runs and the public call place the obstacles and make a trace; the public call also has every tick refereed. The plain
+simulator does none of this. The field is there beforehand in all of them. A second table has the public call as it
 is by default (octile moves, physical law) with four planners. With replayed tracks the
 obstacles of each world are drawn, and checked, once for all planners that meet them; a study of one planner
 pays for all of that in every run."""
@@ -184,7 +184,7 @@ def bench(quick: bool) -> Section:
 
 
 def _one_core(folder: Path, figures: list[Figure], quick: bool) -> tuple[Table, list[str], int]:
-    queries, seeds, rounds = (2, 20, 3) if quick else (5, 50, 7)
+    queries, seeds, rounds = (2, 20, 3) if quick else (5, 20, 7)
     rows, wrong, compared = [], [], 0
     spent: dict[str, list[list[float]]] = {}
     for name, found in queries_of(study_of(folder, "live", queries, 1)):
@@ -267,7 +267,7 @@ def _share(folder: Path, seeds: range) -> int:
 
 def _two_cores(folder: Path, figures: list[Figure], quick: bool) -> Table:
     """The same runs by one process and by two, by the clock."""
-    seeds, rounds = (100, 3) if quick else (1000, 7)
+    seeds, rounds = (20, 3) if quick else (100, 5)
     crew = min(2, processors())
     folders = [folder / f"process {k}" for k in range(crew)]
     for place in folders:
@@ -307,15 +307,15 @@ def _studies(folder: Path, figures: list[Figure], quick: bool) -> Table:
     assert plain is not None
     rows, crew = [], min(2, processors())
     for tracks in ("live", "replayed"):
-        queries, seeds, rounds = (2, 10, 3) if quick else (5, 40, 7)
+        queries, seeds, rounds = (2, 10, 3) if quick else (5, 20, 3)
         if tracks == "replayed":
-            seeds, rounds = (2, 1) if quick else (4, 3)
+            seeds, rounds = (2, 1) if quick else (4, 2)
         by_cpu, by_clock = through_the_study(study_of(folder, tracks, queries, seeds), rounds, 1)
         figures.append(_beside("study" if tracks == "live" else f"study, {tracks} tracks", by_cpu, plain))
         rows.append((tracks, "1", f"{by_cpu.middle:,.0f}", f"{by_clock.middle:,.0f}"))
         if tracks == "live" and crew > 1 and not quick:
             # Enough jobs that starting the processes, which a study pays for once, is not all there is.
-            many = study_of(folder, tracks, queries, seeds * 8)
+            many = study_of(folder, tracks, queries, seeds * 4)
             alone, both = (through_the_study(many, 2, workers)[1] for workers in (1, crew))
             rows += [
                 (f"live, {len(many):,} runs", "1", "", f"{alone.middle:,.0f}"),

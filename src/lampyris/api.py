@@ -42,7 +42,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
-from lampyris.model.trace import Trace
+from lampyris.model.trace import Trace, with_ending
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
@@ -552,7 +552,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return replace(trace, detail=why(trace, scene), timing=timing)
+    return with_ending(trace, why(trace, scene), timing)
 
 
 def drive(

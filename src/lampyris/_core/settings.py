@@ -22,6 +22,8 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import cache
+from types import MappingProxyType
 from typing import Any, Literal
 
 from lampyris._core.scalars import is_real, is_whole, is_word
@@ -152,7 +154,12 @@ def redeclared(parent: type, name: str, default: Any) -> Any:
 
 def settings_of(owner: Any) -> Mapping[str, Setting]:
     """The declared settings of a dataclass or of one of its objects, in the order of its fields."""
-    return {f.name: f.metadata[_KEY] for f in fields(owner) if _KEY in f.metadata}
+    return _declared(owner if isinstance(owner, type) else type(owner))
+
+
+@cache
+def _declared(kind: type) -> Mapping[str, Setting]:
+    return MappingProxyType({f.name: f.metadata[_KEY] for f in fields(kind) if _KEY in f.metadata})
 
 
 def defaults_of(owner: Any) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@ file that cannot be read or written), 4 no path or not arrived (a valid answer),
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import gc
 import os
@@ -44,6 +45,9 @@ def main() -> None:
     threshold, show = gc.get_threshold(), warnings.showwarning
     warnings.showwarning = _note
     gc.set_threshold(GC_THRESHOLD)
+    atexit.register(
+        gc.freeze
+    )  # or the interpreter's end looks through all that was imported: an eighth of a short call
     try:
         _run()
     except SystemExit as done:

@@ -368,3 +368,18 @@ def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:
             )
         array = array.astype(np.bool_)
     return frozen(np.array(array, dtype=np.bool_, order="C", copy=True))
+
+
+class Same:
+    """A map as a key: the same object, not one that looks the same."""
+
+    __slots__ = ("grid",)
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and other.grid is self.grid
+
+    def __hash__(self) -> int:
+        return id(self.grid)  # bits: only tells them apart

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -122,7 +123,7 @@ class Moves(Noun):
     @property
     def reach(self) -> int:
         """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
-        return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
+        return _reach(self.offsets)
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
@@ -146,6 +147,11 @@ class Moves(Noun):
         else:
             out = e / self.unit
         return np.where(e < 0, np.inf, out)
+
+
+@lru_cache(maxsize=32)
+def _reach(offsets: tuple[tuple[int, int], ...]) -> int:
+    return max(max(abs(dx), abs(dy)) for dx, dy in offsets)
 
 
 def _are_moves(one: Moves) -> bool:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, field
+from functools import lru_cache
 
+from lampyris.model.grid import Same
 from lampyris.model.moves import Moves
+from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.repair import FieldRepairer, Padded
 from lampyris.planning.living_map import LivingMap
 from lampyris.typing import Cell
@@ -13,14 +17,30 @@ KEPT = 3
 """Fields with sealed cells that are kept beside the bare one: the same gates are met again by every preview
 until the robot stands before them."""
 
+SHARED = 8
+"""Fields that sessions which share them find solved: many runs on one map are usual."""
+SHARED_CELLS = 1 << 15
+"""Cells of a map up to which they are kept; 13 bytes a cell."""
+
+_copying = threading.Lock()
+"""Held while a field is copied that several sessions have: a repairer answers one call at a time."""
+
 
 @dataclass(slots=True)
 class _Kept:
-    """A field, its sealed cells, and those that the map has altered since."""
+    """A field, its sealed cells, and those that the map has altered since; ``shared``: other sessions have it, too."""
 
     repairer: FieldRepairer
     cells: frozenset[Cell]
     behind: dict[Cell, None] = field(default_factory=dict)
+    shared: bool = False
+
+    def copy(self) -> FieldRepairer:
+        """A copy of the field, to be repaired."""
+        if not self.shared:
+            return self.repairer.copy()
+        with _copying:
+            return self.repairer.copy()
 
 
 class FieldCache:
@@ -30,10 +50,15 @@ class FieldCache:
     ----------
     living : the map; tell :meth:`altered` what changes in it.
     moves, goal, rho, gamma : of the fields.
+    shared : whether the bare field of a small map without terrain may be one that another session has solved; it is copied
+        before it is changed.
     """
 
-    def __init__(self, living: LivingMap, moves: Moves, goal: Cell, *, rho: float, gamma: float) -> None:
+    def __init__(
+        self, living: LivingMap, moves: Moves, goal: Cell, *, rho: float, gamma: float, shared: bool = False
+    ) -> None:
         self._map = living
+        self._shared = shared
         self._moves, self._goal, self._rho, self._gamma = moves, goal, rho, gamma
         self._kept: list[_Kept] = []
         self.spent = 0
@@ -55,7 +80,7 @@ class FieldCache:
             full = bool(cells) and len(others) >= KEPT
             kept = min(others if full else self._kept, key=lambda k: len(k.cells ^ cells))
             if not full:
-                kept = _Kept(kept.repairer.copy(), kept.cells, dict(kept.behind))
+                kept = _Kept(kept.copy(), kept.cells, dict(kept.behind))
                 self._kept.append(kept)
         if kept is None:
             kept = self._new()
@@ -68,9 +93,14 @@ class FieldCache:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
         free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
-        repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
+        shared = self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS
+        if shared:
+            given = Same(self._map.given), self._map.radius, self._moves, self._goal
+            repairer = _solved(*given, self._rho, self._gamma)
+        else:
+            repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
         self.spent += repairer.field.expansions
-        self._kept.append(_Kept(repairer, frozenset()))
+        self._kept.append(_Kept(repairer, frozenset(), shared=shared))
         return self._kept[-1]
 
     def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
@@ -78,6 +108,8 @@ class FieldCache:
         differ = kept.behind | dict.fromkeys(sorted(kept.cells ^ cells))
         if not differ:
             return
+        if kept.shared:
+            kept.repairer, kept.shared = kept.copy(), False
         free, terrain = self._map.free, self._map.terrain if self._map.has_terrain else None
         freed = [(x, y) for x, y in differ if free[y, x] and (x, y) not in cells]
         blocked = [(x, y) for x, y in differ if not free[y, x] or (x, y) in cells]
@@ -85,3 +117,9 @@ class FieldCache:
         self.spent += kept.repairer.repair(blocked=blocked, freed=freed, terrain=graded).expansions
         kept.cells = cells
         kept.behind.clear()
+
+
+@lru_cache(maxsize=SHARED)
+def _solved(key: Same, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
+    """The bare field of a map as given; never repaired itself."""
+    return FieldRepairer(free_cells(key.grid, radius), moves, goal, rho=rho, gamma=gamma)

@@ -27,10 +27,12 @@ class LivingMap:
 
     def __init__(self, scene: Scene) -> None:
         grid = scene.grid
-        self._given = grid
-        self._radius = scene.robot.radius
+        self.given = grid
+        """The map as given."""
+        self.radius = scene.robot.radius
+        """The robot's, metres."""
         self._walls: BoolGrid = grid.blocked.copy()
-        self.free: BoolGrid = free_cells(grid, self._radius).copy()
+        self.free: BoolGrid = free_cells(grid, self.radius).copy()
         """Where the robot's centre may be; bool, (height, width)."""
         self.terrain: ByteGrid | None = None if grid.terrain is None else grid.terrain.copy()
         """What cells cost to enter; None as long as no cell of the map has ever had a value."""
@@ -52,7 +54,7 @@ class LivingMap:
         SceneError : the robot or a changed cell is outside the map. SettingError : a terrain value out of its
             range. Nothing is taken in then.
         """
-        require_inside(self._given, change)
+        require_inside(self.given, change)
         for (x, y), value in change.terrain:
             if not (isinstance(value, int | np.integer) and 0 <= value <= MAX_TERRAIN):
                 raise SettingError(
@@ -104,8 +106,8 @@ class LivingMap:
         """Renew free space around walls that were built or taken away; the cells where it differs."""
         if not turned:
             return []
-        reach = int(self._radius / self._given.resolution) + 1
-        if 2.0 * self._radius <= self._given.resolution:
+        reach = int(self.radius / self.given.resolution) + 1
+        if 2.0 * self.radius <= self.given.resolution:
             width, free = self._walls.shape[1], _bytes(self.free)
             for (x, y), blocked in turned.items():
                 free[y * width + x] = not blocked
@@ -123,7 +125,7 @@ class LivingMap:
         inner = (slice(top, min(height, y1 + reach + 1)), slice(left, min(width, x1 + reach + 1)))
         up, back = max(0, y0 - 2 * reach), max(0, x0 - 2 * reach)
         outer = self._walls[up : y1 + 2 * reach + 1, back : x1 + 2 * reach + 1]
-        around = free_cells(Grid(outer, resolution=self._given.resolution), self._radius)
+        around = free_cells(Grid(outer, resolution=self.given.resolution), self.radius)
         now = around[top - up :, left - back :][: inner[0].stop - top, : inner[1].stop - left]
         rows, columns = np.nonzero(now != self.free[inner])
         self.free[inner] = now

@@ -44,16 +44,17 @@ def check_trace(trace: Trace) -> Violation | None:
         return broken
     eras = eras_of(trace)
     traffic, codes = _traffic(trace), list[Ints]()
+    driven = _driven(trace.robot)
     return (
         edits_violation(trace, eras)
-        or _robot(trace, eras, codes)
+        or _robot(trace, eras, driven, codes)
         or sensing_violation(trace)
         or goal_violation(trace)
         or trace_visits_violation(trace)
         or _obstacles(trace, eras, traffic)
         or _pairs(trace, traffic)
         or _outcome(trace, traffic)
-        or _path_violation(trace, codes)
+        or _path_violation(trace, driven[0], codes)
         or _events(trace)
         or _speeds(trace)
     )
@@ -85,24 +86,28 @@ def _lengths(trace: Trace) -> Violation | None:
 
 def _driven(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
     """The robot's cells without repeats, and the tick, from the first, at which it left each."""
-    moved = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
-    new = np.concatenate((np.ones(1, dtype=np.bool_), moved))
-    leaves = np.concatenate((np.flatnonzero(moved), [len(cells) - 1]))
+    new = np.ones(len(cells), dtype=np.bool_)
+    moved = new[1:]
+    moved[:] = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
+    leaves = np.append(np.flatnonzero(moved), len(cells) - 1)
     return cells[new], leaves.astype(np.int64)
 
 
-def _robot(trace: Trace, eras: list[Era], codes: list[Ints]) -> Violation | None:
-    """The robot alone; ``codes`` is filled with those of its steps, era by era, if it drove."""
+def _robot(
+    trace: Trace, eras: list[Era], driven: tuple[NDArray[np.int32], Ints], codes: list[Ints]
+) -> Violation | None:
+    """The robot alone, whose cells without repeats are ``driven``; ``codes`` is filled with those of its steps, era by era,
+    if it drove."""
     scene = trace.scene
     first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
     if first != scene.start:
         return Violation("start", "tick 0", f"the robot is at {first}; the start is {scene.start}")
     if trace.outcome is Outcome.START_OCCUPIED:
-        cells, _ = _driven(trace.robot)
-        return None if len(cells) == 1 else Violation("outcome", "trace", "drove from an occupied start")
+        return None if len(driven[0]) == 1 else Violation("outcome", "trace", "drove from an occupied start")
     for era, grid in with_maps(eras, scene.grid):
         # The step into an era is made on its map, from a cell that cannot have turned into a wall.
-        cells, leaves = _driven(trace.robot[era.since : era.last + 1])
+        whole = len(eras) == 1
+        cells, leaves = driven if whole else _driven(trace.robot[era.since : era.last + 1])
         fault, code = walk_violation(cells, grid, scene.robot, scene.moves)
         codes.append(code)
         if fault is not None:
@@ -128,6 +133,8 @@ def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation
                 what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
                 return Violation("footprint", f"obstacle {k}", what)
         good.add((obstacle.radius, obstacle.footprint))
+    if len(eras) == 1 and _plainly_legal(traffic, grid.blocked):
+        return None
     at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
@@ -138,6 +145,20 @@ def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation
         return _body("obstacle step", far, at, "more than one cell from where it is a tick later")
     found = (_walled(traffic, era, ground.blocked) for era, ground in with_maps(eras, grid))
     return next((broken for broken in found if broken is not None), None)
+
+
+def _plainly_legal(traffic: AgentTracks, blocked: BoolGrid) -> bool:
+    """Whether obstacles of one cell, all there from the beginning, can be seen at once to be on free cells of the map and to
+    make steps to neighbours alone; False says nothing."""
+    at, (height, width) = traffic.at[:, 1:], blocked.shape
+    if not at.size or not traffic.there.all() or any(len(cover) != 1 for cover in traffic.covers[1:]):
+        return False
+    x, y = at[..., 0], at[..., 1]
+    if at.min() < 0 or x.max() >= width or y.max() >= height:
+        return False
+    step = at[1:] - at[:-1]
+    far = step.size and (step.max() > 1 or step.min() < -1)
+    return not far and not blocked.take(y * width + x).any()
 
 
 def _walled(traffic: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | None:
@@ -267,12 +288,11 @@ def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
     return None
 
 
-def _path_violation(trace: Trace, codes: list[Ints]) -> Violation | None:
+def _path_violation(trace: Trace, cells: NDArray[np.int32], codes: list[Ints]) -> Violation | None:
     """The path really driven, its cost, and how often the robot waited.
 
     It costs by the ground of the map as given: a wall that comes and goes leaves it as it was.
     """
-    cells, _ = _driven(trace.robot)
     waited = len(trace.robot) - len(cells)
     if trace.path is None:
         if trace.outcome not in _NEVER_DROVE or len(cells) > 1:

@@ -14,6 +14,8 @@ maps 3 %, most of whose windows are never measured.)
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from lampyris.kernels._jit import PATH, kernel, stopped
@@ -45,6 +47,7 @@ TERRAIN_UNIT = 63
 CANDIDATE, JOINED = 1, 2
 
 
+@lru_cache(maxsize=64)
 def ring_table(mvr: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Every cell of rings 1..mvr: dx, dy and its place in the window; three int64 arrays.
 
@@ -58,6 +61,7 @@ def ring_table(mvr: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return dx, dy, (dy + mvr + MARGIN) * side + dx + mvr + MARGIN
 
 
+@lru_cache(maxsize=64)
 def step_table(offsets: tuple[tuple[int, int], ...], corner_cutting: bool, row: int) -> np.ndarray:
     """Where each step leads and the two cells that must be open beside it, in a frame of ``row`` cells a row.
 

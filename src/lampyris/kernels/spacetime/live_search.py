@@ -265,7 +265,7 @@ def still_good(route, enter, at, length, tick, stride, kind_of, steps, slot, fir
     of="free",
 )  # fmt: skip
 def live_search(
-    where, step_x, step_y, new, obstacles, now, tick, known, stood_at, since, horizon, velocity, most_stays, margin,
+    where, step_x, step_y, new, obstacles, now, tick, known, stood_at, since, horizon, velocity, most_stays, margin, limit,
     robot, walkable, inside, stride, kind_of,
     free, offset, via, across, price, toll, steps_left, rest, goal,
     slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
@@ -279,6 +279,7 @@ def live_search(
     now, tick : of those places; at which the robot is on ``robot``.
     known, stood_at, since : see :func:`watch`.
     horizon, velocity, most_stays, margin : settings.
+    limit : states expanded at most; -1: no limit.
     walkable, inside : uint8 by cell: where obstacles can be, whether it is a cell of the map.
     kind_of : int64 (9,), the number of each step, at 3 (dx + 1) + dy + 1; -1 for none.
     free .. goal : see :func:`lampyris.kernels.spacetime.timed_search.sipp`.
@@ -300,7 +301,7 @@ def live_search(
     stay = safe_until(robot, tick, slot, first, begin, end)
     sipp(
         free, offset, via, across, price, toll, steps_left, rest, slot, first, begin, end, owner, barred, ban,
-        robot, goal, tick, stay, NEVER, -1, arrive, paid, came, done, heap, place, key, tie, result, halt,
+        robot, goal, tick, stay, NEVER, limit, arrive, paid, came, done, heap, place, key, tie, result, halt,
     )  # fmt: skip
     result[4] = 0
     result[5] = 0

@@ -65,6 +65,7 @@ class AdGsoSession(SessionBase):
         self._closed = self._gates if settings.gates == "close" else _NONE
         self._walled: frozenset[Cell] = _NONE
         self._hemmed: Cell | None = None
+        self._shares = False
         self._grounds = self._new_grounds()
         self._spent = 0
         self._finder: tuple[int, int, StepFinder] | None = None
@@ -80,6 +81,12 @@ class AdGsoSession(SessionBase):
             record=record,
         )
         self._keep()
+
+    def share(self) -> None:
+        """Take the field of the map as given from an earlier session that had the same, or leave it to the next; before the
+        first plan. Answers are the same."""
+        self._shares = True
+        self._grounds = self._new_grounds()
 
     def _keep(self) -> None:
         """Remember what a call changes as it goes along."""
@@ -219,7 +226,9 @@ class AdGsoSession(SessionBase):
 
     def _new_grounds(self) -> FieldCache:
         s = self._settings
-        return FieldCache(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
+        return FieldCache(
+            self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma, shared=self._shares
+        )
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
         for k, cell in enumerate(cells):  # bits: each sets its own bit

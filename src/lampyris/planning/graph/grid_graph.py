@@ -275,10 +275,22 @@ class PaddedMap:
 
     def steps(self, r: Rules) -> ReadOnly:
         """What every search reads of the rules: offset, via, across, dx, dy."""
-        jump = np.array([1, self.stride], dtype=np.int64)
-        of = (np.stack((r.dx, r.dy), axis=1), r.via, r.across)
-        at = [frozen(pairs @ jump) for pairs in of]  # bits: whole numbers
-        return ReadOnly((*at, r.dx, r.dy))
+        return _steps(r, self.stride)
+
+
+def _steps(r: Rules, stride: int) -> ReadOnly:
+    """See :meth:`PaddedMap.steps`."""
+    jump = np.array([1, stride], dtype=np.int64)
+    of = (np.stack((r.dx, r.dy), axis=1), r.via, r.across)
+    at = [frozen(pairs @ jump) for pairs in of]  # bits: whole numbers
+    return ReadOnly((*at, r.dx, r.dy))
+
+
+@lru_cache(maxsize=32)
+def _arguments(moves: Moves, informed: bool, stride: int) -> ReadOnly:
+    """What :func:`lampyris.kernels.graph.search.search` reads of the rules."""
+    r = rules_of(moves, informed)
+    return ReadOnly((*_steps(r, stride), r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues))
 
 
 class Reads(list[int]):
@@ -324,7 +336,8 @@ class GridSearch:
         self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         led, blind = rules_of(moves, informed), rules_of(moves, False)
-        self._led, self._blind = self._arguments(led), self._arguments(blind)
+        stride = self._board.stride
+        self._led, self._blind = (_arguments(moves, one, stride) for one in (informed, False))
         ends = max(led.queues, blind.queues)
         self._after = np.empty(n + ends, dtype=np.int32)
         self._before = np.empty(n + ends, dtype=np.int32)
@@ -334,10 +347,6 @@ class GridSearch:
         self._base = 0
         self._spent = 0
         self.set_free(free)
-
-    def _arguments(self, r: Rules) -> ReadOnly:
-        steps = self._board.steps(r)
-        return ReadOnly((*steps, r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues))
 
     def set_free(self, free: BoolGrid) -> None:
         """Take a whole new free space of the same shape."""

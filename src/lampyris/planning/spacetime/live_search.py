@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
+from lampyris.model.change import Change
 from lampyris.planning.base import NextSteps, SensedNow
 from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
@@ -127,9 +128,10 @@ class LiveSearch:
             noted = self._noted
             self._make_room(2 * seen.obstacles)
             self._noted[:, : noted.shape[1]] = noted
+        limit = -1 if seen.limit is None else seen.limit
         live_search(
             seen.where, seen.step_x, seen.step_y, seen.new, seen.obstacles, seen.now, seen.tick, self._known,
-            *self._noted, *self._settings, seen.robot, *self._map, *self._room, *self._states,
+            *self._noted, *self._settings, limit, seen.robot, *self._map, *self._room, *self._states,
             self._route, self._enter, self._length, self._result,
         )  # fmt: skip
         self._known = seen.obstacles
@@ -138,3 +140,27 @@ class LiveSearch:
             return None
         self._length = length
         return NextSteps(self._route, length - 1, 1, self.spent, self._enter)
+
+
+def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow | None:
+    """A change as a simulation describes it that asks for next steps; None: it cannot be described so."""
+    tracks = change.obstacle_tracks
+    if not tracks or change.robot is None:
+        return None
+    now = tracks[0].since + len(tracks[0].track) - 1
+    if not change.tick <= now <= change.tick + 1:
+        return None
+    where, step_x, step_y, new = np.zeros((4, len(tracks)), dtype=np.int64)
+    for k, one in enumerate(tracks):
+        (x, y), (x0, y0) = one.track[-1], one.track[0]
+        plain = (
+            one.obstacle == k and one.period is None and one.footprint == ((0, 0),) and len(one.track) <= 2
+        )
+        if not plain or one.since + len(one.track) - 1 != now:
+            return None
+        where[k], step_x[k], step_y[k], new[k] = search.flat((x, y)), x - x0, y - y0, len(one.track) == 1
+    nothing = np.zeros(1, dtype=np.int64)
+    robot = search.flat(change.robot)
+    return SensedNow(
+        robot, change.tick, now, nothing, 0, where, step_x, step_y, new, len(tracks), True, limit
+    )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +21,13 @@ from lampyris.kernels.spacetime.timed_search import (
     space_time,
     steps_to_go,
 )
-from lampyris.model.grid import TERRAIN_UNIT
+from lampyris.model.grid import TERRAIN_UNIT, Same
 from lampyris.model.moves import Moves
+from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import SCRATCH, framed
+from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.solve import solve
+from lampyris.planning.field_cache import SHARED, SHARED_CELLS
 from lampyris.planning.spacetime.prediction import Forbidden
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Ticks
 
@@ -142,6 +147,12 @@ class TimedSearch:
         self._rest = framed(exact, 1, -1, np.int64)
         checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
+
+    def again(self) -> TimedSearch:
+        """Another search on the same map, with a timetable of its own."""
+        other = copy(self)
+        other._slot = np.full(len(self._free), -1, dtype=np.int32)
+        return other
 
     def flat(self, cell: Cell) -> int:
         """The padded flat index of a cell."""
@@ -308,6 +319,20 @@ class TimedSearch:
             ):
                 return False
         return True
+
+
+@lru_cache(maxsize=SHARED)
+def _laid_out(key: Same, radius: float, moves: Moves, goal: Cell) -> TimedSearch:
+    return TimedSearch(free_cells(key.grid, radius), moves, goal, None)
+
+
+def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
+    """A search on a scene's map as given, of which sessions with the same goal share all but the timetable; None: the map is
+    large, or has terrain."""
+    grid = scene.grid
+    if grid.terrain is not None or grid.blocked.size > SHARED_CELLS:
+        return None
+    return _laid_out(Same(grid), scene.robot.radius, moves, scene.goal).again()
 
 
 def _distinct(values: _Ints) -> _Ints:

@@ -23,9 +23,9 @@ from lampyris.planning.field.layers import free_cells, free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
 from lampyris.planning.spacetime.intercept import earliest_meeting
-from lampyris.planning.spacetime.live_search import MOST_CELLS, MOST_STAYS, LiveSearch
+from lampyris.planning.spacetime.live_search import MOST_CELLS, MOST_STAYS, LiveSearch, seen_at
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
-from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable
+from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable, shared_search
 from lampyris.typing import BoolGrid, Cell
 
 GUESSES = ("velocity", "reach", "still")
@@ -94,7 +94,13 @@ class TimedSession(SessionBase):
         self._live: LiveSearch | None = None
         self._ahead = False  # whether what is remembered is in _live
         self._under_walls: dict[Cell, int] = {}
+        self._shares = False
         self._lay(scene)
+
+    def share(self) -> None:
+        """Take what the map as given comes to from an earlier session that had the same; before the first plan. The first
+        plan is then made as :meth:`next_steps` makes it, where that knows how. Answers are the same."""
+        self._shares = True
 
     def _lay(self, scene: Scene) -> None:
         check_cells(scene.grid.blocked.size)
@@ -116,7 +122,7 @@ class TimedSession(SessionBase):
         settings, search = self._settings, self._search
         if search is None or not seen.live or not seen.obstacles or self._by_ticks or not self._laid:
             return None
-        if seen.limit is not None:
+        if seen.limit is not None and seen.limit < 1:
             return None
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
@@ -176,7 +182,7 @@ class TimedSession(SessionBase):
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
-            self._current = None
+            self._current, self._shares = None, False
         if scene is not self._scene or not self._laid:
             self._lay(scene)
         most = None if budget is None else budget.expansions
@@ -192,10 +198,16 @@ class TimedSession(SessionBase):
             return Plan(Status.START_OCCUPIED, self._name)
         if not self._free[goal[1], goal[0]]:
             return Plan(Status.GOAL_OCCUPIED, self._name)
+        first = self._search is None and self._shares
+        if first:
+            self._search, self._shares = shared_search(self._scene, self._moves), False
         if self._search is None:
             self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
         if self._search.steps_left(start) < 0:
             return Plan(Status.NO_PATH, self._name, iterations=1)
+        seen = seen_at(change, self._search, budget) if first and start != goal else None
+        if seen is not None and self.next_steps(seen, 0) is not None:
+            return self.whole_plan(change)
         tracks, closed = self._known_obstacles(change)
         self._watch(tracks)
         spent = 0

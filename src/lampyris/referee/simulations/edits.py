@@ -45,8 +45,10 @@ class Era:
 
 def eras_of(trace: Trace) -> list[Era]:
     """The times of a trace, in order: one, and one more for each edit that came to pass."""
-    walls = trace.scene.grid.blocked.copy()
     eras = [Era(0, trace.ticks, Edit(0))]
+    if not trace.scene.edits:
+        return eras
+    walls = trace.scene.grid.blocked.copy()
     for edit in trace.scene.edits:
         if edit.tick > trace.ticks:
             break

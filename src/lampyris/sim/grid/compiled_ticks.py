@@ -20,7 +20,7 @@ from lampyris.kernels.adgso.tick_speed import OF_GOAL
 from lampyris.kernels.simulation import ticks as k
 from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
-from lampyris.model.grid import frozen
+from lampyris.model.grid import Same, frozen
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
@@ -32,9 +32,9 @@ from lampyris.sim.grid.pursuit import GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
-from lampyris.sim.traffic.obstacle_draws import steps
+from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Same, Shape, bordered, shared
+from lampyris.sim.world.cell_index import KEPT, TICK_CELLS, CellIndex, Shape, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy
@@ -95,9 +95,9 @@ class Running(Protocol):
 
 def supported(run: Running) -> bool:
     """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
-    map, a goal that stands still, no via points, and no more cells than :data:`SMALL_CELLS`."""
+    map, a goal that stands still, no via points, and no more cells than :data:`TICK_CELLS`."""
     if (
-        run.scene.grid.blocked.size > SMALL_CELLS
+        run.scene.grid.blocked.size > TICK_CELLS
         or run.sensor is not None
         or run.pursuit is not None
         or run.visits.via
@@ -130,12 +130,12 @@ class CompiledTicks:
         )  # bits: whole numbers
         self._capacity = max(len(world.where) + more, 1)
         assert state.last_tick is not None
-        st[[k.NOW, k.LAST_TICK, k.BASE, k.PATIENCE]] = state.now, state.last_tick, state.now, run.patience
-        st[[k.OBSTACLES, k.CAPACITY, k.ROBOT, k.GOAL]] = (
-            len(world.where), self._capacity, world.robot, self._goal,
-        )  # fmt: skip
-        st[[k.STRIDE, k.HEIGHT, k.ROOM]] = self._space.stride, self._space.height, self._room
-        st[[k.WAITING, k.HOLDING]] = state.waiting, state.holding
+        # One by one: a list of places takes several times as long.
+        st[k.NOW], st[k.LAST_TICK], st[k.BASE] = state.now, state.last_tick, state.now
+        st[k.PATIENCE], st[k.WAITING], st[k.HOLDING] = run.patience, state.waiting, state.holding
+        st[k.OBSTACLES], st[k.CAPACITY] = len(world.where), self._capacity
+        st[k.ROBOT], st[k.GOAL], st[k.ROOM] = world.robot, self._goal, self._room
+        st[k.STRIDE], st[k.HEIGHT] = self._space.stride, self._space.height
         st[k.DRAWN_FROM] = state.now + 1
         self._drawn_until = state.now
         self._obstacles = self._pack_obstacles()
@@ -237,6 +237,10 @@ class CompiledTicks:
         st[k.SHUTTLES], st[k.RECORDINGS] = len(drives), len(recordings)
         self._drives = _flat(drives)
         self._kinds = _flat(rows)
+        self._keys = (
+            np.array([w.key for w in self._walkers], dtype=np.uint64),
+            np.array([w.spec.count for w in self._walkers], dtype=np.int64),
+        )
         self._own = own
         return np.array(rates or [-1.0]), self._drives, _flat(routes), _flat(recordings), _flat(tracks)
 
@@ -283,9 +287,9 @@ class CompiledTicks:
         st = self._st
         self._following: Following | None = following
         steps_left = len(following.route) - 1
-        st[[k.PLACE, k.UNTIL, k.STEPS]] = following.at, following.until, steps_left
+        st[k.PLACE], st[k.UNTIL], st[k.STEPS] = following.at, following.until, steps_left
         timed = following.ticks is not None
-        st[[k.TIMED, k.UNTIL_TICK, k.COUNTED]] = timed, following.until_tick, following.counted
+        st[k.TIMED], st[k.UNTIL_TICK], st[k.COUNTED] = timed, following.until_tick, following.counted
         st[k.COMMITS] = plan is not None and plan.commit is not None
         st[k.ROUNDS] = 1 if plan is None or plan.commit is not None else plan.iterations
         self._sentence = "" if plan is None or plan else plan.sentence
@@ -328,8 +332,7 @@ class CompiledTicks:
             each = int(st[k.PER_TICK])
             ticks = max(1, min(BLOCK, DRAWS // max(each, 1)))
             if each:
-                parts = [steps(w.key, w.spec.count, now + 1, ticks) for w in self._walkers]
-                self._draws = (parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)).reshape(-1)
+                self._draws = steps_of_all(*self._keys, now + 1, ticks)
             st[k.DRAWN_FROM] = now + 1
             self._drawn_until = now + ticks
         stop = min(last, self._drawn_until)

@@ -59,7 +59,7 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Recorded
-from lampyris.planning.base import Budget, Planner
+from lampyris.planning.base import Budget, Planner, Session
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.planning.through import not_free
@@ -71,7 +71,7 @@ from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
+from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.notes import Notes
 from lampyris.sim.world.targets import REACHED, Targets, aimed
@@ -164,7 +164,7 @@ class Simulation(Exclusive):
         self.visits = Targets(self.walls.known, planner, goal_track is not None)
         self.visits.reach(scene.start, 0)
         self.goal = self._aim = self.visits.target
-        self.session = planner.open(aimed(self.walls.known, self.goal), self._stream())
+        self.session = self._opened()
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
         self._arrays: CompiledTicks | None = None
@@ -193,6 +193,14 @@ class Simulation(Exclusive):
 
     # ---- planning --------------------
 
+    def _opened(self) -> Session:
+        """A session that plans to where the robot is to drive now. Simulations on one map share what a session shares."""
+        session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
+        share = getattr(session, "share", None) if shared(self.scene) else None
+        if share is not None:
+            share()
+        return session
+
     def _begin(self) -> None:
         """The first plan, and whether there is anything to drive at all."""
         scene = self.scene
@@ -219,7 +227,7 @@ class Simulation(Exclusive):
     def _without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = loading.cpu()
-        session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
+        session = self._opened()
         plan = session.plan(Change(robot=self.scene.start), self.budget)
         self.state.planning_s += loading.cpu() - began
         self.state.expansions += plan.expansions
@@ -250,7 +258,7 @@ class Simulation(Exclusive):
         if self.goal != self._aim and (self.pursuit is None or not self.pursuit.known):
             # All costs to the goal are other now: a search that went on from them had no less to do.
             self._aim = self.goal
-            self.session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
+            self.session = self._opened()
         repaired = self.state.repaired
         plan = self.state.plan = self.session.plan(self.walls.as_reported(change), self.budget)
         self.notes.add(plan.notes)

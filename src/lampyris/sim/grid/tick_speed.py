@@ -50,6 +50,7 @@ class TickSpeed:
         self._last: Profile | tuple[Cells, Any, Any] | None = None
         self._resumed: tuple[float, Sequence[Cell], Sequence[Cell]] | None = None
         self._law = law
+        self._known: tuple[Scene, tuple[int, Floats, NDArray[np.uint8], BoolGrid] | None] | None = None
         self.name = laws.name_of(law)
         self.units = laws.named(self.name).units
         if self.for_kernel() is None:  # what a law cannot do on this map it says at once
@@ -116,6 +117,11 @@ class TickSpeed:
     def for_kernel(self) -> tuple[int, Floats, NDArray[np.uint8], BoolGrid] | None:
         """The law as :func:`lampyris.kernels.simulation.ticks.advance` takes it: its number, its numbers, what counts around
         a node, the walls; None: the kernel does not know it."""
+        if self._known is None or self._known[0] is not self.scene:
+            self._known = self.scene, self._for_kernel()
+        return self._known[1]
+
+    def _for_kernel(self) -> tuple[int, Floats, NDArray[np.uint8], BoolGrid] | None:
         settings, scene = laws.settings_named(self._law), self.scene
         robot, grid = scene.robot, scene.grid
         if isinstance(settings, DissertationLaw):

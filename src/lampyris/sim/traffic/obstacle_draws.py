@@ -13,23 +13,18 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels.simulation import draws
+from lampyris.kernels.simulation.draws import APPEAR, PLACE, STEPS, TRIES
+from lampyris.kernels.simulation.draws import ROUTE as ROUTE
 from lampyris.typing import Floats
 
 WALKERS, CROSSING, PATROLS = 1, 2, 3
 """Kinds of obstacles, in the keys of their streams."""
-PLACE, STEPS, APPEAR, ROUTE = 0, 1, 2, 3
-"""What is drawn."""
-
-TRIES = 64
-"""Cells drawn at random before all cells that are left are looked at."""
-
 Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
 
-_GOLDEN = 0x9E3779B97F4A7C15
 _STREAM = 0x51AB1E
 _LOW = 0x7FFFFFFF
-_UNIT = 1.0 / (1 << 53)
 
 
 def key_of(seed: int, kind: int, number: int) -> int:
@@ -50,14 +45,14 @@ def uniforms(key: int, what: int, own: Ints, count: Ints) -> Floats:
     Parameters
     ----------
     key : see :func:`key_of`.
-    what : :data:`PLACE`, :data:`STEPS`, :data:`APPEAR` or :data:`ROUTE`.
+    what : one of the words of :mod:`lampyris.kernels.simulation.draws`.
     own, count : int64: numbers of obstacles within the specification, and of draws; 0 or more.
     """
-    golden = np.uint64(_GOLDEN)
+    golden = np.uint64(draws.GOLDEN)
     base = np.array([key], dtype=np.uint64)
     begin = _mixed(base + (4 * np.atleast_1d(own) + what).astype(np.uint64) * golden)
     words = _mixed(begin + (np.atleast_1d(count) + 1).astype(np.uint64) * golden)
-    return (words >> np.uint64(11)).astype(np.float64) * _UNIT
+    return (words >> np.uint64(11)).astype(np.float64) * draws.UNIT
 
 
 def steps(key: int, count: int, first: int, ticks: int) -> Floats:
@@ -78,6 +73,13 @@ def steps(key: int, count: int, first: int, ticks: int) -> Floats:
     return out
 
 
+def steps_of_all(keys: Words, counts: Ints, first: int, ticks: int) -> Floats:
+    """What the walkers of some specifications draw in some ticks; float64, flat: tick by tick, in each as :func:`steps`."""
+    out = np.empty(ticks * int(counts.sum() + 2 * len(counts)))
+    draws.draw_steps(keys, counts, first, ticks, out)
+    return out
+
+
 def ranks(cells: Ints, draw: float) -> Ints:
     """A random order of cells that a draw decides: the least is a cell drawn uniformly from them.
 
@@ -93,6 +95,21 @@ def ranks(cells: Ints, draw: float) -> Ints:
 def first_of(cells: Ints, draw: float) -> int:
     """The cell of least rank."""
     return int(cells[int(np.argmin(ranks(cells, draw)))])
+
+
+def places_of_one_cell(
+    key: int, first: int, count: int, size: tuple[int, int], opened: NDArray[np.uint8]
+) -> list[int]:
+    """The same as :func:`places` for walkers of one cell; fewer than asked for where no cell is left.
+
+    Parameters
+    ----------
+    opened : by cell number, 1 where one may be put; those that are put close theirs.
+    """
+    found = np.zeros(count, dtype=np.int64)
+    placed = draws.place(np.array([key], dtype=np.uint64), first, *size, opened, found) if count else 0
+    cells: list[int] = found[:placed].tolist()
+    return cells
 
 
 def places(

@@ -9,14 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError
+from lampyris.kernels.simulation.draws import ROUTE
+from lampyris.model.grid import Same
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.solve import solve
-from lampyris.sim.traffic.obstacle_draws import CROSSING, ROUTE, WALKERS, first_of, key_of, places, uniforms
+from lampyris.sim.traffic.obstacle_draws import (
+    CROSSING,
+    WALKERS,
+    first_of,
+    key_of,
+    places,
+    places_of_one_cell,
+    uniforms,
+)
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import KEPT, CellIndex, Same, Shape, obstacle_shape, shared
+from lampyris.sim.world.cell_index import KEPT, TICK_CELLS, CellIndex, Shape, obstacle_shape, shared
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 
@@ -203,15 +213,20 @@ class Placing:
         is put.
         """
         shape, given = self.shape(spec.radius), len(spec.starts)
-        found: list[int] = []
-        drawn = places(
-            self.key(k), given, spec.count - given, (self.space.width, self.space.height),
-            lambda number: shape.is_open(number) and self.trial.fits(shape, number),
-            lambda: self.space.numbers(self.trial.room(shape)),
-        )  # fmt: skip
-        for number in drawn:
-            self.hold(k, shape, number)
-            found.append(number)
+        size, count = (self.space.width, self.space.height), spec.count - given
+        if shape.small and size[0] * size[1] <= TICK_CELLS:
+            found = places_of_one_cell(self.key(k), given, count, size, self.trial.opened(shape))
+            self._held += [k] * len(self.trial.add_small(shape, found))
+        else:
+            drawn = places(
+                self.key(k), given, count, size,
+                lambda number: shape.is_open(number) and self.trial.fits(shape, number),
+                lambda: self.space.numbers(self.trial.room(shape)),
+            )  # fmt: skip
+            found = []
+            for number in drawn:
+                self.hold(k, shape, number)
+                found.append(number)
         if len(found) < spec.count - given:
             raise self._full(k, "random walkers", given + len(found), spec.count)
         return found

@@ -88,6 +88,16 @@ class Traffic:
         self.appears.append(tick)
         return obstacle
 
+    def add_walkers(self, shape: Shape, numbers: list[int], spec: RandomWalk) -> list[int]:
+        """Put random walkers into the world at tick 0; their indices."""
+        if not (shape.small and numbers):
+            return [self.add(shape, number, "random-walk", spec) for number in numbers]
+        first = self.add(shape, numbers[0], "random-walk", spec)
+        own = [first, *self.world.add_small(shape, numbers[1:])]
+        self.obstacles += [self._alike] * (len(own) - 1)
+        self.appears += [0] * (len(own) - 1)
+        return own
+
     def advance(self, tick: int) -> list[int]:
         """Move every obstacle one tick on; the indices of obstacles that appeared."""
         self.world.begin()
@@ -259,7 +269,7 @@ def _assemble(scene: Scene, world: Occupancy, plans: Placing, places: list[list[
                 obstacle = traffic.add(shape, route[0], "crossing", spec)
                 crossing.append(Shuttle(obstacle, route, False, TURN_AFTER))
         else:
-            own = [traffic.add(shape, at[0], "random-walk", spec) for at in places[k]]
+            own = traffic.add_walkers(shape, [at[0] for at in places[k]], spec)
             traffic.walkers.append(Walkers(spec, shape, plans.key(k), own))
     traffic.recording = Recording(tracks) if tracks else None
     traffic.drivers = [*crossing, *patrols, *traffic.walkers]

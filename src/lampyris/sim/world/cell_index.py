@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.grid import Grid, frozen
+from lampyris.model.grid import Grid, Same, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.footprint import footprint
@@ -150,6 +150,10 @@ class Shape:
         """Whether the obstacle may stand on a cell, by its number."""
         return self._opened[number] != 0
 
+    def opened(self) -> NDArray[np.uint8]:
+        """Where the obstacle may stand, by cell number; uint8, a new array."""
+        return np.frombuffer(self._opened, dtype=np.uint8).copy()
+
     def cover(self, number: int) -> tuple[int, ...]:
         """Numbers of the cells covered by an obstacle that stands on this one; cells off the map are left out."""
         if self.small:
@@ -217,25 +221,12 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
     return (0, dy // 2), (dx, dy // 2)
 
 
-class Same:
-    """A map as a key: the same object, not one that looks the same."""
-
-    __slots__ = ("grid",)
-
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and other.grid is self.grid
-
-    def __hash__(self) -> int:
-        return id(self.grid)  # bits: only tells them apart
-
-
 KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
 SMALL_CELLS = 1 << 15
-"""Cells of a map up to which they are kept, and up to which ticks are compiled: both take tens of bytes a cell."""
+"""Cells of a map up to which they are kept: they take tens of bytes a cell."""
+TICK_CELLS = 1 << 20
+"""Cells of a map up to which ticks are compiled, and walkers placed by a kernel: some twenty bytes a cell in each run."""
 
 
 def shared(scene: Scene) -> bool:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.traffic import Recorded
 from lampyris.sim.world.cell_index import CellIndex, Shape, Step, passed
@@ -68,6 +69,24 @@ class Occupancy:
         for c in shape.cover(number):
             self.taken[c] = obstacle
         return obstacle
+
+    def add_small(self, shape: Shape, numbers: Sequence[int]) -> Sequence[int]:
+        """New obstacles of one cell, each on a cell of its own; their indices."""
+        if type(self).add is not Occupancy.add:  # one that notes more of each
+            return [self.add(shape, number) for number in numbers]
+        first = len(self.where)
+        added = range(first, first + len(numbers))
+        self.where += numbers
+        self.step += [(0, 0)] * len(numbers)
+        self.shapes += [shape] * len(numbers)
+        self.taken.update(zip(numbers, added, strict=True))
+        return added
+
+    def opened(self, shape: Shape) -> NDArray[np.uint8]:
+        """Where an obstacle of one cell could be put now, by cell number; uint8."""
+        opened = shape.opened()
+        opened[[*self.taken, *self.robot_cover]] = 0
+        return opened
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
         """Where obstacles of that radius (metres) may not be beside recorded tracks, besides on them; bool,

@@ -1,0 +1,73 @@
+"""Sessions that share what a map comes to: their answers are those of sessions that do not, and none changes another's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lampyris
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import RandomWalk
+from lampyris.planning import registry
+from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.base import Budget
+from lampyris.planning.spacetime.session import TimedSession
+from lampyris.sim.grid.loop import Simulation
+
+
+def scene_of(seed: int) -> Scene:
+    """A random map with walkers."""
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((14, 17)) < 0.2
+    blocked[0, :3] = blocked[-1, -3:] = False
+    return Scene(Grid(blocked), (1, 0), (15, 13), traffic=(RandomWalk(int(rng.integers(1, 12))),))
+
+
+@pytest.mark.parametrize(("planner", "kind"), [("ad-gso", AdGsoSession), ("sipp", TimedSession)])
+def test_same_answers(planner: str, kind: type, monkeypatch: pytest.MonkeyPatch) -> None:
+    for seed in range(4):
+        scene, one = scene_of(seed), registry.make(planner)
+        shared = [Simulation(scene, one, seed=seed) for _ in range(2)]
+        with monkeypatch.context() as patch:
+            patch.setattr(kind, "share", lambda self: None)
+            alone = Simulation(scene, one, seed=seed)
+        for simulation in shared:
+            assert replace(simulation.plan, timing={}) == replace(alone.plan, timing={})
+            simulation.finish()
+        while alone.outcome is None:
+            alone.tick()
+        assert shared[0].trace() == shared[1].trace() == alone.trace()
+
+
+@pytest.mark.parametrize("most", [1, 20, 1000])
+def test_sipp_under_a_limit(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    budget = Budget(expansions=most)
+    for seed in range(3):
+        scene, one = scene_of(seed), registry.make("sipp")
+        quick = Simulation(scene, one, seed=seed, budget=budget)
+        quick.finish()
+        with monkeypatch.context() as patch:
+            patch.setattr(TimedSession, "share", lambda self: None)
+            slow = Simulation(scene, one, seed=seed, budget=budget)
+        while slow.outcome is None:
+            slow.tick()
+        assert quick.trace() == slow.trace()
+
+
+def test_a_repaired_field_is_its_own() -> None:
+    grid = lampyris.load_grid("guide")
+    scene, one = Scene(grid, (1, 8), (8, 2)), registry.make("ad-gso")
+    sessions = [one.open(scene, np.random.default_rng(0)) for _ in range(3)]
+    for session in sessions:
+        session.share()
+    before = sessions[0].plan(Change(robot=(1, 8)))
+    sessions[1].plan(Change(robot=(1, 8)))
+    x, y = before.path.cells[len(before.path.cells) // 2].tolist()
+    changed = sessions[1].plan(Change(robot=(1, 8), blocked=((x, y),)))
+    assert [x, y] not in changed.path.cells.tolist()
+    for session in (sessions[0], sessions[2]):
+        again = session.plan(Change(robot=(1, 8)))
+        assert np.array_equal(again.path.cells, before.path.cells)
+        assert again.optimal_exact == before.optimal_exact
