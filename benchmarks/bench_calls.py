@@ -13,7 +13,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.maps import published_maps, random_map
 
 import lampyris
-from lampyris._core.processors import processors
+from lampyris._core.system import processors
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
