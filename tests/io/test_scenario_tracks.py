@@ -56,7 +56,7 @@ def test_the_csv_of_a_simulation_and_of_a_plan_is_a_track(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "code", "place", "says"),
     [
-        ("", "TRACK", "t.csv:1", "no column x"),
+        ("", "TRACK", "t.csv", "empty file"),
         ("a,y\n1,2\n", "TRACK", "t.csv:1", "no column x"),
         ("x,y,x\n1,2,3\n", "TRACK", "t.csv:1", "more than one column x"),
         ("x,y\n1,2\n1.5,2\n", "TRACK", "t.csv:3", "x is '1.5'"),

@@ -56,6 +56,7 @@ class Dispatcher:
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     made = Clock()
     monkeypatch.setattr(loading, "time", made)
+    monkeypatch.setattr(loading, "thread_seconds", made.thread_time)
     monkeypatch.setattr(loading, "_loaded", loading._Loaded())
     return made
 

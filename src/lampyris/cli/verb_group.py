@@ -93,7 +93,7 @@ VERBS: Mapping[str, tuple[str, str]] = {
     ),
     "tune": (
         "tune:tune",
-        "Tune a planner on the queries of a study by Optuna, and report on queries that were held out.",
+        "Tune a planner or a speed law on the queries of a study by Optuna, and report on queries that were held out.",
     ),
 }
 """Module of ``lampyris.cli.verbs`` with the function or the Typer in it, and what the verb does, by verb, in the order of

@@ -26,7 +26,7 @@ from lampyris.sim.traffic.obstacle_draws import (
     uniforms,
 )
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import KEPT, TICK_CELLS, CellIndex, Shape, obstacle_shape, shared
+from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, obstacle_shape, shared
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 
@@ -214,7 +214,7 @@ class Placing:
         """
         shape, given = self.shape(spec.radius), len(spec.starts)
         size, count = (self.space.width, self.space.height), spec.count - given
-        if shape.small and size[0] * size[1] <= TICK_CELLS:
+        if shape.small and size[0] * size[1] <= SMALL_CELLS:
             found = places_of_one_cell(self.key(k), given, count, size, self.trial.opened(shape))
             self._held += [k] * len(self.trial.add_small(shape, found))
         else:

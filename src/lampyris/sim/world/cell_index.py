@@ -224,9 +224,7 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
 KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
 SMALL_CELLS = 1 << 15
-"""Cells of a map up to which they are kept: they take tens of bytes a cell."""
-TICK_CELLS = 1 << 20
-"""Cells of a map up to which ticks are compiled, and walkers placed by a kernel: some twenty bytes a cell in each run."""
+"""Cells of a map up to which they are kept, ticks are compiled and walkers placed by a kernel: tens of bytes a cell."""
 
 
 def shared(scene: Scene) -> bool:
