@@ -85,7 +85,7 @@ class Occupancy:
     def opened(self, shape: Shape) -> NDArray[np.uint8]:
         """Where an obstacle of one cell could be put now, by cell number; uint8."""
         opened = shape.opened()
-        opened[[*self.taken, *self.robot_cover]] = 0
+        opened[[*self.taken, *self.robot_cover]] = 0  # bits: each takes its own cell away
         return opened
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
