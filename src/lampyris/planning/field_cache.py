@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from lampyris.model.grid import Same
+from lampyris.model.grid import GridKey
 from lampyris.model.moves import Moves
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.repair import FieldRepairer, Padded
@@ -95,7 +95,7 @@ class FieldCache:
         free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
         shared = self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS
         if shared:
-            given = Same(self._map.given), self._map.radius, self._moves, self._goal
+            given = GridKey(self._map.given), self._map.radius, self._moves, self._goal
             repairer = _solved(*given, self._rho, self._gamma)
         else:
             repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
@@ -120,6 +120,6 @@ class FieldCache:
 
 
 @lru_cache(maxsize=SHARED)
-def _solved(key: Same, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
+def _solved(key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
     """The bare field of a map as given; never repaired itself."""
     return FieldRepairer(free_cells(key.grid, radius), moves, goal, rho=rho, gamma=gamma)
