@@ -1,5 +1,6 @@
 """Sessions that share what a map comes to: their answers are those of sessions that do not, and none changes another's."""
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
 from lampyris.planning.adgso.session import AdGsoSession
 from lampyris.planning.base import Budget
+from lampyris.planning.field import repair
 from lampyris.planning.spacetime.session import TimedSession
 from lampyris.sim.grid.loop import Simulation
 
@@ -71,3 +73,20 @@ def test_a_repaired_field_is_its_own() -> None:
         again = session.plan(Change(robot=(1, 8)))
         assert np.array_equal(again.path.cells, before.path.cells)
         assert again.optimal_exact == before.optimal_exact
+
+
+def test_a_session_can_be_copied_while_another_repairs_its_field(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What both have in common is no call of either: neither finds it busy."""
+    scene, one = Scene(lampyris.load_grid("guide"), (1, 8), (8, 2)), registry.make("ad-gso")
+    repairing, other = (one.open(scene, np.random.default_rng(0)) for _ in range(2))
+    for session in (repairing, other):
+        session.share()
+    expected = other.plan(Change(robot=(1, 8)))
+    copies: list[AdGsoSession] = []
+    monkeypatch.setattr(repair, "checkpoint", lambda: copies.append(deepcopy(other)))
+    x, y = expected.path.cells[len(expected.path.cells) // 2].tolist()
+    repairing.plan(Change(robot=(1, 8)))
+    repairing.plan(Change(robot=(1, 8), blocked=((x, y),)))
+    assert copies
+    for copied in copies:
+        assert np.array_equal(copied.plan(Change(robot=(1, 8))).path.cells, expected.path.cells)
