@@ -72,8 +72,6 @@ class Occupancy:
 
     def add_small(self, shape: Shape, numbers: Sequence[int]) -> Sequence[int]:
         """New obstacles of one cell, each on a cell of its own; their indices."""
-        if type(self).add is not Occupancy.add:  # one that notes more of each
-            return [self.add(shape, number) for number in numbers]
         first = len(self.where)
         added = range(first, first + len(numbers))
         self.where += numbers
