@@ -79,7 +79,7 @@ EMPTY_HEAD = re.compile(r'<th class="head[^"]*"><p></p></th>')
 
 
 def _plain_corners(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
-    """An empty cell in a table's head is no heading: those who hear the page would be read an empty one."""
+    """An empty cell in a table's head becomes a plain cell: a screen reader would announce an empty heading."""
     if "body" in context:
         context["body"] = EMPTY_HEAD.sub("<td></td>", context["body"])
 

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from lampyris.app.engine.frames import json_frame
-from lampyris.app.server.engines import Busy, Engines
+from lampyris.app.server.engines import Busy, Engines, _Engine
 from sizes import some
 
 ODD = (sys.executable, str(Path(__file__).with_name("odd_engine.py")))
@@ -58,6 +58,17 @@ async def gone(pid: int) -> bool:
             return True
         await asyncio.sleep(0.01)
     return False
+
+
+def test_an_engine_that_is_asked_while_it_starts_is_one_process() -> None:
+    async def both() -> tuple[Any, Any]:
+        engine = _Engine((sys.executable, "-c", "import sys; sys.stdin.read()"))
+        found = await asyncio.gather(engine.start(), engine.start())
+        await engine.close()
+        return found[0], found[1]
+
+    one, other = run(both())
+    assert one is other
 
 
 async def first(answer: AsyncIterator[bytes]) -> dict[str, Any]:

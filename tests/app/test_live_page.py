@@ -232,6 +232,7 @@ def test_goal_dragged_in_a_page_without_a_server(browser: Any, tmp_path: Path) -
         )
         assert len(goals) >= 5
         # By the clock it depends on what else the machine does.
+        assert used > 0 or sys.platform != "linux", "the worker's thread was not found"
         cost = used / len(heard)
         print(f"{1000 * cost:.0f} ms of the worker's processor time a plan")
         assert cost < 1 / REPLANS

@@ -93,6 +93,14 @@ def test_panels_are_folded_and_resized_and_stay_so(page: Any) -> None:
     page.get_by_role("button", name="Hide the left panel").click()
     page.keyboard.press("2")
     assert wide("left") > 0, "a panel that is asked for is there"
+    page.get_by_role("separator", name="Width of the left panel").focus()
+    for _ in range(25):
+        page.keyboard.press("ArrowRight")
+    chosen = wide("left")
+    page.set_viewport_size({"width": 1024, "height": 720})
+    until(page, lambda: wide("stage") >= 220)  # it leaves room for the map in a smaller window
+    page.set_viewport_size({"width": 1280, "height": 720})
+    until(page, lambda: wide("left") == chosen)
 
 
 def test_a_tablet_held_upright_has_the_map_above_both_panels(page: Any) -> None:
@@ -169,14 +177,19 @@ def test_a_film_is_had_as_a_video_that_plays(page: Any, browser: Any, tmp_path: 
 
 def test_planners_of_poses_and_of_fleets_are_compared(page: Any) -> None:
     page.click("#tab-compare")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.locator("#compare .results table").first.wait_for()
     page.get_by_role("button", name="Take dstar-lite out").click()
     page.get_by_label("Add a planner").select_option("lattice")
     page.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
+    page.fill("#compare-seeds", "3")
     page.get_by_role("button", name="Compare", exact=True).click()
     table = page.locator("#compare table.controllers")
     table.wait_for()
     heads = set(table.locator("thead th").all_inner_texts())
     assert heads == {"ad-gso", "astar", "lattice"}
+    assert page.get_by_role("button", name="Show it").is_hidden(), "the comparison before is no more"
+    page.locator("#compare").get_by_text("seeds chosen above are not used").wait_for()
     page.click("#tab-fleet")
     page.fill("#fleet-number", "20")
     page.get_by_label("Seconds", exact=True).fill("0.5")

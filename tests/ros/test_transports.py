@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from test_navigator import goal, rooms, started
 
 from lampyris.errors import UsageError
 from lampyris.ros import messages
+from lampyris.ros.node import rclpy_transport
 from lampyris.ros.node.navigator import Navigator
 from lampyris.ros.node.rclpy_transport import Nav2Actions, from_ros, to_ros
 
@@ -222,6 +226,21 @@ def test_a_goal_that_replaces_a_followed_path_aborts_it() -> None:
     assert "replaced" in result.error_msg
     wire.run(node, 20.0, lambda: node.goal is None)
     assert (node.outcome, robot.hits) == ("arrived", 0)
+
+
+def test_waiting_requests_leave_a_thread_to_receive_the_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rclpy_transport, "MAP_WAIT", 30.0)
+    came, node = threading.Event(), Mock(grid=None)
+    wire = Mock(within=lambda do: do() and not came.is_set())
+
+    def asked() -> None:
+        rclpy_transport.await_map(node, wire)
+
+    with ThreadPoolExecutor(rclpy_transport.THREADS) as pool:
+        requests = [pool.submit(asked) for _ in range(rclpy_transport.THREADS)]
+        pool.submit(came.set)
+        for request in requests:
+            request.result(timeout=20.0)
 
 
 def test_services_are_refused_without_rclpy_and_the_reason_is_said() -> None:

@@ -285,28 +285,30 @@ class _Engine:
         self._command, self.quick = command, quick
         self._env = {**os.environ, **({} if folder is None else dict.fromkeys(_TEMPORARY, str(folder)))}
         self._process: asyncio.subprocess.Process | None = None
+        self._starting = asyncio.Lock()
         self._killed = False
         self.silent = self.nonsense = False
         """Whether the present process, or the last, was ended for what it said."""
 
     async def start(self) -> asyncio.subprocess.Process:
         """The process, started if there is none."""
-        if self._process is not None and self._killed:
-            # It may have said its last word in time, and is not buried yet.
-            await self._process.wait()
-        if self._process is None or self._process.returncode is not None:
-            self.nonsense = self.silent = self._killed = False
-            self._process = await asyncio.create_subprocess_exec(
-                *self._command,
-                stdin=asyncio.subprocess.PIPE,
-                stdout=asyncio.subprocess.PIPE,
-                stderr=None if os.environ.get("LAMPYRIS_DEBUG") else asyncio.subprocess.DEVNULL,
-                env=self._env,
-                # A group of its own: what it may have started ends with it.
-                start_new_session=True,
-                limit=2**20,
-            )
-        return self._process
+        async with self._starting:  # whoever asks while it starts would start another
+            if self._process is not None and self._killed:
+                # It may have said its last word in time, and is not buried yet.
+                await self._process.wait()
+            if self._process is None or self._process.returncode is not None:
+                self.nonsense = self.silent = self._killed = False
+                self._process = await asyncio.create_subprocess_exec(
+                    *self._command,
+                    stdin=asyncio.subprocess.PIPE,
+                    stdout=asyncio.subprocess.PIPE,
+                    stderr=None if os.environ.get("LAMPYRIS_DEBUG") else asyncio.subprocess.DEVNULL,
+                    env=self._env,
+                    # A group of its own: what it may have started ends with it.
+                    start_new_session=True,
+                    limit=2**20,
+                )
+            return self._process
 
     async def tell(self, data: bytes) -> None:
         """Send a message."""

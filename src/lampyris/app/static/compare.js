@@ -176,11 +176,11 @@ class Comparison {
     }
     this.leave(true);
     this.found = null;
+    if (this.again) this.again.hidden = true;
     if (this.who.planners.some((one) => this._poses(one))) {
       await this._drives();
       return;
     }
-    if (this.again) this.again.hidden = true;
     fill(/** @type {HTMLElement} */ (this.results));
     const asked = new AbortController();
     this.asked = asked;
@@ -224,8 +224,9 @@ class Comparison {
       const [module] = await brought(page, "posecompare");
       const runs = /** @type {Run[]} */ (await module.askDrives(page, this.who.planners, asked.signal, (/** @type {string} */ words) => tell(this.progress, words)));
       tell(this.progress, "");
+      const unused = this.who.laws.length || this.who.seeds > 1 ? " One run each, by the scenario's speed law and seed: the laws and seeds chosen above are not used." : "";
       fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, module.askTable(runs)),
-        el("p", { class: "hint" }, "Each drives its own path in continuous time, by the controller of the panel Planner. A change of the scenario ends the comparison."));
+        el("p", { class: "hint" }, `Each drives its own path in continuous time, by the controller of the panel Planner.${unused} A change of the scenario ends the comparison.`));
       if (!runs[0]?.ticks) return;
       // The list has the order of the drives, whose colours follow it: the longest is first.
       this.who.planners = runs.flatMap(({ label }) => this.who.planners.filter((one) => one.label === label));

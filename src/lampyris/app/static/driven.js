@@ -138,7 +138,7 @@ function othersAt(run, t) {
 
 /** How far a drive is, in words; empty: that is not what was said. @param {{what: string, done?: number}} said */
 function progressOf({ what, done }) {
-  return what.startsWith("driving") ? `${what.replace("driv", "Driv")}${done ? `, ${done} s so far` : ""}\u2026` : "";
+  return what.startsWith("driving") ? `${what.replace("driving with ", "Driving, controller ")}${done ? `, ${done} s so far` : ""}\u2026` : "";
 }
 
 /**
@@ -147,7 +147,7 @@ function progressOf({ what, done }) {
  */
 async function rivals(page, run, scenario, signal, progress) {
   for (const { name, settings } of page.store.scenario.controllers ?? []) {
-    progress(`Driving with ${name}\u2026`);
+    progress(`Driving, controller ${name}\u2026`);
     let rival = newRun({ controller: name });
     const drive = { ...scenario.drive, controller: name, controller_settings: settings };
     try {

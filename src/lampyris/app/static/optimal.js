@@ -14,9 +14,11 @@ export async function askOptimal(page) {
     show(page, null);
     return;
   }
+  const { plan } = page;
   const found = await planned(page, { scenario: { ...page.asked(true), planner: { name: "astar", settings: {} } }, record: false, layers: [] });
   const { cells, cost, seconds } = found;
-  if (!cells?.length) return;
+  // The scenario may have changed while it was searched for.
+  if (!cells?.length || page.plan !== plan) return;
   const [colour, dash] = LINES[1];
   show(page, { cells: Int16Array.from(cells.flat()), colour, dash, wide: 3 });
   const own = page.plan?.cost ?? null;

@@ -82,7 +82,7 @@ class Palette {
       id: `palette-${k}`, role: "option", "aria-selected": String(k === this.at), onclick: () => this._do(k), onpointermove: () => this._mark(k),
     }, el("span", { class: "palette-group" }, group), el("b", null, name), el("span", { class: "hint grow" }, about ?? ""), key ? el("kbd", null, key) : null)));
     this._mark(this.at);
-    this.words.textContent = this.found.length > MOST ? `${MOST} of ${this.found.length}: type more of the name.` : this.found.length ? `${this.found.length} found` : "Nothing is called so.";
+    this.words.textContent = this.found.length > MOST ? `${MOST} of ${this.found.length}: type more of the name.` : this.found.length ? `${this.found.length} found` : "No match.";
   }
 
   /** @param {number} k */
@@ -148,7 +148,7 @@ function entries(page) {
     pick.value = value;
     pick.dispatchEvent(new Event("change"));
   };
-  const verb = (/** @type {string} */ name, /** @type {() => unknown} */ act, key = "", about = "") => ({ group: "Do", name, about, key, act });
+  const verb = (/** @type {string} */ name, /** @type {() => unknown} */ act, key = "", about = "") => ({ group: "Action", name, about, key, act });
   const step = (/** @type {string} */ name) => async () => (await brought(page, name))[0];
   return [
     verb(play.playing ? "Pause" : "Play", () => play.toggle(), "Space"),

@@ -29,7 +29,8 @@ export function mount(page) {
       const folded = side !== "stage" && !STACKED.matches && size !== undefined && size < 0;
       document.body.classList.toggle(`no-${side}`, folded);
       if (size === undefined) style.removeProperty(`--${side}`);
-      else style.setProperty(`--${side}`, `${Math.max(size, 0)}px`);
+      // What was chosen in a larger window leaves room for the map in a smaller one.
+      else style.setProperty(`--${side}`, `${Math.max(Math.min(size, most(side)), 0)}px`);
       grip.hidden = STACKED.matches !== (side === "stage");
       if (grip.hidden) continue;
       grip.setAttribute("aria-valuenow", String(folded ? 0 : now(side)));

@@ -160,8 +160,8 @@ class Status {
     else this._now(page.driver?.turned(run, tick) || going(run, tick, cause));
     const drive = run.step !== undefined;
     set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
-      : drive ? "Space pauses, the keys , and . go a twentieth of a second."
-      : "Paint a wall (B), and it replans. Space pauses, the keys , and . go tick by tick.");
+      : drive ? "Space pauses, the keys , and . step by a twentieth of a second."
+      : "Paint a wall (B), and it replans. Space pauses, the keys , and . step by a tick.");
 
     /** @type {Array<[string, string]>} */
     const rows = [];

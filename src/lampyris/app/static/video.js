@@ -17,7 +17,7 @@ const QUEUE = 6;
  */
 export async function askVideo(film, ending, signal, share) {
   const { ImageDecoder, VideoEncoder, VideoFrame } = /** @type {any} */ (globalThis);
-  if (!ImageDecoder || !VideoEncoder) throw new Error(`This browser cannot make ${ending.toUpperCase()} files; WebP and GIF films can be had.`);
+  if (!ImageDecoder || !VideoEncoder) throw new Error(`This browser cannot make ${ending.toUpperCase()} files: export the film as WebP.`);
   const decoder = new ImageDecoder({ data: await film.arrayBuffer(), type: film.type });
   await decoder.tracks.ready;
   await decoder.completed;
@@ -26,7 +26,7 @@ export async function askVideo(film, ending, signal, share) {
   // Most codecs take even sizes alone.
   const [width, height] = [first.displayWidth + (first.displayWidth & 1), first.displayHeight + (first.displayHeight & 1)];
   const config = await configOf(VideoEncoder, CODECS[ending], width, height);
-  if (!config) throw new Error(`This browser has no encoder for ${ending.toUpperCase()} files; WebP and GIF films can be had.`);
+  if (!config) throw new Error(`This browser has no encoder for ${ending.toUpperCase()} files: export the film as WebP.`);
   /** @type {Piece[]} */
   const pieces = [];
   /** @type {Uint8Array | null} */

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 PLAN_SERVICE = "/lampyris/get_plan"
 MAP_WAIT = 5.0
 """Seconds that a request waits for the first map."""
+THREADS = 3
+"""Of rclpy, for messages and requests."""
+_waiters = threading.BoundedSemaphore(THREADS - 1)
+"""Requests that may wait for the first map: one thread is left to receive it."""
 T = TypeVar("T")
 
 
@@ -148,7 +152,7 @@ class RclpyTransport:
         """
         if self._thread is None:
             executors = importlib.import_module("rclpy.executors")
-            self._executor = executors.MultiThreadedExecutor(num_threads=3)
+            self._executor = executors.MultiThreadedExecutor(num_threads=THREADS)
             self._executor.add_node(self.node)
             self._thread = threading.Thread(target=self._executor.spin, daemon=True)
             self._thread.start()
@@ -224,9 +228,14 @@ class RclpyTransport:
 
 def await_map(navigator: Navigator, transport: Any) -> None:
     """Wait for the first map, not for long: a client can ask before a latched map has come to a node that has just begun."""
-    end = time.monotonic() + MAP_WAIT
-    while transport.within(lambda: navigator.grid is None) and time.monotonic() < end:
-        time.sleep(0.05)
+    if not _waiters.acquire(blocking=False):
+        return
+    try:
+        end = time.monotonic() + MAP_WAIT
+        while transport.within(lambda: navigator.grid is None) and time.monotonic() < end:
+            time.sleep(0.05)
+    finally:
+        _waiters.release()
 
 
 def _executing(kind: Any, handle: Callable[[Any, Any], None]) -> Callable[[Any], Any]:
