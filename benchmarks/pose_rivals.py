@@ -187,7 +187,12 @@ class Pathplanning:
         )  # fmt: skip
         problem = ContinuousProblem(self._space, np.array(start), GoalState(np.array(goal)))
         begin = time.thread_time_ns()
-        found = self._module.plan_continuous(problem, planner="hybrid_astar", params=settings)
+        try:
+            found = self._module.plan_continuous(problem, planner="hybrid_astar", params=settings)
+        except (
+            RuntimeError
+        ):  # poses between walls that others can leave: "start pose is invalid or its footprint collides"
+            return Taken(self._seconds, None)
         spent = (time.thread_time_ns() - begin) / 1e9
         if not found.success:
             return Taken(max(spent, self._seconds), None)
