@@ -92,10 +92,10 @@ test: $(VENV)/.made
 	$(MAKE) --no-print-directory $(VENV)/.run || { kill $$tools $$browsed; exit 1; }; \
 	{ $(BIN)/python -m compileall -q tests selfcheck/src; exec $(BIN)/python tools/warm_suite.py; } >build/warm.txt 2>&1 & warmed=$$!; \
 	trap "kill $$warmed $$tools $$browsed" INT TERM; \
-	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed; exit 1; }; \
+	wait $$tools && $(MAKE) --no-print-directory $(VENV)/.dev || { cat build/tools.txt; kill $$warmed $$browsed; exit 1; }; \
 	$(MAKE) --no-print-directory style >build/style.txt 2>&1 & styled=$$!; \
 	trap "kill $$warmed $$styled $$browsed" INT TERM; \
-	wait $$warmed || { cat build/warm.txt; kill $$styled; exit 1; }; \
+	wait $$warmed || { cat build/warm.txt; kill $$styled $$browsed; exit 1; }; \
 	wait $$browsed; \
 	$(MAKE) --no-print-directory unit; tested=$$?; \
 	wait $$styled || tested=1; cat build/style.txt; exit $$tested

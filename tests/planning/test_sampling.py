@@ -362,7 +362,8 @@ def test_a_seeded_tree_of_poses_begins_with_the_path_of_the_lattice(goal: tuple[
     plan = plan_of("pose-rrt-star", scene, seeded=True, rounds=1, reverse_cost=1.0)
     assert lattice is not None
     assert plan.pose_path is not None
-    assert plan.expansions == 0  # no sample was taken
+    searched = plan_of("lattice", scene, weight=1.5, **prices)
+    assert plan.expansions == searched.expansions  # no sample was taken
     assert plan.pose_path.cost_m < 1.1 * lattice.cost_m
     for pose, asked in zip(plan.pose_path.poses[[0, -1]], (scene.start_pose, goal), strict=True):
         assert pose[:2] == pytest.approx(asked[:2], abs=1e-6)
@@ -374,7 +375,10 @@ def test_a_seeded_tree_of_poses_takes_edits_and_falls_back_on_two_trees() -> Non
     session = registry.make("pose-rrt-star", {"seeded": True, "rounds": 1}).open(
         scene, np.random.default_rng(1)
     )
-    assert session.plan().expansions == 0
+    seeded = session.plan().expansions
+    assert seeded > 54  # two trees take 54 samples
+    for most in (1, 100, seeded, seeded + 10):
+        assert session.plan(budget=Budget(expansions=most)).expansions <= most
     door = tuple((30, y) for y in range(16, 26))
     assert session.plan(Change(blocked=door)).status is Status.NO_PATH
     assert session.plan(Change(freed=door)).status is Status.FOUND
@@ -418,7 +422,7 @@ def test_footprints_among_random_walls(drive: str, reverse: bool) -> None:
 def test_no_path_in_a_narrow_place_is_no_lie() -> None:
     """The disc around the robot does not fit at the start, the robot does: the referee asks for no other status."""
     walls = np.zeros((20, 40), dtype=bool)
-    walls[6:14, :20] = True
+    walls[4:16, :20] = True
     walls[7:12, 2:20] = False
     walls[:, 30] = True
     robot = posed("ackermann").robot
@@ -430,8 +434,28 @@ def test_no_path_in_a_narrow_place_is_no_lie() -> None:
         assert plan.status is Status.NO_PATH
         assert check_plan(plan, scene) is None
         assert check_plan(replace(plan, status=Status.START_OCCUPIED), scene) is None
-        walled = replace(scene, goal=None, goal_pose=(7.6, 2.5, 0.0))
-        assert check_plan(plan, walled) is not None
+        walled = replace(scene, start=None, start_pose=(2.0, 3.6, 0.0))
+        same = replace(scene, goal=None, goal_pose=scene.start_pose)
+        for other in (walled, same):
+            assert "no-path, but" in str(check_plan(plan, other))
+
+
+@pytest.mark.parametrize("planner", ["hybrid-astar", "lattice"])
+def test_no_path_to_near_a_goal_in_a_wall_is_no_lie(planner: str) -> None:
+    """Ends of paths are within the goal's tolerance: that the goal itself is in a wall says nothing."""
+    walls = np.zeros((20, 40), dtype=bool)
+    walls[:, [24, 30]] = True
+    ends = {"start_pose": (2.0, 2.5, 0.0), "goal_pose": (7.6, 2.5, 1.57)}
+    scene = Scene(Grid(walls, resolution=0.25), robot=posed("ackermann").robot, **ends)
+    plan = lampyris.plan(scene, planner, goal_tolerance=1.5)
+    assert plan.status is Status.NO_PATH
+    assert check_plan(plan, scene) is None
+
+
+def test_an_open_end_is_not_occupied() -> None:
+    scene = posed("ackermann")
+    for status in (Status.START_OCCUPIED, Status.GOAL_OCCUPIED):
+        assert "the robot can stand" in str(check_plan(Plan(status, "lattice"), scene))
 
 
 def test_footprints_where_walls_separate_or_touch() -> None:

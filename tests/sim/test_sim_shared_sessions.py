@@ -1,5 +1,6 @@
 """Sessions that share what a map comes to: their answers are those of sessions that do not, and none changes another's."""
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
 from lampyris.planning.adgso.session import AdGsoSession
 from lampyris.planning.base import Budget
+from lampyris.planning.field import repair
 from lampyris.planning.spacetime.session import TimedSession
 from lampyris.sim.grid.loop import Simulation
 
@@ -31,7 +33,7 @@ def test_same_answers(planner: str, kind: type, monkeypatch: pytest.MonkeyPatch)
         scene, one = scene_of(seed), registry.make(planner)
         shared = [Simulation(scene, one, seed=seed) for _ in range(2)]
         with monkeypatch.context() as patch:
-            patch.setattr(kind, "share", lambda self: None)
+            patch.setattr(kind, "share_map", lambda self: None)
             alone = Simulation(scene, one, seed=seed)
         for simulation in shared:
             assert replace(simulation.plan, timing={}) == replace(alone.plan, timing={})
@@ -49,7 +51,7 @@ def test_sipp_under_a_limit(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
         quick = Simulation(scene, one, seed=seed, budget=budget)
         quick.finish()
         with monkeypatch.context() as patch:
-            patch.setattr(TimedSession, "share", lambda self: None)
+            patch.setattr(TimedSession, "share_map", lambda self: None)
             slow = Simulation(scene, one, seed=seed, budget=budget)
         while slow.outcome is None:
             slow.tick()
@@ -61,7 +63,7 @@ def test_a_repaired_field_is_its_own() -> None:
     scene, one = Scene(grid, (1, 8), (8, 2)), registry.make("ad-gso")
     sessions = [one.open(scene, np.random.default_rng(0)) for _ in range(3)]
     for session in sessions:
-        session.share()
+        session.share_map()
     before = sessions[0].plan(Change(robot=(1, 8)))
     sessions[1].plan(Change(robot=(1, 8)))
     x, y = before.path.cells[len(before.path.cells) // 2].tolist()
@@ -71,3 +73,20 @@ def test_a_repaired_field_is_its_own() -> None:
         again = session.plan(Change(robot=(1, 8)))
         assert np.array_equal(again.path.cells, before.path.cells)
         assert again.optimal_exact == before.optimal_exact
+
+
+def test_a_session_can_be_copied_while_another_repairs_its_field(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What both have in common is no call of either: neither finds it busy."""
+    scene, one = Scene(lampyris.load_grid("guide"), (1, 8), (8, 2)), registry.make("ad-gso")
+    repairing, other = (one.open(scene, np.random.default_rng(0)) for _ in range(2))
+    for session in (repairing, other):
+        session.share_map()
+    expected = other.plan(Change(robot=(1, 8)))
+    copies: list[AdGsoSession] = []
+    monkeypatch.setattr(repair, "checkpoint", lambda: copies.append(deepcopy(other)))
+    x, y = expected.path.cells[len(expected.path.cells) // 2].tolist()
+    repairing.plan(Change(robot=(1, 8)))
+    repairing.plan(Change(robot=(1, 8), blocked=((x, y),)))
+    assert copies
+    for copied in copies:
+        assert np.array_equal(copied.plan(Change(robot=(1, 8))).path.cells, expected.path.cells)

@@ -9,6 +9,7 @@ import pytest
 
 from lampyris.errors import SceneError
 from lampyris.io.maps.library import load
+from lampyris.kernels.simulation import draws
 from lampyris.kernels.simulation.obstacle_rules import rank
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -192,7 +193,7 @@ def test_their_tracks_stay_the_same_too() -> None:
 
 def test_draws_are_uniform_and_independent_of_each_other() -> None:
     own, count = np.arange(200, dtype=np.int64)[:, None], np.arange(500, dtype=np.int64)[None, :]
-    for what in (obstacle_draws.PLACE, obstacle_draws.STEPS, obstacle_draws.APPEAR, obstacle_draws.ROUTE):
+    for what in (draws.PLACE, draws.STEPS, draws.APPEAR, draws.ROUTE):
         u = obstacle_draws.uniforms(obstacle_draws.key_of(3, obstacle_draws.WALKERS, 0), what, own, count)
         assert u.shape == (200, 500)
         assert 0.0 <= u.min() < u.max() < 1.0

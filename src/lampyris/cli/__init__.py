@@ -7,7 +7,6 @@ file that cannot be read or written), 4 no path or not arrived (a valid answer),
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import gc
 import os
@@ -26,7 +25,10 @@ collecting again and again took a twelfth of the time of a small plan. Importing
 
 
 def program() -> None:
-    """:func:`main` as the whole of a process: what there is at its end goes with the process, and is not searched for garbage."""
+    """:func:`main` as the whole of a process.
+
+    What there is at its end goes with the process and is not searched for garbage: an eighth of the time of a short call.
+    """
     gc.set_threshold(GC_THRESHOLD)
     try:
         main()
@@ -45,9 +47,6 @@ def main() -> None:
     threshold, show = gc.get_threshold(), warnings.showwarning
     warnings.showwarning = _note
     gc.set_threshold(GC_THRESHOLD)
-    atexit.register(
-        gc.freeze
-    )  # or the interpreter's end looks through all that was imported: an eighth of a short call
     try:
         _run()
     except SystemExit as done:

@@ -370,8 +370,8 @@ def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:
     return frozen(np.array(array, dtype=np.bool_, order="C", copy=True))
 
 
-class Same:
-    """A map as a key: the same object, not one that looks the same."""
+class GridKey:
+    """A map as the key of a cache: equal only to a key of the same object."""
 
     __slots__ = ("grid",)
 
@@ -379,7 +379,7 @@ class Same:
         self.grid = grid
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and other.grid is self.grid
+        return isinstance(other, GridKey) and other.grid is self.grid
 
     def __hash__(self) -> int:
         return id(self.grid)  # bits: only tells them apart

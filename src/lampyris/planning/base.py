@@ -209,6 +209,13 @@ class SessionBase(Exclusive):
             guarded = one_call(owner.__dict__["plan"])
             setattr(cls, "plan", guarded)  # noqa: B010 - a type checker knows no assigned methods
 
+    def share_map(self) -> None:
+        """Take what the map as given comes to from an earlier session that had the same, or leave it to the next.
+
+        Asked for before the first plan, by simulations on a map that nobody edits. Answers are the same; a session need not
+        share anything.
+        """
+
 
 @runtime_checkable
 class Planner(Protocol):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from lampyris.model.grid import Same
+from lampyris.model.grid import GridKey
 from lampyris.model.moves import Moves
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.repair import FieldRepairer, Padded
@@ -22,25 +21,14 @@ SHARED = 8
 SHARED_CELLS = 1 << 15
 """Cells of a map up to which they are kept; 13 bytes a cell."""
 
-_copying = threading.Lock()
-"""Held while a field is copied that several sessions have: a repairer answers one call at a time."""
-
 
 @dataclass(slots=True)
 class _Kept:
-    """A field, its sealed cells, and those that the map has altered since; ``shared``: other sessions have it, too."""
+    """A field, its sealed cells, and those that the map has altered since."""
 
     repairer: FieldRepairer
     cells: frozenset[Cell]
     behind: dict[Cell, None] = field(default_factory=dict)
-    shared: bool = False
-
-    def copy(self) -> FieldRepairer:
-        """A copy of the field, to be repaired."""
-        if not self.shared:
-            return self.repairer.copy()
-        with _copying:
-            return self.repairer.copy()
 
 
 class FieldCache:
@@ -80,7 +68,7 @@ class FieldCache:
             full = bool(cells) and len(others) >= KEPT
             kept = min(others if full else self._kept, key=lambda k: len(k.cells ^ cells))
             if not full:
-                kept = _Kept(kept.copy(), kept.cells, dict(kept.behind))
+                kept = _Kept(kept.repairer.copy(), kept.cells, dict(kept.behind))
                 self._kept.append(kept)
         if kept is None:
             kept = self._new()
@@ -93,14 +81,13 @@ class FieldCache:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
         free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
-        shared = self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS
-        if shared:
-            given = Same(self._map.given), self._map.radius, self._moves, self._goal
-            repairer = _solved(*given, self._rho, self._gamma)
+        if self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS:
+            given = GridKey(self._map.given), self._map.radius, self._moves, self._goal
+            repairer = _solved(*given, self._rho, self._gamma).copy_on_write()
         else:
             repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
         self.spent += repairer.field.expansions
-        self._kept.append(_Kept(repairer, frozenset(), shared=shared))
+        self._kept.append(_Kept(repairer, frozenset()))
         return self._kept[-1]
 
     def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
@@ -108,8 +95,6 @@ class FieldCache:
         differ = kept.behind | dict.fromkeys(sorted(kept.cells ^ cells))
         if not differ:
             return
-        if kept.shared:
-            kept.repairer, kept.shared = kept.copy(), False
         free, terrain = self._map.free, self._map.terrain if self._map.has_terrain else None
         freed = [(x, y) for x, y in differ if free[y, x] and (x, y) not in cells]
         blocked = [(x, y) for x, y in differ if not free[y, x] or (x, y) in cells]
@@ -120,6 +105,6 @@ class FieldCache:
 
 
 @lru_cache(maxsize=SHARED)
-def _solved(key: Same, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
+def _solved(key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
     """The bare field of a map as given; never repaired itself."""
     return FieldRepairer(free_cells(key.grid, radius), moves, goal, rho=rho, gamma=gamma)

@@ -346,23 +346,24 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
 
 
 def _pose_ends_violation(plan: Plan, scene: Scene) -> Violation | None:
-    """What no planner may say of ends that are poses, whether it plans for the footprint or for the disc around it.
+    """What no planner may say of ends that are poses.
 
-    A lattice moves an end by up to a cell; the robot stands at it for certain where the disc is free and a cell besides, and
-    for certain not where its base is in a wall.
+    Planners of the disc around the robot and of its footprint differ, a lattice moves an end by up to a cell, and a plan without
+    a path does not state how near to the goal it would have ended. So what is certain is judged: an end is not occupied where the
+    disc and two cells more are free; and no path is sought from where the base's cell and all around it are walls.
     """
-    room, grid = scene.robot.radius + 2.0 * scene.grid.resolution, scene.grid
-    ends = {"start": scene.start, "goal": scene.goal}
-    can = {end: stands_free(grid, cell, room) for end, cell in ends.items()}
-    cannot = {end: bool(grid.blocked[cell[1], cell[0]]) for end, cell in ends.items()}
-    occupied = {Status.START_OCCUPIED: "start", Status.GOAL_OCCUPIED: "goal"}
-    end = occupied.get(plan.status)
-    if end is not None:
-        stated = f"the robot can stand on the {end}" if can[end] else ""
+    occupied = {Status.START_OCCUPIED: ("start", scene.start), Status.GOAL_OCCUPIED: ("goal", scene.goal)}
+    stated = ""
+    if plan.status in occupied:
+        end, cell = occupied[plan.status]
+        if stands_free(scene.grid, cell, scene.robot.radius + 2.0 * scene.grid.resolution):
+            stated = f"the robot can stand on the {end}"
+    elif scene.start_pose == scene.goal_pose:
+        stated = "the start is the goal"
     else:
-        stated = " and ".join(f"the robot cannot stand on the {end}" for end in ends if cannot[end])
-        if plan.status is Status.NO_PATH and scene.start_pose == scene.goal_pose:
-            stated = "the start is the goal"
+        x, y = scene.start
+        if scene.grid.blocked[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2].all():
+            stated = "the robot cannot stand on the start"
     return Violation("status", "plan", f"{plan.status.value}, but {stated}") if stated else None
 
 

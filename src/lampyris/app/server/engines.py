@@ -292,7 +292,7 @@ class _Engine:
 
     async def start(self) -> asyncio.subprocess.Process:
         """The process, started if there is none."""
-        async with self._starting:  # whoever asks while it starts would start another
+        async with self._starting:  # or a second question would start it again
             if self._process is not None and self._killed:
                 # It may have said its last word in time, and is not buried yet.
                 await self._process.wait()

@@ -82,9 +82,8 @@ class AdGsoSession(SessionBase):
         )
         self._keep()
 
-    def share(self) -> None:
-        """Take the field of the map as given from an earlier session that had the same, or leave it to the next; before the
-        first plan. Answers are the same."""
+    def share_map(self) -> None:
+        """See :class:`lampyris.planning.base.SessionBase`: the field of the map."""
         self._shares = True
         self._grounds = self._new_grounds()
 

@@ -104,6 +104,7 @@ class FieldRepairer(Exclusive):
         self._has_terrain = terrain is not None
         self._lists: tuple[NDArray[Any], ...] | None = None
         self._work = np.zeros(6, dtype=np.int64)
+        self._copy_on_write = False
         self.solved, self.repaired = 1, 0
         """How often this field was solved from scratch, and how often it was repaired."""
         self._field = self._show(count)
@@ -133,19 +134,30 @@ class FieldRepairer(Exclusive):
     @one_call
     def copy(self) -> FieldRepairer:
         """An independent copy of the repairer and its field."""
+        other = self.copy_on_write()
+        other._copy_maps()
+        return other
+
+    def copy_on_write(self) -> FieldRepairer:
+        """A copy that shows the arrays of this one, and copies them before it is repaired. This one must not be repaired."""
         other = FieldRepairer.__new__(FieldRepairer)
         other.__dict__.update(super()._own_state())
+        other._lists, other._work = None, self._work.copy()
+        other._copy_on_write = True
+        other.solved, other.repaired = 0, 0
+        return other
+
+    def _copy_maps(self) -> None:
+        """Have arrays of its own."""
         luciferin, cost, step = self._maps
         checkpoint()
         luciferin = luciferin.copy()
         checkpoint()
-        other._maps = (luciferin, cost.copy(), step.copy())
+        self._maps = (luciferin, cost.copy(), step.copy())
         checkpoint()
-        other._free, other._weight = self._free.copy(), self._weight.copy()
-        other._lists, other._work = None, self._work.copy()
-        other.solved, other.repaired = 0, 0
-        other._field = other._show(self._field.expansions, self._field.revision)
-        return other
+        self._free, self._weight = self._free.copy(), self._weight.copy()
+        self._copy_on_write = False
+        self._field = self._show(self._field.expansions, self._field.revision)
 
     def _own_state(self) -> dict[str, Any]:
         # A view travels as an array of its own: what is then repaired is not what is shown. The lists are empty
@@ -153,7 +165,12 @@ class FieldRepairer(Exclusive):
         state = {
             name: value for name, value in super()._own_state().items() if name not in ("_field", "_padded")
         }
-        return {**state, "_lists": None, "shown": (self._field.expansions, self._field.revision)}
+        return {
+            **state,
+            "_lists": None,
+            "_copy_on_write": False,
+            "shown": (self._field.expansions, self._field.revision),
+        }
 
     def _take_state(self, state: dict[str, Any]) -> None:
         shown = state.pop("shown")
@@ -185,6 +202,8 @@ class FieldRepairer(Exclusive):
         """
         on, off = self._indices(freed, "freed"), self._indices(blocked, "blocked")
         graded, weights = self._weights(list(terrain))
+        if self._copy_on_write:
+            self._copy_maps()
         if self._lists is None:
             self._lists = _lists(self._free.size)
         luciferin, cost, step = self._maps

@@ -211,13 +211,18 @@ class LatticeSession(PoseSession[LatticeSearch]):
         """The memory of searches on the map with obstacles."""
         return self._new_search(obstacles)
 
-    def found_segments(self, search: LatticeSearch, limit: int | None) -> tuple[Pose, Floats] | None:
-        """A path without shortcuts, its first pose and its segments as of :func:`segments_of`; None: none was found."""
+    def found_segments(
+        self, search: LatticeSearch, limit: int | None
+    ) -> tuple[tuple[Pose, Floats] | None, int]:
+        """A path without shortcuts, its first pose and its segments as of :func:`segments_of`, None if none was found; and the
+        expansions."""
         starts, goals = self.starts(search.lattice_map), self.goals(search.lattice_map)
         if not starts or not goals:
-            return None
+            return None, 0
         answer = self._search_states(search, starts, goals, limit)
-        return None if isinstance(answer, Plan) else segments_of(answer[0], search.lattice_map)
+        if isinstance(answer, Plan):
+            return None, answer.expansions
+        return segments_of(answer[0], search.lattice_map), search.expansions
 
     def _searched(
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None

@@ -110,11 +110,13 @@ class PoseRun:
     Parameters
     ----------
     least : no path costs less, cells.
-    total : samples that are taken at most.
+    total : expansions at most, samples and others.
+    limit : of the budget; None: there is none.
     """
 
     least: float
     total: int
+    limit: int | None = None
     best: tuple[CellPose, Floats] | None = None
     most: float = math.inf
     spent: int = 0
@@ -123,6 +125,13 @@ class PoseRun:
     proven: bool = False
     separated: bool = False
     detail: str = ""
+
+    def charge(self, expansions: int) -> None:
+        """Count expansions of another search: they are taken from the budget, not from the samples of the settings."""
+        self.spent += expansions
+        self.total += expansions
+        if self.limit is not None:
+            self.total = min(self.total, self.limit)
 
     @property
     def is_open(self) -> bool:
@@ -198,7 +207,8 @@ class PoseRrtSession(PoseSession[HybridMap]):
     def _rounds(self, task: PoseTask, limit: int | None) -> Plan:
         """Grow trees, round after round, and keep the best path."""
         settings, name = self._settings, self._name
-        run = PoseRun(self._least(task), settings.samples if limit is None else min(limit, settings.samples))
+        total = settings.samples if limit is None else min(limit, settings.samples)
+        run = PoseRun(self._least(task), total, limit)
         if self._cells is None:
             self._cells = base_cells(task.hybrid_map)
         try:

@@ -39,8 +39,8 @@ class LatticeSeed:
 
     def path(
         self, task: PoseTask, robot: ShortcutShape, cell: Cell, pose: Pose | None, limit: int | None
-    ) -> tuple[CellPose, Floats] | None:
-        """The first pose and the segments of a path between poses of the task; None: the lattice has none.
+    ) -> tuple[tuple[CellPose, Floats] | None, int]:
+        """The first pose and the segments of a path between poses of the task, None if the lattice has none; and the expansions.
 
         Parameters
         ----------
@@ -49,17 +49,17 @@ class LatticeSeed:
         limit : expansions at most.
         """
         if self._known is None:
-            return None
+            return None, 0
         session, search = self._known
         session.stand(cell, pose)
-        found = session.found_segments(search, limit)
+        found, expansions = session.found_segments(search, limit)
         if found is None:
-            return None
+            return None, expansions
         first, segments = found
         end = first[2] + float(segments[:, 1].sum())
         start, goal = _like(first[2], task.starts), _like(end, task.goals)
         path = joined(np.array(start), np.array(first), segments, np.array(goal), robot, task.hybrid_map)
-        return None if path is None else (start, path)
+        return None if path is None else (start, path), expansions
 
 
 def _like(yaw: float, poses: tuple[CellPose, ...]) -> CellPose:

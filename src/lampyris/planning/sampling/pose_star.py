@@ -38,7 +38,8 @@ class PoseRrtStar(PoseRrtConnect):
     rounds : batches of samples at most, the first path counted as one.
     batch : samples of a batch.
     seeded : begin with the path of ``lattice`` (its cost at most 1.5 times the least in that lattice), joined to the poses that
-        are asked for by exact curves and made shorter; where there is none, as without.
+        are asked for by exact curves and made shorter; where there is none, as without. What the lattice expands counts as
+        expansions, not as samples.
 
     Raises
     ------
@@ -114,7 +115,9 @@ class PoseRrtStarSession(PoseRrtSession):
     def _find_first(self, task: PoseTask, run: PoseRun, cells: NDArray[np.int32]) -> None:
         """Find a path: in the lattice, or by two trees."""
         if self._lattice is not None:
-            seed = self._lattice.path(task, self._prices(task), self._robot, self._pose, run.total)
+            prices = self._prices(task)
+            seed, expansions = self._lattice.path(task, prices, self._robot, self._pose, run.total)
+            run.charge(expansions)
             if seed is not None:
                 self._keep(task, run, *seed)
                 run.trace.append(run.most)

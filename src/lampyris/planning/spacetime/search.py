@@ -21,7 +21,7 @@ from lampyris.kernels.spacetime.timed_search import (
     space_time,
     steps_to_go,
 )
-from lampyris.model.grid import TERRAIN_UNIT, Same
+from lampyris.model.grid import TERRAIN_UNIT, GridKey
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import SCRATCH, framed
@@ -322,7 +322,7 @@ class TimedSearch:
 
 
 @lru_cache(maxsize=SHARED)
-def _laid_out(key: Same, radius: float, moves: Moves, goal: Cell) -> TimedSearch:
+def _laid_out(key: GridKey, radius: float, moves: Moves, goal: Cell) -> TimedSearch:
     return TimedSearch(free_cells(key.grid, radius), moves, goal, None)
 
 
@@ -332,7 +332,7 @@ def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
     grid = scene.grid
     if grid.terrain is not None or grid.blocked.size > SHARED_CELLS:
         return None
-    return _laid_out(Same(grid), scene.robot.radius, moves, scene.goal).again()
+    return _laid_out(GridKey(grid), scene.robot.radius, moves, scene.goal).again()
 
 
 def _distinct(values: _Ints) -> _Ints:

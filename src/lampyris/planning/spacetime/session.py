@@ -97,9 +97,9 @@ class TimedSession(SessionBase):
         self._shares = False
         self._lay(scene)
 
-    def share(self) -> None:
-        """Take what the map as given comes to from an earlier session that had the same; before the first plan. The first
-        plan is then made as :meth:`next_steps` makes it, where that knows how. Answers are the same."""
+    def share_map(self) -> None:
+        """See :class:`lampyris.planning.base.SessionBase`: the steps and costs to the goal. The first plan is then made as
+        :meth:`next_steps` makes it, where that knows how."""
         self._shares = True
 
     def _lay(self, scene: Scene) -> None:

@@ -20,7 +20,7 @@ from lampyris.kernels.adgso.tick_speed import OF_GOAL
 from lampyris.kernels.simulation import ticks as k
 from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
-from lampyris.model.grid import Same, frozen
+from lampyris.model.grid import GridKey, frozen
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
@@ -265,7 +265,7 @@ class CompiledTicks:
         nodes = speed.horizon + 2
         scene = self._run.scene
         if shared(scene) and speed.scene.grid is scene.grid:
-            blocked, near = _walls(Same(scene.grid), int(numbers[RINGS]) if law == k.LAW_PHYSICAL else -1)
+            blocked, near = _walls(GridKey(scene.grid), int(numbers[RINGS]) if law == k.LAW_PHYSICAL else -1)
         else:
             blocked = frozen(bordered(walls).reshape(-1).view(np.uint8))
             near = np.full(self._room if law == k.LAW_PHYSICAL else 1, UNKNOWN, dtype=np.int32)
@@ -605,7 +605,7 @@ class CompiledTicks:
 
 
 @lru_cache(maxsize=KEPT)
-def _walls(key: Same, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+def _walls(key: GridKey, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Walls by cell number, and how near they are, as far as it was looked up: the same for every simulation on a map."""
     blocked = frozen(bordered(key.grid.blocked).reshape(-1).view(np.uint8))
     return blocked, np.full(len(blocked) if rings >= 0 else 1, UNKNOWN, dtype=np.int32)

@@ -59,7 +59,7 @@ from lampyris.model.settings.sensor import Sensor
 from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Recorded
-from lampyris.planning.base import Budget, Planner, Session
+from lampyris.planning.base import Budget, Planner, Session, SessionBase
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.planning.through import not_free
@@ -196,9 +196,8 @@ class Simulation(Exclusive):
     def _opened(self) -> Session:
         """A session that plans to where the robot is to drive now. Simulations on one map share what a session shares."""
         session = self.planner.open(aimed(self.walls.known, self.goal), self._stream())
-        share = getattr(session, "share", None) if shared(self.scene) else None
-        if share is not None:
-            share()
+        if shared(self.scene) and isinstance(session, SessionBase):
+            session.share_map()
         return session
 
     def _begin(self) -> None:

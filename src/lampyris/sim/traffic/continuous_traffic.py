@@ -92,6 +92,10 @@ class RoadOccupancy(Occupancy):
         self.motions.add(float(x), float(y), self.disc(shape.radius))
         return super().add(shape, number)
 
+    def add_small(self, shape: Shape, numbers: Sequence[int]) -> Sequence[int]:
+        """New obstacles of one cell, each on a cell of its own; their indices."""
+        return [self.add(shape, number) for number in numbers]
+
     def move(self, obstacle: int, step: Step) -> None:
         """Make a legal step."""
         super().move(obstacle, step)

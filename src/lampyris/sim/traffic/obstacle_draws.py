@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.simulation import draws
 from lampyris.kernels.simulation.draws import APPEAR, PLACE, STEPS, TRIES
-from lampyris.kernels.simulation.draws import ROUTE as ROUTE
 from lampyris.typing import Floats
 
 WALKERS, CROSSING, PATROLS = 1, 2, 3

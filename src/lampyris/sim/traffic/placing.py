@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SceneError
 from lampyris.kernels.simulation.draws import ROUTE
-from lampyris.model.grid import Same
+from lampyris.model.grid import GridKey
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
@@ -81,7 +81,7 @@ class Placing:
             ends = self.scene.start, self.scene.goal, self.scene.robot.radius
             bars = self._world.lane_bars(self._recorded, radius)
             if bars is None:
-                self._shapes[radius] = _kept_shape(Same(self.scene.grid), *ends, self.scene.moves, radius)
+                self._shapes[radius] = _kept_shape(GridKey(self.scene.grid), *ends, self.scene.moves, radius)
         if radius not in self._shapes:
             bars = self._world.lane_bars(self._recorded, radius)
             grid, moves = self.scene.grid, self.scene.moves
@@ -255,7 +255,7 @@ class Placing:
 
 
 @lru_cache(maxsize=KEPT)
-def _kept_shape(key: Same, start: Cell, goal: Cell, robot: float, moves: Moves, radius: float) -> Shape:
+def _kept_shape(key: GridKey, start: Cell, goal: Cell, robot: float, moves: Moves, radius: float) -> Shape:
     """The shape of obstacles that keep clear of the robot's start and goal, and of nothing else."""
     grid = key.grid
     space, clear = CellIndex(grid), np.zeros(grid.blocked.shape, dtype=np.bool_)

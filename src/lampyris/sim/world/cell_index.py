@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.grid import Grid, Same, frozen
+from lampyris.model.grid import Grid, GridKey, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.footprint import footprint
@@ -235,12 +235,12 @@ def shared(scene: Scene) -> bool:
 def robot_shape(scene: Scene, space: CellIndex) -> Shape:
     """The robot's own shape, with the moves that are safe for its size."""
     if shared(scene):
-        return _kept_robot_shape(Same(scene.grid), scene.robot.radius, scene.moves)
+        return _kept_robot_shape(GridKey(scene.grid), scene.robot.radius, scene.moves)
     return _robot_shape(scene.grid, scene.robot.radius, moves_for(scene))
 
 
 @lru_cache(maxsize=KEPT)
-def _kept_robot_shape(key: Same, radius: float, moves: Moves) -> Shape:
+def _kept_robot_shape(key: GridKey, radius: float, moves: Moves) -> Shape:
     return _robot_shape(key.grid, radius, safe_moves(key.grid, radius, moves))
 
 

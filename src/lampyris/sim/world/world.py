@@ -72,8 +72,6 @@ class Occupancy:
 
     def add_small(self, shape: Shape, numbers: Sequence[int]) -> Sequence[int]:
         """New obstacles of one cell, each on a cell of its own; their indices."""
-        if type(self).add is not Occupancy.add:  # one that notes more of each
-            return [self.add(shape, number) for number in numbers]
         first = len(self.where)
         added = range(first, first + len(numbers))
         self.where += numbers
@@ -85,7 +83,7 @@ class Occupancy:
     def opened(self, shape: Shape) -> NDArray[np.uint8]:
         """Where an obstacle of one cell could be put now, by cell number; uint8."""
         opened = shape.opened()
-        opened[[*self.taken, *self.robot_cover]] = 0
+        opened[[*self.taken, *self.robot_cover]] = 0  # bits: each takes its own cell away
         return opened
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
