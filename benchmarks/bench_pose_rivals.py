@@ -134,7 +134,7 @@ def bench(quick: bool) -> Section:
                 rows.append((
                     name, who, f"{len(found)} of {len(taken)}", _ms(statistics.fmean(t.seconds for t in taken)),
                     _ms(statistics.median(t.seconds for t in taken)),
-                    f"{statistics.fmean(t.length for t in found if t.length):.1f}" if found else "",
+                    f"{statistics.fmean(t.length or 0.0 for t in found):.1f}" if found else "",
                 ))  # fmt: skip
                 print(rows[-1], flush=True)
             for mine, theirs in AGAINST:
