@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean, shown
+from lampyris.kernels.simulation.draws import PLACE, TRIES
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.layers import free_cells
-from lampyris.sim.traffic.obstacle_draws import PATROLS, PLACE, TRIES, first_of, key_of, ranks, uniforms
+from lampyris.sim.traffic.obstacle_draws import PATROLS, first_of, key_of, ranks, uniforms
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.separation import beside_lanes
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
