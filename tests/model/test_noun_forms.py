@@ -45,6 +45,22 @@ def test_a_repr_is_one_short_line_that_names_the_class(noun: Noun) -> None:
     assert type(noun).__name__ in text
 
 
+def test_a_plan_has_its_length_in_metres() -> None:
+    grid = lampyris.Grid(np.zeros((8, 8), bool), resolution=0.5)
+    cells = lampyris.plan(lampyris.Scene(grid, (0, 0), (7, 7)), "astar")
+    assert cells.length_m == pytest.approx(7 * math.sqrt(2) * 0.5)
+    assert cells.reversals is None
+    lines = lampyris.plan(lampyris.Scene(grid, (0, 0), (7, 3)), "theta-star")
+    assert lines.length_m == pytest.approx(math.hypot(7, 3) * 0.5)
+    poses = lampyris.plan(
+        lampyris.Scene(grid, start_pose=(1.25, 1.25, 0.0), goal_pose=(2.75, 1.25, 0.0)), "lattice"
+    )
+    assert poses.length_m == pytest.approx(1.5)
+    assert poses.reversals == 0
+    assert repr(poses).endswith("poses, 1.5 m, bound 1>")
+    assert lampyris.Plan(lampyris.Status.NO_PATH, "astar").length_m is None
+
+
 def test_a_repr_says_what_matters() -> None:
     scene = lampyris.Scene(lampyris.load_grid("env-1"), (37, 8), (5, 38))
     plan = lampyris.plan(scene)

@@ -277,6 +277,10 @@ class Plan(Value, Tabular):
     def _brief(self) -> str:
         if self.path is None:
             return f"<Plan {self.status} by {self.planner}>"
+        if self.pose_path is not None:
+            poses = self.pose_path
+            size = f"{len(poses.poses)} poses, {poses.length_m:.6g} m, bound {poses.bound:.4g}"
+            return f"<Plan found by {self.planner}: {size}>"
         gap = "" if self.gap is None else f", gap {self.gap:.2%}"
         return (
             f"<Plan {self.status} by {self.planner}: {len(self.path.cells)} cells, cost {self.cost:.6g}{gap}>"
@@ -307,6 +311,31 @@ class Plan(Value, Tabular):
     def cost(self) -> float:
         """Cost of the path in cells; infinity when not found."""
         return math.inf if self.path is None else self.path.cost
+
+    @property
+    def length_m(self) -> float | None:
+        """Length of what is driven, in metres: of the poses, the straight lines between the waypoints, or the cells.
+
+        None when not found, or without a :attr:`frame` (plans of a session, unless they have poses).
+
+        Examples
+        --------
+        >>> import lampyris
+        >>> scene = lampyris.Scene(lampyris.load_grid("guide"), start=(1, 8), goal=(8, 2))
+        >>> round(lampyris.plan(scene, "astar").length_m, 3)
+        11.243
+        """
+        if self.pose_path is not None:
+            return self.pose_path.length_m
+        if self.path is None or self.frame is None:
+            return None
+        lines = self.any_angle_length
+        return (float(self.path.arc[-1]) if lines is None else lines) * self.frame.resolution
+
+    @property
+    def reversals(self) -> int | None:
+        """How often a path of poses changes between driving forwards and in reverse; None on cells."""
+        return None if self.pose_path is None else self.pose_path.reversals
 
     @property
     def any_angle_length(self) -> float | None:
