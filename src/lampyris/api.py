@@ -30,6 +30,7 @@ from lampyris._core.defaults import (
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole, is_word
+from lampyris._core.values import with_fields
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -42,7 +43,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
-from lampyris.model.trace import Trace, with_ending
+from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
@@ -552,7 +553,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return with_ending(trace, why(trace, scene), timing)
+    return with_fields(trace, detail=why(trace, scene), timing=timing)
 
 
 def drive(

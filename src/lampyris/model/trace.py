@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -231,13 +231,3 @@ class Trace(Value, Tabular):
     def sentence(self) -> str:
         """What a person should read."""
         return self.detail or self.outcome.sentence
-
-
-def with_ending(trace: Trace, detail: str, timing: Mapping[str, float]) -> Trace:
-    """The same trace with other words for its ending and other times; its arrays are the same, not copies."""
-    made = object.__new__(Trace)
-    for one in fields(Trace):
-        object.__setattr__(made, one.name, getattr(trace, one.name))
-    object.__setattr__(made, "detail", detail)
-    object.__setattr__(made, "timing", timing)
-    return made

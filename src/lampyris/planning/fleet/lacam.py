@@ -45,7 +45,7 @@ class Lacam:
     Parameters
     ----------
     swap : as for :class:`lampyris.planning.fleet.pibt.Pibt`.
-        improve : continue after the first plan until the budget is used, if there is one.
+    improve : continue after the first plan until the budget is used, if there is one.
     samples : configurations drawn for each step, with different random tie-breaks; the cheapest is taken. More samples make plans
         cheaper and each step proportionally slower.
 
