@@ -168,7 +168,7 @@ class InverseSquare(_PointSource):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Plume(_PointSource):
-    """A substance that a steady wind carries off and that spreads across it: an advected Gaussian.
+    """A substance that is carried by a steady wind and spreads across it: an advected Gaussian.
 
     Downwind at distance d and e beside the axis the signal is strength x (width / s) exp(-e^2 / (2 s^2)), with
     s^2 = width^2 + 2 spread d: in the plane the same amount passes every cross-section. Upwind it is
