@@ -13,6 +13,7 @@ import argparse
 import os
 import subprocess
 import sys
+import tempfile
 import time
 import tomllib
 from pathlib import Path
@@ -114,12 +115,13 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     wheel = asked.wheel
     if wheel is None:
-        subprocess.run(
-            [sys.executable, "-m", "build", "-w", "-o", str(folder), str(ROOT)],
-            check=True,
-            capture_output=True,
-        )
-        wheel = next(folder.glob("lampyris-*.whl"))
+        with tempfile.TemporaryDirectory(
+            dir=folder
+        ) as fresh:  # an older wheel in the folder must not be taken
+            command = [sys.executable, "-m", "build", "-w", "-o", fresh, str(ROOT)]
+            subprocess.run(command, check=True, capture_output=True)
+            (built,) = Path(fresh).glob("lampyris-*.whl")
+            wheel = built.replace(folder / built.name)
     wheel = wheel.resolve()
     work = folder / "work"  # beside the environments: a folder called dask is a package to Python
     work.mkdir(exist_ok=True)

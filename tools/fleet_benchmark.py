@@ -10,8 +10,9 @@ map reading, compilation and the referee left out; the referee judges every plan
 walls, ends, costs) and a rejection ends the run. With ``--seconds`` lacam and lns go on until the process has used so many
 seconds of CPU time for the instance, tables and first plan included, and the costs are those at the end.
 
-With ``--record`` each answer is appended to FILE (JSON lines), and instances that FILE has with the same planner, seed and
-seconds are not asked again: a run that was stopped goes on, and several runs together make one table.
+With ``--record`` each answer is appended to FILE (JSON lines), and instances that FILE has with the same planner, seed,
+seconds, limit and version of lampyris are not planned again: an interrupted run is resumed, and several runs together make
+one table.
 """
 
 from __future__ import annotations
@@ -100,12 +101,15 @@ def ask(name: str, number: int, fleet: Fleet, given: argparse.Namespace) -> Aske
 
 def answers(given: argparse.Namespace) -> Iterator[Asked]:
     """The answers to all instances, those of the record first read from there."""
-    setup = {"planner": given.planner, "seed": given.seed, "seconds": given.seconds}
+    setup = {
+        "planner": given.planner, "seed": given.seed, "seconds": given.seconds, "limit": given.limit,
+        "version": lampyris.__version__,
+    }  # fmt: skip
     known: dict[tuple[str, int, int], Asked] = {}
     if given.record is not None and given.record.exists():
         for line in given.record.read_text().splitlines():
             row = json.loads(line)
-            if {key: row.pop(key) for key in setup} == setup:
+            if {key: row.pop(key, None) for key in setup} == setup:
                 known[row["map"], row["scenario"], row["robots"]] = Asked(**row)
     for name, number, fleet in instances(given):
         one = known.get((name, number, len(fleet)))

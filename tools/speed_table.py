@@ -6,7 +6,7 @@ Every stored query counts alike; of a MovingAI map, some of its published querie
 way is A*'s, drawn taut and rounded. The maps of MovingAI are looked for in the folder that LAMPYRIS_SHARED
 names, or in a folder "shared" beside the project; without them their rows are left out.
 
-The last column compares ours with the time optimum of the same caps, found by other means: the caps taken at
+The last column compares `physical` with the time optimum of the same caps, found by other means: the caps taken at
 points eight times as close, as they are there and not as bounds around them, and two plain passes.
 """
 
@@ -39,8 +39,8 @@ QUERIES = 8
 """Queries of each MovingAI map."""
 
 COLUMNS: dict[str, SpeedLaw] = {
-    "ours": "physical",
-    "ours, creep 0.3": PhysicalLaw(creep=0.3),
+    "physical": "physical",
+    "physical, creep 0.3": PhysicalLaw(creep=0.3),
     "dissertation": "dissertation",
     "rpp": "rpp",
     "rpp, desired v_max": Rpp(desired=ROBOT.v_max),
@@ -53,7 +53,7 @@ COLUMNS: dict[str, SpeedLaw] = {
 
 
 def optimum_of_same_caps(course: SampledPath, scene: Scene, creep: float = 0.1, finer: int = 8) -> float:
-    """Seconds of the quickest drive under ours' caps at points so many times as close."""
+    """Seconds of the quickest drive under the caps of `physical` at points so many times as close."""
     assert course.curve is not None
     robot, curve = scene.robot, course.curve
     fine = sample_curve(curve, float(np.diff(course.s).max()) / finer)
@@ -87,7 +87,7 @@ def queries() -> Iterator[tuple[str, Grid, list[tuple[Cell, Cell]]]]:
 
 def main() -> None:
     """Print the table."""
-    print(f"| map, queries | {' | '.join(COLUMNS)} | ours / optimum of its caps, mean and worst |")
+    print(f"| map, queries | {' | '.join(COLUMNS)} | physical / optimum of its caps, mean and worst |")
     print(f"|---|{'---|' * (len(COLUMNS) + 1)}")
     broken: dict[str, set[str]] = {name: set() for name in COLUMNS}
     for name, grid, ends in queries():

@@ -30,6 +30,7 @@ from lampyris._core.defaults import (
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole, is_word
+from lampyris._core.values import with_fields
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -42,7 +43,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
-from lampyris.model.trace import Trace, with_ending
+from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
@@ -124,18 +125,18 @@ def plan(
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Plan:
-    """A path from the scene's start, through its via points, to its goal; re-checked and measured against the optimum.
+    """Plan a path from the scene's start, through its via points, to its goal; re-checked and compared with the optimum.
 
     Parameters
     ----------
-    scene : what to plan in, as it is at tick 0: later edits are left aside. Of its traffic, planners that see
-        traffic (``sipp``) plan with the recorded obstacles; nobody else looks at it: see :func:`simulate`.
+    scene : what to plan in, as it is at tick 0: later edits are ignored. Planners that see
+        traffic (``sipp``) plan with its recorded obstacles; all others ignore traffic: see :func:`simulate`.
     planner : a name (see ``lampyris.list_planners()``) or a planner object.
     seed : seed of all random draws; the same seed gives the same plan.
-    budget : when to give up. Its seconds are for opening, searching and judging (a plan found may be left
-        without its optimum and gates); the referee's check comes on top.
+    budget : when to give up. Its seconds cover opening, searching and assessing (a plan may be returned
+        without its optimum and gates); the referee's check is additional.
     record : keep AD-GSO's per-iteration record in ``Plan.jumps``.
-    planner_settings : the planner's settings by name, for those called as an argument here is.
+    planner_settings : the planner's settings by name, for those that have the name of an argument of this function.
     **settings : the planner's settings, such as ``choice="exact"``.
 
     Raises
@@ -143,7 +144,7 @@ def plan(
     UsageError : no such planner; ``SETTING_CLASH``: an argument that is called as one of the planner's
         settings is, without ``planner_settings``; ``VIA``: via points, and a planner that plans times or poses.
     SettingError : a setting it does not have, or out of its range; settings beside a planner object.
-    InternalFault : the referee refused the result; a bug of ours.
+    InternalFault : the referee refused the result; a fault of lampyris.
 
     Examples
     --------
@@ -211,13 +212,13 @@ def smooth(
     method: Smooth | None = None,
     spacing: float | None = None,
 ) -> SampledPath:
-    """A path made drivable, with nodes on it where speeds are decided; re-checked by the referee.
+    """A drivable path, sampled at the nodes where speeds are decided; re-checked by the referee.
 
     Parameters
     ----------
     scene : the map and the robot's radius and turning circle.
     path : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
-        clearance that its attributes asked for, and is not drawn straight where they shape it.
+        clearance that its attributes asked for, and is not straightened where they shape it.
     method : ``straight``: pulled straight where there is room, then its corners rounded. ``arcs``: the path's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
         lines; each corner is rounded within half a step, or a stop where walls or the turning circle leave
@@ -230,7 +231,7 @@ def smooth(
     Raises
     ------
     SettingError : a plan without a path; a path through a blocked cell or off the map; ``SPACING``.
-    InternalFault : the referee refused the curve; a bug of ours.
+    InternalFault : the referee refused the curve; a fault of lampyris.
 
     Examples
     --------
@@ -280,7 +281,7 @@ def speed_profile(
     UsageError : no such law; settings beside settings; ``OPTIONS``: ``smooth`` or ``spacing`` where they
         would have no effect.
     SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
-    InternalFault : the referee refused the profile; a bug of ours.
+    InternalFault : the referee refused the profile; a fault of lampyris.
 
     Examples
     --------
@@ -486,17 +487,17 @@ def simulate(
     goal_track: Recorded | Sequence[CellLike] | None = None, budget: Budget | None = None,
     progress: Callable[[int], None] | None = None, planner_settings: Mapping[str, Any] | None = None, **settings: Any,
 ) -> Trace:  # fmt: skip
-    """Drive through moving obstacles, tick by tick, and have every tick re-checked.
+    """Simulate a run among moving obstacles, tick by tick; every tick is re-checked by the referee.
 
     Parameters
     ----------
-    scene : where; its edits come to pass, its via points are visited one after the other.
+    scene : its edits take effect, its via points are visited one after the other.
     planner : a name or a planner object.
     traffic : moving obstacles; None: the scene's own.
     seed : seed of all random draws; the same seed gives the same trace.
-    ticks : when to stop; None: an ample number for the size of the map.
+    ticks : when to stop; None: a number that depends on the size of the map.
     law : the speed law.
-    patience : ticks in a row the robot waits before it gives up.
+    patience : consecutive ticks the robot waits before it gives up.
     sensor : of a robot that does not know the map: it plans by the walls that it has seen, takes all other cells for free,
         and replans where a wall comes into sight on its path. None: it knows the map.
     goal_track : the goal's cell at each tick from 0, which is the scene's goal; after the last it stays. Planners that see
@@ -507,7 +508,7 @@ def simulate(
     planner_settings : the planner's settings by name. A planner may have a setting called as an argument here
         is (``patience`` of ``mmas-dstar``): the argument is then refused without this one, and with it, even
         empty, it is the simulation's.
-    **settings : the planner's settings that are called as nothing above is.
+    **settings : the planner's settings that are whose names are none of the above.
 
     Raises
     ------
@@ -516,7 +517,7 @@ def simulate(
     SceneError : ``GOAL_TRACK``: a track of the goal that leaves the map, meets a wall, jumps or begins elsewhere.
     SettingError : ``VIA``: via points and a goal that moves. ``SENSOR_EDITS``, ``GOAL_EDITS``: a sensor, or a goal that moves,
         together with edits.
-    InternalFault : the referee refused the trace; a bug of ours.
+    InternalFault : the referee refused the trace; a fault of lampyris.
 
     Examples
     --------
@@ -552,7 +553,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return with_ending(trace, why(trace, scene), timing)
+    return with_fields(trace, detail=why(trace, scene), timing=timing)
 
 
 def drive(
@@ -569,17 +570,17 @@ def drive(
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Drive:
-    """Drive through moving obstacles in continuous time, and have every moment of it re-checked.
+    """Drive among moving obstacles in continuous time; every moment is re-checked by the referee.
 
     Parameters
     ----------
     scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
     law : a speed law's name, or its settings.
-    sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
+    sources : obstacles in addition to the traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
     sensor : what reports obstacles to the robot (None: a perfect sensor), such as :class:`lampyris.sim.sensor.FaultySensor`.
     budget : when each call of the planner gives up.
-    progress : called with the seconds that are over.
-    planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
+    progress : called with the elapsed seconds.
+    planner_settings : the planner's settings by name; needed for names that are also settings of a drive, see
         :func:`simulate`.
     **settings : those of :class:`lampyris.model.settings.drive.DriveSettings`; all others are the planner's.
 
@@ -590,7 +591,7 @@ def drive(
     SceneError : obstacles that do not fit the map.
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
         change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
-    InternalFault : the referee refused the drive; a bug of ours.
+    InternalFault : the referee refused the drive; a fault of lampyris.
 
     Examples
     --------

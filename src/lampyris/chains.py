@@ -36,7 +36,7 @@ def plan_chain(
     budget: Budget | None = None,
     **settings: Any,
 ) -> ChainPlan:
-    """Configurations of a chain from start to goal that meet no wall, re-checked by the referee.
+    """Plan collision-free configurations of a chain from start to goal; re-checked by the referee.
 
     ::
 
@@ -45,7 +45,7 @@ def plan_chain(
         found.configurations, found.released
 
     Links are rectangles from joint to joint. No link may meet a blocked cell, leave the map (nothing is known there) or
-    overlap another link, its neighbours excepted; motions are checked without gaps between the moments looked at
+    overlap another link, its neighbours excepted; motions are checked without gaps between two checked moments
     (:mod:`lampyris.kernels.chain.collision`).
 
     Parameters
@@ -66,7 +66,7 @@ def plan_chain(
     ------
     SettingError : ``CONFIGURATION``: not one angle for each joint, or beyond its limits; a setting out of its range.
     UsageError : ``PLANNER``: no such planner; ``SETTING``: no such setting.
-    InternalFault : the referee refused the plan; a bug of ours.
+    InternalFault : the referee refused the plan; a fault of lampyris.
 
     Examples
     --------

@@ -5,7 +5,7 @@ Dubins curves are for cars that only drive ahead, Reeds-Shepp curves for those t
     curve = lampyris.curves.reeds_shepp((0, 0, 0), (2, 1, 1.57), turn_radius=1.0)
     print(curve.word, curve.length, curve.poses(spacing=0.1))
 
-Both know no obstacles: the planner ``hybrid-astar`` does.
+Both ignore obstacles; the planner ``hybrid-astar`` takes them into account.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from typing import Self
 
 
 class LampyrisError(Exception):
-    """Anything lampyris raises on purpose.
+    """Base class of all errors that lampyris raises.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class SceneError(InputError):
 
 
 class SettingError(InputError, ValueError):
-    """A number or name is out of its range; a ``ValueError``, too, as Python says it.
+    """A number or name is out of its range; also a ``ValueError``.
 
     Examples
     --------

@@ -62,7 +62,7 @@ def simulate_fleet(
     drive_settings: Mapping[str, Any] | FleetDriveSettings | None = None,
     **settings: Any,
 ) -> FleetTrace:
-    """A fleet drives its plan in continuous time, with accelerations, delays, faults and moving obstacles; re-checked.
+    """Drive the plan of a fleet in continuous time, with accelerations, delays, faults and moving obstacles; re-checked.
 
     With the policy ``order`` robots keep the plan's order of visits at every cell: a robot enters a cell only when all that visit
     it before have left it, so that delays make robots late but never collide. With ``orca`` there is no plan: each robot drives
@@ -80,7 +80,7 @@ def simulate_fleet(
     Parameters
     ----------
     fleet : the map and the robots. An agent's own robot states its size and limits.
-    plan : that is driven; found for this fleet. None: ``planner`` makes one.
+    plan : the plan to drive, found for this fleet. None: ``planner`` makes one.
     planner : where there is no plan, and after a fault; see :func:`lampyris.plan_fleet`.
     robot : of agents without one; None: a disc of 0.35 of a cell, of 0.22 with an octile plan, with the usual limits.
     delays : random delays; None: none.
@@ -97,7 +97,7 @@ def simulate_fleet(
     UsageError : ``SETTING_CLASH``: a setting that is given twice; ``FLEET_PLAN``: a plan that is not found.
     SettingError : ``FLEET_DRIVE``, ``DELAYS``, ``FAULTS``, ``SEED``, ``TRACK``, ``FLEET_ROBOT``: what is given is wrong.
     LimitError : ``MEMORY``: the trace or the tables would take more memory than is allowed.
-    InternalFault : the referee refused the trace; a bug of ours.
+    InternalFault : the referee refused the trace; a fault of lampyris.
 
     Examples
     --------

@@ -70,7 +70,7 @@ def run_fleet(
 
     Parameters
     ----------
-    scenario : loaded, or made by hand.
+    scenario : loaded from a file, or constructed.
     plan : of its fleet, where it is made already; it is driven, or is the answer.
     progress : called with the planner's iterations, the robots that arrived, or the ticks.
     budget : in place of the scenario's own limits.

@@ -55,7 +55,7 @@ def plan_fleet(
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> FleetPlan:
-    """Paths for all robots of a fleet that never collide, re-checked by the referee.
+    """Plan paths for all robots of a fleet that never collide; re-checked by the referee.
 
     ::
 
@@ -73,7 +73,7 @@ def plan_fleet(
     budget : ``seconds`` and ``stop`` end the call; ``expansions`` limits the planner's iterations
         (:attr:`lampyris.model.fleet.fleet_plan.FleetPlan.iterations`). ``lacam`` and ``lns`` improve their plans until the
         budget is used; without one ``lacam`` returns its first.
-    progress : called now and then with the iterations so far and the sum of costs of the best plan, or None.
+    progress : called from time to time with the iterations so far and the sum of costs of the best plan, or None.
     planner_settings : the planner's settings by name.
     **settings : the same as keywords.
 
@@ -83,7 +83,7 @@ def plan_fleet(
     SettingError : a setting it does not have, or out of its range; ``FLEET_ROBOT``: a robot larger than it can plan for.
     SceneError : ``START_OCCUPIED``, ``GOAL_OCCUPIED``: a robot reaches into a wall there.
     LimitError : ``MEMORY``: the distance tables would take more memory than is allowed.
-    InternalFault : the referee refused the plan; a bug of ours.
+    InternalFault : the referee refused the plan; a fault of lampyris.
 
     Examples
     --------
@@ -182,13 +182,13 @@ def _within(
 def random_fleet(grid: Grid, robots: int, *, seed: int = 0, robot: Robot | None = None) -> Fleet:
     """A fleet with random starts and goals in the largest connected region of a map.
 
-    Robots larger than a cell keep their radius from walls and do not overlap at their starts, nor at their goals.
+    Robots larger than a cell are at least their radius away from walls, and overlap neither at their starts nor at their goals.
 
     Parameters
     ----------
     grid : the map.
     robots : how many.
-    seed : of the draws; of two fleets with one seed the smaller is the beginning of the larger.
+    seed : of the draws; of two fleets with the same seed the smaller consists of the first robots of the larger.
     robot : all of them; None: robots small enough for their cells.
 
     Raises
@@ -236,7 +236,7 @@ def bare_fleet(grid: Grid, robots: int, seed: int, radius: float) -> Fleet:
 
 
 def export_fleet(plan: FleetPlan, fleet: Fleet, path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Write a fleet, or its plan, for other programs of the field.
+    """Write a fleet, or its plan, for other programs.
 
     Parameters
     ----------

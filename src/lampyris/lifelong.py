@@ -50,10 +50,10 @@ def lifelong_fleet(
     budget: Budget | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LifelongTrace:
-    """Robots that get a new task whenever they have done one, planned window by window; re-checked by the referee.
+    """Robots that get a new task whenever they have completed one, planned window by window; re-checked by the referee.
 
-    Every window a planner plans for all robots, so many ticks of the plan are driven, robots that have done their tasks get
-    others, and it plans again (rolling-horizon collision resolution, Li et al. 2021).
+    In every window a planner plans for all robots, ``window`` ticks of the plan are driven, robots that have completed
+    their tasks get new ones, and it plans again (rolling-horizon collision resolution, Li et al. 2021).
 
     ::
 
@@ -69,20 +69,20 @@ def lifelong_fleet(
     ticks : how many to drive.
     tasks : released over time; the oldest goes to the nearest free robot. None: a robot without a task gets a random
         cell of the largest region, without end.
-    planner : ``pibt``: quickest, robots are led for a window each; ``lacam``: plans all robots to their goals, or near
-        them where two want one cell.
+    planner : ``pibt``: fastest, plans for one window at a time; ``lacam``: plans complete paths to the goals, or near
+        them where two robots have the same goal.
     window : ticks driven before it plans again; None: 1 with ``pibt``, 5 with ``lacam``.
-    faults : pairs (robot, tick): each stops for good then and is a wall for the others; its task goes to another one.
+    faults : pairs (robot, tick): each stops permanently and becomes a wall for the others; another robot gets its task.
     seed : of the planner and the random tasks.
     budget : ``seconds`` and ``stop`` end the call; what was driven is returned.
-    progress : called after each window with the ticks driven, of how many.
+    progress : called after each window with the ticks driven and their total.
 
     Raises
     ------
-    SettingError : ``TICKS``, ``TASK``, ``PLANNER``, ``WINDOW``, ``FAULTS``, ``SEED``, ``FLEET_ROBOT``: what is given is
-        wrong.
+    SettingError : ``TICKS``, ``TASK``, ``PLANNER``, ``WINDOW``, ``FAULTS``, ``SEED``, ``FLEET_ROBOT``: an invalid
+        argument.
     LimitError : ``MEMORY``: the tables or the trace would take more memory than is allowed.
-    InternalFault : the referee refused the trace; a bug of ours.
+    InternalFault : the referee refused the trace; a fault of lampyris.
 
     Examples
     --------

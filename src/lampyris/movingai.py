@@ -47,7 +47,7 @@ class Benchmark:
     name : the ``.scen`` as the caller named it.
     document : the map.
     queries : in the order of the file.
-    notes : sentences a person should read.
+    notes : notes for the user.
     """
 
     name: str
@@ -257,13 +257,13 @@ def ask(
     seed : every query draws from a stream of its own, by its line.
     limit : only so many queries, the first; None: all.
     progress : called with the number of queries answered.
-    planner_settings : the planner's, for those called as an argument here is.
+    planner_settings : the planner's, for those that have the name of an argument of this function.
     settings : the planner's.
 
     Raises
     ------
     UsageError, SettingError : no such planner, setting or moves, a value out of its range.
-    InternalFault : the referee refused a path; a bug of ours.
+    InternalFault : the referee refused a path; a fault of lampyris.
     """
     chosen = chosen_planner(
         ask, planner, planner_settings, settings, moves=moves, seed=seed, limit=limit, progress=progress

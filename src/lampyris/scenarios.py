@@ -124,14 +124,14 @@ def run(
     progress: Callable[[int], None] | None = None,
     budget: Budget | None = None,
 ) -> PlanWithSpeeds | Trace | Drive | FleetPlan | FleetTrace | LifelongTrace:
-    """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
+    """Execute a scenario: plan; simulate if it is ``simulated``; drive if it has settings of a ``drive``.
 
     One of a fleet gives a :class:`FleetPlan`; with ``execution`` a :class:`FleetTrace`, if there is a plan to drive; with
     ``lifelong`` a :class:`LifelongTrace`.
 
     Parameters
     ----------
-    scenario : loaded, or made by hand.
+    scenario : loaded from a file, or constructed.
     record : keep AD-GSO's per-iteration record in the plan.
     progress : called with each tick of a simulation, or with each second of a drive; of fleets with the iterations of the
         planner, the robots that arrived or the ticks.
@@ -241,9 +241,9 @@ def _idle_limits(scenario: Scenario) -> tuple[str, ...]:
 
 
 def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Write a scenario with everything decided, every setting in it.
+    """Write a scenario with every setting, defaults included.
 
-    Also those that had their defaults. Running the file gives the same bytes, as long as the map is the same.
+    Running the file gives the same bytes, as long as the map is the same.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[st
 
     Returns
     -------
-    Sentences a person should read.
+    Notes for the user.
 
     Raises
     ------

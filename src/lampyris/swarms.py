@@ -94,7 +94,7 @@ def swarm_robots(
     SettingError : ``ROBOTS``, ``STARTS``, ``SOURCES``, ``SEED``, ``SWARM_SETTING``: what is given is wrong, or there is no room.
     UsageError : ``SETTING_CLASH``: a setting in ``swarm_settings`` and as a keyword.
     LimitError : ``MEMORY``: the trace would take more memory than is allowed.
-    InternalFault : the referee refused the motion or the trace; a bug of ours.
+    InternalFault : the referee refused the motion or the trace; a fault of lampyris.
 
     Examples
     --------
@@ -250,7 +250,7 @@ def drawn_sources(
     grid : the map.
     source_count : how many, 1 to 1000.
     seed : of the draws.
-    radius : of the robots that shall reach them; None: a quarter of a cell.
+    radius : of the robots that should reach them; None: a quarter of a cell.
 
     Raises
     ------

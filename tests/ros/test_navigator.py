@@ -321,7 +321,7 @@ def test_questions_for_paths_have_nav2s_errors() -> None:
 
 
 def test_a_car_needs_a_planner_of_poses() -> None:
-    with pytest.raises(SettingError, match="turn on the spot"):
+    with pytest.raises(SettingError, match="turn in place"):
         Navigator(lampyris.Robot(drive="ackermann", turn_radius=0.5), planner="astar")
 
 

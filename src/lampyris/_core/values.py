@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from lampyris._core.noun import Noun, same
+
+V = TypeVar("V", bound="Value")
 
 
 class Value(Noun):
@@ -48,7 +50,13 @@ def _hashed(value: Any) -> Any:
     return len(value) if isinstance(value, Mapping) else value
 
 
-def _rebuilt(kind: type[Value], values: dict[str, Any]) -> Value:
+def with_fields(value: V, **others: Any) -> V:
+    """The same value with other contents of some fields, without checks; its arrays are shared, not copied."""
+    kept = {f.name: getattr(value, f.name) for f in fields(value)}  # type: ignore[arg-type]
+    return _rebuilt(type(value), {**kept, **others})
+
+
+def _rebuilt(kind: type[V], values: dict[str, Any]) -> V:
     """A value from its fields, without the checks that they have passed."""
     made = object.__new__(kind)
     for name, value in values.items():

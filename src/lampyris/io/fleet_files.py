@@ -49,7 +49,7 @@ class FleetFile:
     Parameters
     ----------
     fleet : the robots on the map.
-    notes : sentences a person should read.
+    notes : notes for the user.
     tasks : those of a problem of the League of Robot Runners, for lifelong fleets; None: the file knows no tasks.
     """
 

@@ -44,7 +44,7 @@ class PathPoints:
     frame : ``metres`` of the map frame, or ``cells``: the centre of cell (x, y) is at (x, y), y down.
     columns : the columns of a table that were seen; empty for others.
     map : what the file says of the map it was planned on (width, height, resolution, origin); None: nothing.
-    notes : sentences a person should read.
+    notes : notes for the user.
     where : the file as the caller named it.
     """
 

@@ -32,13 +32,13 @@ class ObstacleTrack(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Change(Noun):
-    """What is new since the planner was last asked.
+    """What has changed since the last call of the planner.
 
     Parameters
     ----------
     robot : the cell the robot stands on now; None: where it was.
-    obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
-    blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
+    obstacles : every cell that a moving obstacle covers now (all of them, not a difference).
+    blocked, freed : cells of the map that became blocked or free permanently (a wall was found, a gate proved
         too narrow). A cell that a Change blocked and another frees has its terrain again.
     terrain : cells whose terrain value changed, with the new value, 0 to 252
         (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.

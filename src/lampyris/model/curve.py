@@ -33,7 +33,7 @@ class Curve(Value):
     curvature : float64 (n,), 1/m: 0 on a straight piece, 1 / radius on an arc, with its sign.
     end : the last point, cells. Given besides the pieces, so that the goal is exact.
     resolution : metres a cell.
-    stops : int64 (k,), rising: pieces before which the robot must stand still and turn on the spot, because
+    stops : int64 (k,), rising: pieces before which the robot must stand still and turn in place, because
         no arc that it can drive fits there.
 
     Examples

@@ -108,9 +108,9 @@ class PlannedTimes(Value):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Drive(Value, Tabular):
-    """A simulation in continuous time, whole.
+    """The result of a simulation in continuous time.
 
-    The robot's motion is a list of stretches: stretch k begins at ``t[k]`` on curve ``leg[k]`` at distance
+    The robot's motion is a list of segments: segment k begins at ``t[k]`` on curve ``leg[k]`` at distance
     ``s[k]`` with speed ``v[k]`` and has the constant acceleration ``a[k]`` until ``t[k + 1]``; the last entry
     is the end (a = 0). Where the leg changes the robot stands still.
 
@@ -122,7 +122,7 @@ class Drive(Value, Tabular):
     curves : the paths followed, one after the other.
     t, s, v, a : float64 (n,); seconds, metres, m/s, m/s2.
     leg : int64 (n,), index into ``curves``.
-    cause, cause_index : what bound the speed of each stretch, and (int64 (n,)) which obstacle or node, -1 none.
+    cause, cause_index : what limits the speed of each segment, and (int64 (n,)) which obstacle or node, -1 none.
     tracks : where each obstacle was.
     obstacle_specs : what each was.
     moments : events in order of time.
@@ -134,12 +134,12 @@ class Drive(Value, Tabular):
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
-    notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
+    notes : deviations from the request: attributes that the planner weakened (the latest about each
         setting), a time limit that was cut; not compared.
     goal_tolerance : of a robot with a heading: metres and radians from the goal's pose within which the planner's goal lies;
         None: the planner was one of cells.
-    controller : who steered: ``exact``, or the name of a controller that steers. Then there is one curve, which the robot drove.
-    safety_filter : what was done to the commands of a controller that steers: ``braking`` or ``none``.
+    controller : ``exact``, or the name of a controller that steers; then there is one curve, which the robot drove.
+    safety_filter : filter on the commands of a controller that steers: ``braking`` or ``none``.
     paths : of a controller that steers, the paths that were planned, one after the other; else empty.
     path_times : seconds at which the robot began to follow each of them.
     timetables : of a planner of times, the planned times along each curve (:class:`PlannedTimes`), None where it has none;

@@ -22,13 +22,13 @@ MAX_EDITED = 2**24
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Edit(Noun):
-    """Cells that turn at the beginning of a tick; tick 0 is before the first plan.
+    """Cells that become blocked or free at the beginning of a tick; tick 0 is before the first plan.
 
     Parameters
     ----------
     tick : >= 0.
-    blocked : cells (x, y) that turn into walls, as far as they may: see :mod:`lampyris.sim.grid.editing`.
-    freed : cells that turn free.
+    blocked : cells (x, y) that become walls, as far as allowed: see :mod:`lampyris.sim.grid.editing`.
+    freed : cells that become free.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Field(Value):
-    """What each cell knows of the path to the goal. Arrays are (height, width) and read-only.
+    """The cost-to-go field: cost, parent and luciferin of every cell. Arrays are (height, width) and read-only.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Gate(Noun):
     cell : x, y.
     axis : ``x`` if its left and right neighbours are walls, ``y`` if upper and lower, ``xy`` if both.
     width_m : free width between the walls, metres.
-    dead_end : whether it leads nowhere: taking it away cuts nothing off but a blind end.
+    dead_end : whether it is a dead end: removing it disconnects only a dead end.
 
     Examples
     --------

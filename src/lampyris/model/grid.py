@@ -84,7 +84,7 @@ class Grid(Value):
         None if there are none.
     resolution : metres a cell.
     origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
-    name : what to call the map in tables and pictures.
+    name : name of the map in tables and pictures.
     terrain : uint8, same shape, 0 to 252, or None: what a cell costs to enter besides its distance, as a
         costmap of ROS says it. Exactly ``(63 + c) / 63`` times plain ground: 63 is twice, 252 five times,
         as Nav2's NavFn planner weighs costs by default. 0 in blocked cells, whatever was given; None if it

@@ -20,7 +20,7 @@ from lampyris.typing import Floats, Points
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ObstacleStates(Value):
-    """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
+    """Present states of the moving obstacles: discs that may move in any direction at up to their top speed.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class ObstacleStates(Value):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(Value):
-    """Where one moving obstacle is over time: straight and uniform between the points given, and so is its heading.
+    """Position of one moving obstacle over time: straight and uniform between the given points, and so is its heading.
 
     Before the first time it is not there; after the last it stays where it is.
 
@@ -92,7 +92,7 @@ class Track(Value):
     t : float64 (k,), seconds, strictly rising; k >= 1.
     xy : float64 (k, 2), cells.
     radius : metres; of a polygon, of a disc around it.
-    top_speed : m/s, at least that of every stretch.
+    top_speed : m/s, at least that of every segment.
     outline : vertices (x ahead, y to the left) of a polygon, metres; None: a disc.
     yaw : float64 (k,), of a polygon: its heading at these times, radians counterclockwise in the frame of the cells
         (0: along the rows). Between two of them it turns by their difference, so that they need not lie within a turn.

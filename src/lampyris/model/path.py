@@ -20,7 +20,7 @@ from lampyris.typing import ByteGrid, Cells, Floats
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Path(Value):
-    """A walk from cell to cell by single steps of ``moves``.
+    """A path from cell to cell by single steps of ``moves``.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Status(StrEnum):
-    """How a search ended: a word for machines, :attr:`sentence` for people. Only ``found`` is true.
+    """How a search ended: a word for programs, :attr:`sentence` for people. Only ``found`` is true.
 
     Examples
     --------
@@ -121,7 +121,7 @@ class PlanningRound(Noun):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MapModel(Value):
-    """What a planner of a model of the map searched, for pictures and tables.
+    """The model of the map that a planner searched, for pictures and tables.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def _places(value: object) -> Cells | Floats:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan(Value, Tabular):
-    """A planner's answer.
+    """The result of a planner.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class Plan(Value, Tabular):
     path : the path, None unless found.
     iterations : the planner's own rounds (AD-GSO: jumps; A*: 1).
     expansions : cells it expanded.
-    commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
+    commit : number of steps to drive before the planner is called again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
     best_by_iteration : the record of a swarm, or of a planner that samples, when asked for: the fitness of its best answer
         so far (length of its best path), in cells, after each iteration (infinity before there is one); it never rises.
@@ -195,7 +195,7 @@ class Plan(Value, Tabular):
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
         baselines' "path cost".
-    repaired : whether moving obstacles count as walls in it: there was no other path.
+    repaired : whether moving obstacles count as walls in it, because there was no other path.
     gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``min_clearance``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
         centre, see :func:`lampyris.planning.field.gates.find_gates`.
@@ -205,7 +205,7 @@ class Plan(Value, Tabular):
     attributes : what the path considers besides its length, with the values in effect: ``min_clearance`` (cells to
         walls), ``obstacle_density_weight``, ``window`` (cells), ``traffic_density_weight``; empty: nothing.
         What makes a curve of the path keeps to them.
-    notes : sentences a person should read, such as which of the attributes were weakened, and why.
+    notes : notes for the user, such as which of the attributes were weakened, and why.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven.
         ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places

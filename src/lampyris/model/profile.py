@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Profile(Value, Tabular):
-    """A speed for every node of a path, with the cause that binds it.
+    """A speed for every node of a path, with the cause that limits it.
 
     A wait is two nodes at one distance, both with v = 0 and a = 0, the second later than the first.
 
@@ -34,12 +34,12 @@ class Profile(Value, Tabular):
     v : speed at each node; m/s, or velocity units.
     a : acceleration on the way to the next node (0 at the last); m/s2, or velocity units a transfer.
     t : time of arrival at each node; seconds, or transfers.
-    cause : what binds each speed, in one or two words.
+    cause : what limits each speed, in one or two words.
     units : the unit of v.
-    cause_index : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for
+    cause_index : int64 (n,): what the cause refers to: for ``braking`` the node braked for, for
         ``moving obstacle`` and ``obstacle`` its number; -1: nothing. None: -1 everywhere.
-    caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
-        chart draws as faint lines.
+    caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap sets no limit; charts draw them
+        as faint lines.
     xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
     frame : where the map's cells lie in metres; None: unknown.
 

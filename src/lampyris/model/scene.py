@@ -32,7 +32,7 @@ _ROBOT = Robot()
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False, init=False)
 class Scene(Value):
-    """A grid, two ends, a robot with its moves, what moves around it, and how fast it may drive where.
+    """A grid with start and goal, a robot with its moves, moving obstacles and speed zones.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ class Scene(Value):
     traffic : specifications of moving obstacles; one alone is taken as a list of one.
     zones : float64 (height, width): speed limit of each cell, m/s, > 0, infinity where there is none. It
         holds while the robot's centre touches the cell. None: no limits.
-    edits : walls that come and go while a simulation runs, from tick 1 on, in order of time. Nobody knows of
-        them before; plans and profiles of the scene leave them aside, drives refuse them.
+    edits : walls that appear and disappear during a simulation, from tick 1 on, in order of time. They are not known
+        in advance; plans and profiles of the scene ignore them, drives refuse them.
     start_m, goal_m : in place of ``start`` and ``goal``: points of the map frame, metres (x to the right, y up); the
         cells that hold them are the ends.
     start_pose, goal_pose : in place of these: (x, y, yaw), metres of the map frame and radians counterclockwise from

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -80,7 +80,7 @@ class Event(Noun):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trace(Value, Tabular):
-    """A simulation, whole.
+    """The result of a simulation in ticks.
 
     Parameters
     ----------
@@ -91,20 +91,20 @@ class Trace(Value, Tabular):
     tracks : one int32 (ticks + 1 - appears, 2) for each obstacle, from the tick it appeared.
     appears : the tick each obstacle appeared, never falling from one obstacle to the next.
     obstacle_specs : what each was.
-    speed, cause, law, units : the robot's speed at each tick, what bound it, by which law, in which units.
+    speed, cause, law, units : the robot's speed at each tick, what limits it, the speed law and its units.
     events : in order of time.
     replans, waits : how often.
     iterations : the planner's rounds that were driven.
     expansions : cells expanded, all plannings together.
-    path : the path really driven, waits left out; None when the robot never could start.
+    path : the driven path without waits; None if the robot could not start.
     detail : why it ended so, in words.
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
     last_tick : the tick at which it would have ended in any case; None: not known.
     path_switches : how often a new plan left the path of the old one although its next step could be made.
-    edits : the cells that really turned, by the scene's edits; no edit without a cell.
-    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
+    edits : the scene's edits with the cells that actually changed; edits without a cell are omitted.
+    notes : deviations of the planner from the request (:attr:`lampyris.Plan.notes`), the latest about
         each setting; not compared.
     sensor : of a robot that began without the map; None: the map was known.
     seen : int32 (height, width); the tick at which each cell was first seen, -1 never. None without a sensor.
@@ -231,13 +231,3 @@ class Trace(Value, Tabular):
     def sentence(self) -> str:
         """What a person should read."""
         return self.detail or self.outcome.sentence
-
-
-def with_ending(trace: Trace, detail: str, timing: Mapping[str, float]) -> Trace:
-    """The same trace with other words for its ending and other times; its arrays are the same, not copies."""
-    made = object.__new__(Trace)
-    for one in fields(Trace):
-        object.__setattr__(made, one.name, getattr(trace, one.name))
-    object.__setattr__(made, "detail", detail)
-    object.__setattr__(made, "timing", timing)
-    return made

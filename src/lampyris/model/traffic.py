@@ -95,9 +95,9 @@ class RandomWalk(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Patrol(Noun):
-    """One obstacle that drives along waypoints and back, forever, by shortest paths.
+    """One obstacle that moves back and forth along waypoints by shortest paths.
 
-    It waits where its path is taken.
+    It waits where its path is occupied.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class Patrol(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Crossing(Noun):
-    """Obstacles that cross the map between two far sides and back, and do not wait for the robot.
+    """Obstacles that cross the map back and forth between two opposite sides, without yielding to the robot.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ class Crossing(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Recorded(Noun):
-    """One obstacle that replays a track, whatever the others do: one cell a tick, then it stays at the last.
+    """One obstacle that replays a track independently of the others: one cell a tick, then it stays at the last.
 
     Parameters
     ----------

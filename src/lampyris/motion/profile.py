@@ -90,7 +90,7 @@ def feasible_profile(
         the first node on and exceeds a cap for as long as that takes (cause ``braking``); if even so it
         cannot stand at the last node, the speed left there is reported, not hidden. A feasible v0 gives the
         same profile either way.
-    stop : bool (n,): where the robot stands still to turn on the spot, cause ``turn``; None: nowhere.
+    stop : bool (n,): where the robot stands still to turn in place, cause ``turn``; None: nowhere.
     jerk_max : m/s3, the greatest change of acceleration, see :mod:`lampyris.motion.jerk`; None: no limit.
         Of no effect where ``brake`` has to break a cap.
 

@@ -36,7 +36,7 @@ def segment_photo(
     max_cells: int = MAX_CELLS,
     **settings: Any,
 ) -> SegmentedPhoto:
-    """Make a map of a photograph: thresholds divide its grey levels into classes, and some classes are free.
+    """Make a map from a photograph: thresholds divide its grey levels into classes, and some classes are free.
 
     Parameters
     ----------

@@ -76,15 +76,15 @@ class Traits:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """When to stop searching.
+    """Limits of one call of a planner.
 
     Parameters
     ----------
     expansions : greatest number of cells expanded by one call of ``plan``; None: no limit.
-    seconds : of wall time for one call of ``plan``, > 0; None: no limit. The answer of a call that ran out of
-        it is ``limit``; it comes within 50 ms, or 5 % of the limit if that is more, once the compiled code
-        is loaded. Which calls run out of it depends on the machine; no other answer does.
-    stop : stops the call when it is set, from any thread; the answer is then ``cancelled``.
+    seconds : wall time for one call of ``plan``, > 0; None: no limit. A call that exceeds it
+        returns the status ``limit``, within 50 ms, or 5 % of the limit if that is more, once the compiled code
+        is loaded. Which calls exceed it depends on the machine; nothing else does.
+    stop : stops the call when it is set, from any thread; the status is then ``cancelled``.
 
     Raises
     ------

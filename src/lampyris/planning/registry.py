@@ -235,7 +235,7 @@ def list_planners(kind: Literal["fleets"]) -> Mapping[str, PlannerInfo[FleetTrai
 def list_planners(kind: str = "cells") -> Mapping[str, PlannerInfo[Any]]:
     """Every planner of a kind with its traits, settings and source, by name.
 
-    A third-party planner that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
+    A third-party planner that cannot be used is omitted, with a warning :class:`PlannerLeftOut` that states the reason.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ def run_study(
     dask: str | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> ResultTable:
-    """Run a study, or what a store lacks of it, and give the table of its results.
+    """Run a study, or the runs that its store lacks, and return the table of its results.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def run_study(
         None: in memory only.
     workers : processes; with more than 1 the calling script needs the usual ``if __name__ == "__main__"``.
     dask : address of a Dask cluster, instead of processes.
-    progress : is called with how far it is.
+    progress : called with the progress.
 
     Raises
     ------

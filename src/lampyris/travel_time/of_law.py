@@ -17,9 +17,9 @@ def fastest_time_settings(
 ) -> dict[str, Any]:
     """Settings with which ``fastest-time`` minimises the travel time under the static caps of a law.
 
-    Static caps are those that the map and the robot alone decide, place by place: clearance, zones, corners and blind
-    areas. The laws ``physical``, ``blind``, ``three-speed``, ``cloud`` and ``optimum`` have no others where nothing else
-    moves.
+    Static caps depend on the map and the robot alone, place by place: clearance, zones, corners and blind
+    areas. The laws ``physical``, ``blind``, ``three-speed``, ``cloud`` and ``optimum`` have no other caps without moving
+    obstacles.
 
     Parameters
     ----------

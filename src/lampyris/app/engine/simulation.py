@@ -220,7 +220,7 @@ def finish(run: Simulation) -> Trace:
 
     Raises
     ------
-    InternalFault : the referee refused it; a bug of ours.
+    InternalFault : the referee refused it; a fault of lampyris.
     """
     trace = run.trace()
     demand(check_trace(trace))

@@ -182,30 +182,18 @@ class Comparison {
       return;
     }
     fill(/** @type {HTMLElement} */ (this.results));
-    const asked = new AbortController();
-    this.asked = asked;
-    this._busy(true);
     const who = meeting(page);
     const all = who.planners.length * who.laws.length * who.seeds;
-    try {
+    await this._request(async (signal) => {
       tell(this.progress, `0 of ${all} runs`);
-      const frames = page.api.frames("/api/compare", { scenario: page.asked(true), ...who }, asked.signal);
+      const frames = page.api.frames("/api/compare", { scenario: page.asked(true), ...who }, signal);
       const found = await gather(frames, (some) => tell(this.progress, `${some.ended} of ${all} runs`));
       this.found = found;
       this.met = who;
       tell(this.progress, "");
       this._results(found, who.seeds);
       this._show(tick);
-    } catch (error) {
-      if (asked.signal.aborted) tell(this.progress, "Stopped.");
-      else {
-        tell(this.progress, sentence(error), true);
-        page.fault(error);
-      }
-    } finally {
-      this.asked = null;
-      this._busy(false);
-    }
+    });
   }
 
   /** @param {Who} who */
@@ -216,13 +204,10 @@ class Comparison {
   /** All drive in continuous time, as planners of poses do, and are played together. */
   async _drives() {
     const { page } = this;
-    const asked = new AbortController();
-    this.asked = asked;
     fill(/** @type {HTMLElement} */ (this.results));
-    this._busy(true);
-    try {
+    await this._request(async (signal) => {
       const [module] = await brought(page, "posecompare");
-      const runs = /** @type {Run[]} */ (await module.askDrives(page, this.who.planners, asked.signal, (/** @type {string} */ words) => tell(this.progress, words)));
+      const runs = /** @type {Run[]} */ (await module.askDrives(page, this.who.planners, signal, (/** @type {string} */ words) => tell(this.progress, words)));
       tell(this.progress, "");
       const unused = this.who.laws.length || this.who.seeds > 1 ? " One run each, by the scenario's speed law and seed: the laws and seeds chosen above are not used." : "";
       fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, module.askTable(runs)),
@@ -235,11 +220,21 @@ class Comparison {
       page.map.refresh();
       page.tell("run", { tick: 0, play: true });
       page.tell("end");
+    });
+  }
+
+  /** Carry out a request that Stop cancels; an error is shown below the buttons. @param {(signal: AbortSignal) => Promise<void>} work */
+  async _request(work) {
+    const asked = new AbortController();
+    this.asked = asked;
+    this._busy(true);
+    try {
+      await work(asked.signal);
     } catch (error) {
       if (asked.signal.aborted) tell(this.progress, "Stopped.");
       else {
         tell(this.progress, sentence(error), true);
-        page.fault(error);
+        this.page.fault(error);
       }
     } finally {
       this.asked = null;

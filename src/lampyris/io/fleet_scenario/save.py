@@ -29,7 +29,7 @@ def write_fleet_scenario(scenario: FleetScenario, path: str | os.PathLike[str]) 
 
     Returns
     -------
-    Sentences a person should read: what running the file will need.
+    Notes for the user: what running the file will need.
 
     Raises
     ------

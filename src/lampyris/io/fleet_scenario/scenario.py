@@ -56,7 +56,7 @@ class FleetExecution:
 
 @dataclass(frozen=True, slots=True)
 class FleetScenario:
-    """Everything that decides a run of a fleet; equal scenarios give the same bytes, unless seconds end a search.
+    """Everything that determines a run of a fleet; equal scenarios give the same bytes, unless seconds end a search.
 
     Parameters
     ----------
@@ -65,18 +65,18 @@ class FleetScenario:
     moves : ``four-connected`` or ``octile``.
     seed : seed of all random draws.
     iterations, seconds : limits of the planner; None: none. See :func:`lampyris.plan_fleet`.
-    execution : how the robots drive in continuous time; None: they do not.
-    lifelong : that robots get tasks without end; None: they do not. Not beside ``execution``.
+    execution : settings of the drive in continuous time; None: the plan is not driven.
+    lifelong : settings of lifelong tasks; None: there are none. Not together with ``execution``.
     faults : pairs (robot, time): robots that stop for good, at a second of the drive or a tick of the lifelong fleet.
     name : what to call it.
     map : where the map comes from; None: from its cells. Left out of comparisons, like the last two.
     ground : the map before its cells were made larger; None: the fleet's own.
-    notes : sentences a person should read.
+    notes : notes for the user.
     where : the file it was read from.
 
     Raises
     ------
-    SettingError : ``TYPE``: no fleet; ``SEED``; ``FLEET_SCENARIO``: an execution beside a lifelong fleet, or faults
+    SettingError : ``TYPE``: no fleet; ``SEED``; ``FLEET_SCENARIO``: an execution together with a lifelong fleet, or faults
         with neither.
 
     Examples

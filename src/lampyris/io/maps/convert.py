@@ -124,7 +124,7 @@ def write_and_compare(
     Raises
     ------
     UsageError, FileError : as :func:`lampyris.io.maps.save.save_map`.
-    InternalFault : the file says something else of a cell; a bug of ours.
+    InternalFault : the file says something else of a cell; a fault of lampyris.
     """
     path = Path(target)
     files = files_of(path, scen=scen)
@@ -157,7 +157,7 @@ def write_with_yaml(before: MapDocument, picture: str | os.PathLike[str]) -> Con
     Raises
     ------
     UsageError, FileError : as :func:`lampyris.io.maps.formats.ros_write.save_ros`.
-    InternalFault : the file says something else of a cell; a bug of ours.
+    InternalFault : the file says something else of a cell; a fault of lampyris.
     """
     path = Path(picture)
     yaml = path.with_suffix(".yaml")

@@ -77,7 +77,7 @@ def inflate(grid: Grid, robot: Robot, inflation_radius: float, cost_scaling_fact
 
     Parameters
     ----------
-    grid : the map; of its terrain and the inflation each cell has the greater.
+    grid : the map; each cell gets the greater of its terrain and the inflation.
     robot : its inscribed radius is where costs begin to fall.
     inflation_radius : metres; 0 leaves the map as it is.
     cost_scaling_factor : 1/m; a smaller factor keeps farther away.

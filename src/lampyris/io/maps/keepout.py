@@ -38,7 +38,7 @@ def read_keepout(
     -------
     kept : where the robot must not be besides the map's own walls, bool, (height, width).
     costs : what the other cells cost at least, 0 to 252, uint8, (height, width).
-    notes : sentences a person should read.
+    notes : notes for the user.
 
     Raises
     ------

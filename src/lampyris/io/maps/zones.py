@@ -48,7 +48,7 @@ def read_zones(
     Returns
     -------
     zones : m/s, (height, width), infinity where there is no limit.
-    notes : sentences a person should read.
+    notes : notes for the user.
 
     Raises
     ------

@@ -33,7 +33,7 @@ def save_primitives(
     Raises
     ------
     UsageError : another ending.
-    SettingError : motions that the form cannot say: in Nav2's prices and motions in reverse.
+    SettingError : motions that the format cannot express: in Nav2's, cost factors and motions in reverse.
     FileError : it cannot be written.
 
     Examples

@@ -60,7 +60,7 @@ def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[st
 
     Returns
     -------
-    Sentences a person should read: what running the file will need.
+    Notes for the user: what running the file will need.
 
     Raises
     ------

@@ -54,7 +54,7 @@ MapSource: TypeAlias = Bundled | MapFile | Made
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scenario:
-    """Everything that decides a run; equal scenarios give the same bytes.
+    """Everything that determines a run; equal scenarios give the same bytes.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Scenario:
     ticks, patience : of a simulation; None: its own defaults.
     name : what to call it.
     map : where the map comes from; None: from its cells. Left out of comparisons, like the last two.
-    notes : sentences a person should read.
+    notes : notes for the user.
     where : the file it was read from.
     zones : the file that the scene's speed zones are from; None: there are none, or they are in no file.
     drive : settings of a drive in continuous time; None: it is none.

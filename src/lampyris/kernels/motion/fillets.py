@@ -6,7 +6,7 @@ half is ever needed, which is algebra: ``tan(half) = |cross| / (1 + dot)`` of th
 
 A small enough arc is as near to its corner as one likes. So one fits wherever the corner itself is farther
 from walls than is asked for, and wherever what it touches lies outside the turn. None fits where the disc in
-the corner touches a wall on the inside: there the path can only turn on the spot.
+the corner touches a wall on the inside: there the path can only turn in place.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ PLACE, STEPS, APPEAR, ROUTE = 0, 1, 2, 3
 TRIES = 64
 """Cells drawn at random before all cells that are left are looked at."""
 GOLDEN = 0x9E3779B97F4A7C15
+FIRST_FACTOR, SECOND_FACTOR = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
+"""Of SplitMix64's mixing."""
 UNIT = 1.0 / (1 << 53)
 _ALL = (1 << 64) - 1
 
@@ -20,8 +22,8 @@ _ALL = (1 << 64) - 1
 @kernel()
 def mixed(z):
     """SplitMix64's mixing of one word."""
-    z = ((z ^ (z >> u64(30))) * u64(0xBF58476D1CE4E5B9)) & u64(_ALL)
-    z = ((z ^ (z >> u64(27))) * u64(0x94D049BB133111EB)) & u64(_ALL)
+    z = ((z ^ (z >> u64(30))) * u64(FIRST_FACTOR)) & u64(_ALL)
+    z = ((z ^ (z >> u64(27))) * u64(SECOND_FACTOR)) & u64(_ALL)
     return z ^ (z >> u64(31))
 
 

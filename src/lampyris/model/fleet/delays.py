@@ -10,12 +10,12 @@ from lampyris._core.settings import check_settings, number, under_code
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Delays(Noun):
-    """Random delays of robots that drive: a robot brakes as hard as it can, stands, and goes on.
+    """Random delays of robots that drive: a robot brakes with its maximum deceleration, stands, and continues.
 
     Parameters
     ----------
     probability : chance that a move from one cell to the next is delayed, somewhere on the move.
-    duration : mean time that it stands; drawn evenly between 0 and twice as long.
+    duration : mean time that it stands; drawn uniformly between 0 and twice this time.
 
     Raises
     ------

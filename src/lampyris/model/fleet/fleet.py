@@ -35,7 +35,7 @@ def most_radius(moves: str) -> float:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Agent(Noun):
-    """One robot of a fleet: where it starts and where it goes.
+    """One robot of a fleet with its start and goal.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class Agent(Noun):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Fleet(Noun):
-    """Robots on one map, each with a start and a goal: one question of multi-agent path finding.
+    """Robots on one map, each with a start and a goal: a multi-agent path finding problem.
 
     Parameters
     ----------

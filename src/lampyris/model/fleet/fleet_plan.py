@@ -31,16 +31,16 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FleetPlan(Value):
-    """The answer of a planner of fleets.
+    """The result of a planner of fleets.
 
     Parameters
     ----------
     status : how it ended; only ``found`` is true: every robot reaches its goal and stays there.
     planner : the planner's name.
     paths : one for each robot, in the order of the fleet: int32 (ticks + 1, 2), its cell (x, y) at every tick, from
-        its start to the tick at which it comes to its goal for good. It stays at the last cell from then on. Of a plan
-        that is not found: where the robots were led as far as it goes; empty where nothing is known.
-    shortest : steps of each robot's own shortest path on the map without the others, int32 (robots,); None: unknown.
+        its start to the tick of its final arrival. It stays at the last cell from then on. Without a complete plan:
+        the paths up to the last tick that was planned; empty if there are none.
+    shortest : number of steps of each robot's shortest path on the map without the others, int32 (robots,); None: unknown.
     iterations : what the planner counts and a budget limits: configurations tried (``lacam``), these and neighbourhoods
         (``lns``), ticks (``pibt``), searches of one robot (``prioritised-sipp``), nodes of the constraint tree (``cbs``,
         ``eecbs``).
@@ -50,8 +50,8 @@ class FleetPlan(Value):
     frame : where the map's cells lie in metres.
     timing : seconds by stage; the only part that differs from run to run.
     detail : why, in words, where there is more to say than the status's own sentence.
-    notes : sentences a person should read.
-    bound : a lower bound of the sum of costs that the planner proved; None: the sum of the shortest paths is all it knows.
+    notes : notes for the user.
+    bound : a lower bound of the sum of costs that the planner proved; None: the sum of the shortest paths.
     moves : name of the step set, ``four-connected`` or ``octile``. Every step takes one tick, a diagonal one, too, and costs 1.
 
     Raises

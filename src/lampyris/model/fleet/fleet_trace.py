@@ -67,7 +67,7 @@ class FleetTrace(Value):
     delayed : moves that were delayed.
     rotations : rings of robots that exchanged their cells in one motion.
     detail : why, in words, where there is more to say than the status's own sentence.
-    notes : sentences a person should read.
+    notes : notes for the user.
     timing : seconds by stage; the only part that differs from run to run.
 
     Raises

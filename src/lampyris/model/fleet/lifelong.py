@@ -29,7 +29,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True, repr=False)
 class FleetTask(Noun):
-    """Work for one robot: cells to visit in their order, such as where to pick up and where to deliver.
+    """A task for one robot: cells to visit in the given order, such as pickup and delivery.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class FleetTask(Noun):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LifelongTrace(Value):
-    """What n robots did in T ticks with k tasks.
+    """The motion of n robots over T ticks with k tasks.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class LifelongTrace(Value):
     faults : robots that stopped for good, and the tick: pairs.
     windows, fallbacks : how often was planned, and how often of these by PIBT, because the
         planner had found nothing within its limit.
-    notes : sentences a person should read.
+    notes : notes for the user.
     timing : seconds by stage; the only part that differs from run to run.
 
     Raises

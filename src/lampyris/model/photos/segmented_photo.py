@@ -22,15 +22,15 @@ LEVELS = 256
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SegmentedPhoto(Value):
-    """A map made of a photograph, and the thresholds between the classes of its grey levels.
+    """A map made from a photograph, with the thresholds between the classes of its grey levels.
 
     Parameters
     ----------
     grid : the map.
     thresholds : in ascending order; class c holds the levels above threshold c - 1 up to threshold c.
     free : the classes that are free, 0 the darkest.
-    score : what the thresholds are worth by the criterion: of ``otsu`` the variance between classes, of ``kapur`` the
-        sum of entropies in nats, of ``cross-entropy`` what it falls by in comparison with a single class, each for a
+    score : score of the thresholds by the criterion: of ``otsu`` the variance between classes, of ``kapur`` the
+        sum of entropies in nats, of ``cross-entropy`` its reduction compared with a single class, each per
         pixel.
     optimum : the greatest score of as many thresholds, by dynamic programming.
     histogram : int64 (256,), read-only; opaque pixels of each level, after the median filter.

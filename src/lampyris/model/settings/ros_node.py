@@ -20,7 +20,7 @@ class NodeSettings:
         may be of any age.
     patience : time that the robot stands because of obstacles before a path around them is planned.
     goal_tolerance : distance from the end of the path at which the robot is at the goal.
-    yaw_tolerance : error of the heading at which a turn on the spot is done.
+    yaw_tolerance : error of the heading at which a turn in place is done.
     stamped : publish TwistStamped on /cmd_vel, as Nav2 does from Kilted on, in place of Twist.
 
     Raises

@@ -16,19 +16,19 @@ MOST_UNSEEN = 5.0
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Sensor(Noun):
-    """A range sensor on a robot that begins without a map; every cell counts as free until it is seen, and may cost more.
+    """A range sensor on a robot that begins without a map; cells count as free until they are seen, and may cost more.
 
     A free cell is seen when the straight segment from the centre of the robot's cell to its centre passes through no
-    wall and not between two walls that touch at a corner; so one cell sees another exactly if the other sees it. A wall
+    wall and not between two walls that touch at a corner; so visibility is symmetric. A wall
     is seen when the free cell across one of its sides that face the robot is in sight, or is the robot's own cell. Both
-    within the range and the field of view. Beside this, bumpers: the robot knows every cell that its next step could
-    touch, whatever the range and the field of view.
+    must be within the range and the field of view. In addition there are bumpers: the robot knows every cell that its next
+    step could touch, whatever the range and the field of view.
 
     Parameters
     ----------
     range_m : maximum distance between the centres of the robot's cell and a cell that it sees, metres.
     field_of_view : angle that it sees, radians, half of it on either side of the direction of the robot's last move. Before
-        its first move it looks all around.
+        its first move it sees in all directions.
     unseen_cost : what a cell that has not been seen costs the planner to enter, as a multiple of what it costs once it is
         seen; with terrain at most five times plain ground. Above 1 paths over seen cells are preferred, and the planner is
         asked again whenever cells have been seen.

@@ -99,8 +99,33 @@ class ThreePeaks(Source):
         return max(J1_HEIGHTS)
 
 
+class _PointSource(Source):
+    """What a source at one point has, which may drive along a route. Abstract."""
+
+    __slots__ = ()
+
+    at: Point
+    strength: float
+    route: tuple[Point, ...]
+    speed: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", _point(self.at, "at"))
+        object.__setattr__(self, "route", _route(self.route))
+        check_settings(self, under_code("SOURCE"))
+
+    def places(self, t: float) -> tuple[Point, ...]:
+        """Where it is after ``t`` seconds."""
+        return (_along((self.at, *self.route), self.speed * t),)
+
+    @property
+    def highest(self) -> float:
+        """The signal at the source."""
+        return self.strength
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class InverseSquare(Source):
+class InverseSquare(_PointSource):
     """A source whose signal falls with the square of the distance, as sound and radiation do: strength / (d^2 + core^2) x core^2.
 
     Parameters
@@ -140,24 +165,10 @@ class InverseSquare(Source):
             speed: float = ...,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "at", _point(self.at, "at"))
-        object.__setattr__(self, "route", _route(self.route))
-        check_settings(self, under_code("SOURCE"))
-
-    def places(self, t: float) -> tuple[Point, ...]:
-        """Where it is after ``t`` seconds."""
-        return (_along((self.at, *self.route), self.speed * t),)
-
-    @property
-    def highest(self) -> float:
-        """The signal at the source."""
-        return self.strength
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Plume(Source):
-    """A substance that a steady wind carries off and that spreads across it: an advected Gaussian.
+class Plume(_PointSource):
+    """A substance that is carried by a steady wind and spreads across it: an advected Gaussian.
 
     Downwind at distance d and e beside the axis the signal is strength x (width / s) exp(-e^2 / (2 s^2)), with
     s^2 = width^2 + 2 spread d: in the plane the same amount passes every cross-section. Upwind it is
@@ -205,20 +216,6 @@ class Plume(Source):
             route: Sequence[Sequence[float]] = ...,
             speed: float = ...,
         ) -> None: ...
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "at", _point(self.at, "at"))
-        object.__setattr__(self, "route", _route(self.route))
-        check_settings(self, under_code("SOURCE"))
-
-    def places(self, t: float) -> tuple[Point, ...]:
-        """Where it is after ``t`` seconds."""
-        return (_along((self.at, *self.route), self.speed * t),)
-
-    @property
-    def highest(self) -> float:
-        """The signal at the source."""
-        return self.strength
 
 
 AnySource: TypeAlias = ThreePeaks | InverseSquare | Plume

@@ -64,7 +64,7 @@ class SwarmTrace(Value):
     encounters : robots and iterations in which another robot was in the way.
     wall_encounters : the same, of walls.
     timing : seconds by stage; the only part that differs from run to run.
-    notes : sentences a person should read.
+    notes : notes for the user.
 
     Raises
     ------

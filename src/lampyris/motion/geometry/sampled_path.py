@@ -30,7 +30,7 @@ class SampledPath(Value):
     heading : float64 (n, 2), unit vectors: where the robot leaves each node to (the last: where it came by).
     curvature : float64 (n,), 1/m, >= 0: the greatest that touches the node; that of a piece is constant
         between its nodes, so a limit held at both holds between them.
-    stop : bool (n,): where the robot must stand still and turn on the spot.
+    stop : bool (n,): where the robot must stand still and turn in place.
     resolution : metres a cell.
     curve : where it comes from; None: a path of cells.
 
@@ -103,7 +103,7 @@ class Corners(Value):
     node : int64 (k,), rising: the nodes at which the path turns.
     radius : float64 (k,), metres: of the arc at each, >= 0.
     tangent : float64 (k,), metres: how far from the node the arc begins and ends.
-    stop : bool (k,): where the robot stands still and turns on the spot instead.
+    stop : bool (k,): where the robot stands still and turns in place instead.
     """
 
     node: NDArray[np.int64]

@@ -102,7 +102,7 @@ def dissertation_speeds(cells: ArrayLike, ring1: Sequence[Any], ring2: Sequence[
     ------
     SettingError : ``PATH_CELLS``, ``PATH_STEP``, ``RING_COUNT``.
 
-    The tables of the dissertation come out of it: means 48.58 (Table 4.14) and 55.06 (Table 4.15) over
+    It reproduces the tables of the dissertation: means 48.58 (Table 4.14) and 55.06 (Table 4.15) over
     nodes with v > 0.
 
     Examples

@@ -27,7 +27,7 @@ def node_table(
     obstacles: Iterable[Cell] | NDArray[Any] = (),
     law: dissertation.DissertationLaw = dissertation.DEFAULT,
 ) -> NodeTable:
-    """What the dissertation's speed law looks at, at each node of any path.
+    """The inputs of the dissertation's speed law at each node of a path.
 
     Parameters
     ----------

@@ -232,7 +232,7 @@ def rpp_profile(
 
     The speed at a node is the command there, or what comes nearest to it from the speed at the node before:
     nothing farther ahead is braked for, so that the robot may be faster at a bend or a wall than the command
-    there. The goal, and places where it must turn on the spot, are braked for in time: Nav2 leaves that to
+    there. The goal, and places where it must turn in place, are braked for in time: Nav2 leaves that to
     its goal checker and to turning in place. ``cause_index`` of a braking node: where the braking ends, because
     the command is met or the robot stands; -1 where the command rises again before that. ``previous`` says
     nothing here.

@@ -77,7 +77,7 @@ def stop_within(
     hidden_speed : u, m/s.
 
     ``v T + v^2 / (2 p) + u (T + v / p) <= d`` gives ``v = -(p T + u) + sqrt((p T + u)^2 + 2 p (d - u T))``
-    for a robot that keeps its speed while it does not know yet (docs/speed/blind_area.md, "Whose is what").
+    for a robot that keeps its speed while it does not know yet (docs/speed/blind_area.md, "Sources").
     One that accelerates brakes from ``w = v + a T`` and has come ``w T - a T^2 / 2`` by then: the same with w
     for v and ``d + a T^2 / 2`` for d.
     """

@@ -66,7 +66,7 @@ class Cloud:
 def cloud_between(low: float, high: float, he: float) -> Cloud:
     """The cloud of an interval: ``Ex = (low + high) / 2``, ``En = (high - low) / 6``.
 
-    Source: the cloud model's literature (docs/speed/cloud.md, "Whose is what"): the ends are three widths
+    Source: the cloud model's literature (docs/speed/cloud.md, "Sources"): the ends are three widths
     away.
     """
     return Cloud((low + high) / 2.0, (high - low) / 6.0, he)

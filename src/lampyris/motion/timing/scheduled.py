@@ -71,7 +71,7 @@ def divided(path: Path, resolution: float, robot: Robot) -> SampledPath:
 
     Raises
     ------
-    SettingError : ``TURN_RADIUS``: a corner in which the robot would have to stop and turn on the spot.
+    SettingError : ``TURN_RADIUS``: a corner in which the robot would have to stop and turn in place.
     """
     whole, corners = sample_path(path, resolution), corners_of_path(path, resolution, robot)
     if corners.stop.any():

@@ -19,9 +19,9 @@ class AdGso(AdGsoSettings):
     """Adaptive-dimensionality glowworm swarm optimisation (AD-GSO).
 
     One iteration opens whole Chebyshev rings around the robot X until at least ``nt`` cells are accepted, or
-    ring ``mvr`` is reached. Accepted are free cells of lower luciferin that are joined to X through accepted
+    ring ``mvr`` is reached. Free cells of lower luciferin are accepted if they are connected to X through accepted
     cells by legal steps. The next node is chosen among them, and reached along X's parents if they pass it,
-    else by the cheapest path inside the accepted cells. With moves that reach two cells (``sixteen-connected``) rings 1
+    otherwise by the cheapest path inside the accepted cells. With moves that reach two cells (``sixteen-connected``) rings 1
     and 2 are always opened, whatever ``nt`` and ``mvr`` say, so that the parent is among the candidates.
 
     Parameters
@@ -29,20 +29,20 @@ class AdGso(AdGsoSettings):
     choice : ``greedy``, the lowest luciferin (ties: least cost-to-go, y, x), as in the dissertation;
         ``roulette``, drawn with probability (luc(Y) - luc(X)) / sum, as in standard GSO; ``exact``, the least
         path + cost-to-go (ties: lowest luciferin, then y, x), which is optimal in a static map.
-    nt : accepted cells that are enough; a threshold, not a cap. 1 to 10,000.
-    mvr : rings at most, the dissertation's MVR (also ML). 1 to 50.
+    nt : number of accepted cells at which the window stops growing; a threshold, not a cap. 1 to 10,000.
+    mvr : greatest number of rings, the dissertation's MVR (also ML). 1 to 50.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
-    gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``,
-        to find each on arrival, seal it and repair the field. The ends are never sealed. An iteration that a
-        gate cuts short counts, even one that could not move.
-    iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
-        each jump.)
-    obstacle_density_weight, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
-        cells far (1 to 50), costs ``obstacle_density_weight`` times plain ground more. 0 to 4; 0 considers length alone.
-    traffic_density_weight : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
-    min_clearance : cells to keep from walls where there is such a path, 0 to 50; fewer where there is none.
-    max_extra : by what share the path may become longer for all these; None: any. They are weakened until the
-        best path under them is not.
+    gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``:
+        detect each on arrival, seal it and repair the field. Start and goal are never sealed. An iteration that a
+        gate interrupts counts, even if it did not move.
+    iter_max : greatest number of jumps in one plan; None: no limit. (The walk also ends without a limit: luciferin
+        falls with each jump.)
+    obstacle_density_weight, window : the density of walls as a cost: a cell surrounded by walls only, up to ``window``
+        cells away (1 to 50), costs ``obstacle_density_weight`` times plain ground more. 0 to 4; 0: length only.
+    traffic_density_weight : the same for traffic: the additional cost of a cell that was always occupied. 0 to 4.
+    min_clearance : distance to keep from walls, in cells, where a path allows it, 0 to 50; less where none does.
+    max_extra : greatest share by which these settings may lengthen the path; None: no limit. They are weakened until the
+        best path respects it.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def solve_fields(
     workers: int | None = None,
     dtype: str | None = None,
 ) -> Iterator[Field] | Iterator[NDArray[Any]]:
-    """The fields of many goals on the map of one scene, in the order of the goals: its own goal is not used.
+    """The fields of many goals on the map of one scene, in the order of the goals; the scene's own goal is not used.
 
     For tables of distances, heuristics and the choice of the nearest goal::
 
@@ -70,7 +70,7 @@ def solve_fields(
     workers : how many threads, 1 or more; None for one for each processor of this process.
     dtype : None for fields; ``uint16`` or ``uint32`` for arrays (height, width) of this type, the exact costs alone
         (:attr:`lampyris.Field.exact`); cells that cannot reach the goal hold the type's greatest number. For steps of
-        ``four-connected`` moves on plain ground this is quicker than fields. Exact costs of ``octile`` moves fit into
+        ``four-connected`` moves on plain ground this is faster than fields. Exact costs of ``octile`` moves fit into
         neither.
 
     Raises

@@ -33,8 +33,8 @@ class Cbs:
     """Conflict-based search: each robot's cheapest path; where two collide, two branches, best bound first.
 
     The plan has the least sum of costs. It takes time exponential in the number of conflicts that cannot be avoided for free;
-    fleets that stand dense, or have to change places in narrow aisles, may take longer than anyone waits: the answer
-    is then the bound that was proved. Without a plan it never ends, so a search by LaCAM* comes first, which ends for small
+    dense fleets, and fleets that have to change places in narrow aisles, may take too long: the result is then
+    the bound that was proved. Without a plan it never ends, so a search by LaCAM* comes first, which ends for small
     fleets (``no-path``).
 
     Parameters

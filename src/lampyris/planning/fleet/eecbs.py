@@ -24,12 +24,12 @@ class Eecbs:
 
     Robots look for paths with few conflicts within the factor; of the nodes of the tree, those with few conflicts
     that are estimated to stay within the factor come first, otherwise the one with the least bound, which raises the bound.
-    It solves several times as many robots as ``cbs``. As with ``cbs``, a search by LaCAM* comes first, which finds out for
-    small fleets that there is no plan.
+    It solves several times as many robots as ``cbs``. As with ``cbs``, a search by LaCAM* comes first, which detects
+    small fleets without a plan.
 
     Parameters
     ----------
-    weight : how many times the lower bound a plan may cost.
+    weight : greatest ratio of the cost of a plan to the lower bound.
     disjoint, bypass : as for :class:`lampyris.planning.fleet.cbs.Cbs`; paths that are taken over may cost more here, as
         long as they keep to the factor.
 

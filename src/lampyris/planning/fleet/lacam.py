@@ -37,17 +37,17 @@ _GROWING = ("_config", "_waited", "_order", "_node", "_low", "_link", "_opened")
 class Lacam:
     """LaCAM*: a depth-first search over the cells of all robots at once, with PIBT for successors.
 
-    It is complete: a fleet that has a plan is solved, given time and memory, and ``no-path`` is said only after all
-    configurations that can be reached were tried. With a budget, plans become cheaper until it is used; without
-    one the first plan is the answer. What is lowered is the number of ticks that robots are not at rest on their goals
-    ("sum of loss"); of the plans met, the one with the least sum of costs is kept.
+    It is complete: a fleet that has a plan is solved, given time and memory, and ``no-path`` is reported only after all
+    reachable configurations were tried. With a budget, plans become cheaper until it is used; without
+    one the first plan is returned. The search minimises the number of ticks that robots are not at rest on their goals
+    ("sum of loss"); of the plans found, the one with the least sum of costs is kept.
 
     Parameters
     ----------
     swap : as for :class:`lampyris.planning.fleet.pibt.Pibt`.
-    improve : go on after the first plan until the budget is used, if there is one.
-    samples : configurations drawn for each step, by other random tie-breaks; the cheapest is taken. More make plans
-        cheaper and each step as many times slower.
+    improve : continue after the first plan until the budget is used, if there is one.
+    samples : configurations drawn for each step, with different random tie-breaks; the cheapest is taken. More samples make plans
+        cheaper and each step proportionally slower.
 
     Raises
     ------

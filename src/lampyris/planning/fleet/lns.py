@@ -29,16 +29,16 @@ STATES = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Lns:
-    """Large neighbourhood search: a plan of ``lacam``, then robots' paths planned again a few at a time.
+    """Large neighbourhood search: a plan of ``lacam``, whose paths are then planned again a few at a time.
 
-    A late robot and those in its way lose their paths and are planned one after another among all others; the new paths
-    are kept if they cost no more together. It is complete, as ``lacam`` is; plans become cheaper until the budget is used,
-    much quicker than by ``lacam`` alone where robots are many. The makespan never grows.
+    The paths of a late robot and of robots that block it are removed and planned again, one after another, among all
+    others; the new paths are kept if their total cost is not greater. It is complete, as ``lacam`` is; plans become
+    cheaper until the budget is used, much faster than by ``lacam`` alone for many robots. The makespan never grows.
 
     Parameters
     ----------
-    neighbourhood : robots that are planned again at once, at most.
-    rounds : neighbourhoods, where no budget is given.
+    neighbourhood : greatest number of robots that are planned again together.
+    rounds : number of neighbourhoods without a budget.
     swap : as for :class:`lampyris.planning.fleet.pibt.Pibt`.
 
     Raises

@@ -30,10 +30,10 @@ class Pibt:
     """Priority inheritance with backtracking: the next cell of every robot, tick by tick.
 
     No robot ever collides, and a tick takes microseconds a robot. Where neighbouring free cells always lie on a common
-    cycle, each robot comes to its goal in finitely many ticks (with ``swap=False``: robots that swap may go away from
+    cycle, each robot reaches its goal in finitely many ticks (with ``swap=False``: robots that swap may go away from
     their goals), though not all need stand on theirs at once; such a plan ends as ``iteration-limit``. That is proved for
     four-connected moves of robots in single cells. With octile moves, where crossing steps are forbidden, and for discs larger
-    than their cells, which push all that are in their way, no collision is all that is promised.
+    than their cells, which push all robots that block them, the only guarantee is that there is no collision.
 
     Parameters
     ----------

@@ -35,11 +35,11 @@ BARRED = 64
 
 @dataclass(frozen=True, slots=True)
 class PrioritisedSipp:
-    """Prioritised planning: each robot takes the earliest arrival that the robots before it leave.
+    """Prioritised planning: robots plan one after another, each with the earliest arrival among those before it.
 
-    Robots with long ways plan first. Where one finds no path, all is planned again with that robot first, or in a random
-    order if it has been first before. It is incomplete: there are fleets that it never solves in any order, and many
-    dense ones that it does not in practice. Its plans are often cheaper than those of PIBT.
+    Robots with long paths plan first. If a robot finds no path, all plan again with that robot first, or in a random
+    order if it has been first before. It is incomplete: some fleets cannot be solved in any order, and many
+    dense ones are not solved in practice. Its plans are often cheaper than those of PIBT.
 
     Robots may be discs of any size: two are kept apart by the closest approach of their steps, and from walls by their radii.
     Where one passes another that waits beside its diagonal step, the other must not come there in that tick either.

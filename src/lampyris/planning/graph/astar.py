@@ -15,7 +15,7 @@ from lampyris.planning.graph.terrain_graph import search_of
 
 @dataclass(frozen=True, slots=True)
 class AStar:
-    """A* led by the exact metric of the open plane; optimal, without settings.
+    """A* with the exact distance on an empty grid as heuristic; optimal, without settings.
 
     Hart, Nilsson, Raphael, "A formal basis for the heuristic determination of minimum cost paths", IEEE
     TSSC 4(2):100-107, 1968.

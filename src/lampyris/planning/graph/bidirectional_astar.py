@@ -22,7 +22,7 @@ class BidirectionalAStar:
     :mod:`lampyris.kernels.graph.bidirectional`.
 
     On grids with the metric of the open plane as heuristic it expands about as many cells as A*, and each
-    of them costs more: it is here to be compared with, not for speed.
+    of them costs more: it is included for comparison, not for speed.
     """
 
     name: ClassVar[str] = "bidirectional-astar"

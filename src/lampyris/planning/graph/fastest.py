@@ -15,7 +15,7 @@ from lampyris.planning.graph.session import GraphSession
 
 @dataclass(frozen=True, slots=True)
 class Fastest:
-    """One of three exact searches, chosen by what the map is when the session opens.
+    """One of three exact searches, chosen by the properties of the map when the session opens.
 
     * ``octile`` moves: jump point search; or, where runs stop at more than 1.22 places for each free cell
       (dense clutter, corridors one cell wide), the field of the goal, solved as far as the start.

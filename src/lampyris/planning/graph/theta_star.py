@@ -36,7 +36,7 @@ class ThetaStar:
     long; never longer than the walk along them, and, measured as the crow flies, never longer than the
     shortest walk by single steps (the proof is in the kernel). They need not be the shortest of their
     kind. Over terrain a line goes straight only through cells of one and the same weight, and lengths are
-    weighed.
+    weighted.
     """
 
     name: ClassVar[str] = "theta-star"
@@ -66,7 +66,7 @@ class LazyThetaStar:
         walk by single steps. True (ours): it waits again at the cost that it has then, and the guarantees of
         :class:`ThetaStar` hold. On MovingAI maps that took no longer, and what it found was no longer either.
 
-    Fewer looks need not be less time: with lines this cheap it takes 0.9 to 1.8 times as long as
+    Fewer tests need not take less time: with lines this cheap it takes 0.9 to 1.8 times as long as
     :class:`ThetaStar`, by map (``benchmarks/bench_query.py``), because costs assumed too low lead it astray.
 
     Raises

@@ -50,7 +50,7 @@ class HybridAStar:
     weight : of the heuristic: 1 searches most thoroughly. It is no bound on the cost; the plan has one.
     headings : bins of the yaw; one pose is kept for each cell and bin.
     motion_length : length of a straight motion, and least length of an arc.
-    reverse_cost : a metre in reverse costs as much as so many ahead.
+    reverse_cost : cost of a metre in reverse, in metres ahead.
     reverse : whether it may drive in reverse: Reeds-Shepp curves, else Dubins curves.
     turn_cost : a radian turned in place costs as much as so many metres ahead.
     switch_cost : a change between driving ahead and in reverse costs as much as so many metres ahead.

@@ -177,7 +177,7 @@ def segments_of(found: Found, lattice_map: LatticeMap) -> tuple[Pose, Floats]:
 
 
 def gear_of(primitive: LatticeMotion) -> int:
-    """How a primitive is driven: 1 ahead, -1 in reverse, 0 on the spot."""
+    """How a primitive is driven: 1 ahead, -1 in reverse, 0 in place."""
     if primitive.length == 0:
         return 0
     return -1 if primitive.reverse else 1

@@ -129,7 +129,7 @@ def straight(headings: int, k: int, direction: int = 1) -> Primitive:
 
 
 def in_place(headings: int, k: int, by: int) -> Primitive:
-    """A turn on the spot to the next heading (``by`` 1: counterclockwise, -1: clockwise)."""
+    """A turn in place to the next heading (``by`` 1: counterclockwise, -1: clockwise)."""
     end = (k + by) % headings
     return Primitive(k, end, (0, 0), ((0.0, _turn(headings, k, end)),), angles(headings)[k])
 

@@ -21,7 +21,7 @@ class LatticeSettings:
     ----------
     weight : the path costs at most so many times the least cost in the lattice; 1 finds the least.
     headings : 16 or 32.
-    reverse_cost : a metre in reverse costs as much as so many ahead.
+    reverse_cost : cost of a metre in reverse, in metres ahead.
     reverse : whether it may drive in reverse.
     turn_cost : a radian turned in place costs as much as so many metres ahead.
     goal_tolerance : distance from the goal at which it counts as reached.

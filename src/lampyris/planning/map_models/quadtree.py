@@ -34,7 +34,7 @@ class Quadtree:
     by the moves. Leaves are joined by shared sides, and by shared corners where the moves may cut corners. The path
     passes through the middles of shared sides, and is then pulled straight over these points: the shortest path of
     lines of sight over them (those of ``theta-star``), ``Plan.waypoints``. It is not the shortest path of its kind:
-    a leaf is entered at one cell only.
+    each leaf is entered at one cell only.
 
     ``Plan.expansions`` counts leaves; ``Plan.map_model`` has the leaves. Over terrain, which is not considered, the
     path is the walk alone.

@@ -29,12 +29,12 @@ class _Session(GraphSession):
 
 @dataclass(frozen=True, slots=True)
 class Voronoi:
-    """The path that stays as far from walls as can be, along the Voronoi graph of the map.
+    """The path with the greatest clearance, along the Voronoi graph of the map.
 
     O'Dunlaing, Yap, "A retraction method for planning the motion of a disc", Journal of Algorithms 6 (1985),
     104-111: a disc that can pass at all can pass along the ridges of clearance, where two walls are equally near.
 
-    Clearance is the exact distance from a cell's centre to the nearest wall. The answer keeps two promises:
+    Clearance is the exact distance from a cell's centre to the nearest wall. The path has two guarantees:
 
     * its least clearance is the greatest that any path from start to goal has
       (``Plan.map_model.clearance``, exact: a search for the widest path);

@@ -57,15 +57,15 @@ class PoseRrtConnect:
 
     Curves are those of hybrid A*: Reeds and Shepp, or Dubins, for a car; turn, straight line, turn for a differential drive;
     straight lines to any side and turns in place for an omnidirectional one. If there is a path with room to spare,
-    the probability that it is found tends to 1 with the number of samples; nothing is promised of its length. With
+    the probability that it is found tends to 1 with the number of samples; its length has no guarantee. With
     ``rounds`` new trees are grown that are kept to what costs less than the best path so far.
 
     Parameters
     ----------
-    samples : that are taken at most in all rounds.
-    rounds : pairs of trees that are grown at most; 1: the first path is the answer.
+    samples : greatest number of samples in all rounds.
+    rounds : greatest number of pairs of trees; 1: the first path is returned.
     step : length of a curve by which the trees grow.
-    reverse_cost : a metre in reverse costs as much as so many ahead.
+    reverse_cost : cost of a metre in reverse, in metres ahead.
     reverse : whether it may drive in reverse.
     turn_cost : a radian turned in place costs as much as so many metres ahead.
     shortcut : whether the path is made shorter by exact curves between its poses.

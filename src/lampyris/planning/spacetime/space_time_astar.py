@@ -16,7 +16,7 @@ from lampyris.planning.spacetime.session import Timed, TimedSession
 class SpaceTimeAStar(Timed):
     """A* over cells and ticks, with waiting; the settings are those of :class:`Timed`.
 
-    Answers the same questions as :class:`lampyris.planning.spacetime.sipp.Sipp` with the same arrival, and expands a
+    Solves the same problems as :class:`lampyris.planning.spacetime.sipp.Sipp` with the same arrival, and expands a
     state for every tick it might wait, where SIPP expands one for a whole safe interval.
 
     Silver, "Cooperative pathfinding", AIIDE 2005, for one robot.

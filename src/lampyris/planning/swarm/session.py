@@ -54,12 +54,12 @@ class SwarmPlanner:
 
     Parameters
     ----------
-    swarm : glowworms, particles or ants. 1 to 2000.
-    iterations : rounds at most. 1 to 100,000.
-    seeded : begin with the exact path (what D* finds) in the swarm. The answer is then never longer than it,
-        so the swarm can only choose among cheapest paths, or trade length if ``slack`` lets it.
-    slack : share by which an answer may be longer than the exact path, when seeded. 0 to 10.
-    repair : without a legal path at the end, replace the blocked legs of the best one by exact paths (ours).
+    swarm : number of glowworms, particles or ants. 1 to 2000.
+    iterations : greatest number of rounds. 1 to 100,000.
+    seeded : start with the exact path (as D* finds it) in the swarm. The result is then never longer,
+        so the swarm can only choose among cheapest paths, or accept a longer one if ``slack`` allows it.
+    slack : share by which the result may be longer than the exact path, when seeded. 0 to 10.
+    repair : if there is no legal path at the end, replace the blocked legs of the best one by exact paths (ours).
     terrain, blocked, clearance, turns : weights, see :class:`lampyris.planning.swarm.fitness_terms.Weights`.
 
     Raises

@@ -160,7 +160,7 @@ def joins(curve: Curve, name: str, turn_radius: float) -> Violation | None:
     corners_are_driven = turn_radius == 0.0 and not curve.curvature.any()
     if turn.any() and not corners_are_driven:
         k = int(turn.argmax())
-        return Violation("curve", f"{name}, piece {k + 1}", "turns on the spot where there is no stop")
+        return Violation("curve", f"{name}, piece {k + 1}", "turns in place where there is no stop")
     return None
 
 

@@ -74,7 +74,7 @@ METRICS = (
   over seconds in motion. ``speed_least``: the least at a node, a tick or the beginning of a stretch at which
   it moves. In the law's own units.
 * ``turns``, ``turn_deg``, ``smoothness``: see :class:`lampyris.report.data.metrics.PathMetrics`. Of a drive the
-  turns are arcs, and turns on the spot or at a corner; the length is that of the curves. Of poses: changes of the yaw, each
+  turns are arcs, and turns in place or at a corner; the length is that of the curves. Of poses: changes of the yaw, each
   arc and each turn in place one turn.
 * ``clearance_mean_m``, ``clearance_least_m``: from the robot's rim to the nearest wall, metres, over the
   cells of the path; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a

@@ -25,8 +25,8 @@ _FINE = 400
 def draw_chain(plan: ChainPlan, out: style.OutFile) -> None:
     """Draw a plan of a chain as PNG or SVG by the file's suffix; the same plan gives the same bytes.
 
-    The chain at the start and at the goal, faint outlines of it on the way, and the path of its tip. Of a plan that
-    was not found, the start and the goal.
+    The chain at the start and at the goal, faint outlines in between, and the path of its tip. Without a
+    plan, only the start and the goal.
 
     Parameters
     ----------

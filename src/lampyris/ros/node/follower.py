@@ -2,7 +2,7 @@
 
 Lateral control is the one for unicycles along a path (C. Samson: Path following and time-varying feedback stabilization of a
 wheeled mobile robot, ICARCV 1992), linear in lateral offset and heading error: errors decay over some 0.4 m whatever the
-speed. Between two sections, and where the heading is off by more than 0.5 rad, the robot turns on the spot.
+speed. Between two sections, and where the heading is off by more than 0.5 rad, the robot turns in place.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from lampyris.ros.transforms import PlanePose
 OFFSET_GAIN, HEADING_GAIN = 8.0, 4.0
 """1/m2 and 1/m."""
 TURN_FIRST = 0.5
-"""rad: a heading that is off by more is corrected on the spot."""
+"""rad: a heading that is off by more is corrected in place."""
 CREEP = 0.05
 """m/s: the least speed on the last centimetres of a section."""
 YAW_SPEED, YAW_ACCELERATION = 1.0, 2.0
-"""rad/s and rad/s2 of turns on the spot, at most."""
+"""rad/s and rad/s2 of turns in place, at most."""
 LOST = 0.5
 """Metres: who is farther from the route needs a new one."""
 
@@ -92,7 +92,7 @@ class Follower:
         return self._robot.drive != "ackermann"
 
     def _turn(self, yaw: float, to: float, w_now: float) -> Velocity | None:
-        """A turn on the spot; None: it is done, or this robot cannot."""
+        """A turn in place; None: it is done, or this robot cannot."""
         error = wrapped(to - yaw)
         still = abs(w_now) < 0.2
         if not self._can_turn or (abs(error) <= self._settings.yaw_tolerance and still):

@@ -76,7 +76,7 @@ class Navigator:
         self.settings = settings or NodeSettings()
         if robot.drive == "ackermann" and planner not in pose_names():
             raise SettingError(
-                "PLANNER", f"planner {planner} for a robot that cannot turn on the spot", where="planner",
+                "PLANNER", f"planner {planner} for a robot that cannot turn in place", where="planner",
                 allowed=", ".join(pose_names()),
             )  # fmt: skip
         self.robot, self.planner, self.law = robot, planner, law

@@ -88,7 +88,7 @@ class Safety:
         now: float,
         gap: float,
     ) -> str:
-        # The time to stop of whichever motion takes longer to stop; turns on the spot have no speed of their own.
+        # The time to stop of whichever motion takes longer to stop; turns in place have no speed of their own.
         stop = abs(v) / self._robot.d_max
         far = abs(v) * reaction + 0.5 * abs(v) * stop
         turn = abs(w) * (reaction + 0.5 * stop)

@@ -12,11 +12,13 @@ from lampyris._core.limits import MEMORY
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, is_whole
 from lampyris.errors import SceneError, SettingError, of_kind, shown
 from lampyris.kernels.episodes.cells import LCG_MODULUS
+from lampyris.kernels.simulation.draws import GOLDEN
 from lampyris.model.field import Field
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.layers import free_space, largest_region, moves_for
 from lampyris.planning.field.many import solve_many
+from lampyris.sim.traffic.obstacle_draws import mixed
 from lampyris.typing import BoolGrid, Cell
 
 MAX_GOALS = 4096
@@ -149,8 +151,5 @@ def bordered(values: NDArray[Any], border: int, outside: float) -> NDArray[Any]:
 def generators(seeds: NDArray[np.uint64]) -> NDArray[np.int64]:
     """States of the kernels' generators from seeds, by SplitMix64 (Steele, Lea, Flood 2014); int64 (n,)."""
     with np.errstate(over="ignore"):
-        z = seeds.astype(np.uint64) + np.uint64(0x9E3779B97F4A7C15)
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        z ^= z >> np.uint64(31)
+        z = mixed(seeds.astype(np.uint64) + np.uint64(GOLDEN))
     return (z % np.uint64(LCG_MODULUS - 1) + np.uint64(1)).astype(np.int64)

@@ -97,7 +97,7 @@ class RobotShape:
 
     @property
     def turns_in_place(self) -> bool:
-        """Whether it can turn on the spot."""
+        """Whether it can turn in place."""
         return self.robot.drive != "ackermann"
 
     @property

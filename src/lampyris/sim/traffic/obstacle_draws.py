@@ -32,9 +32,10 @@ def key_of(seed: int, kind: int, number: int) -> int:
     return int(words[0])
 
 
-def _mixed(z: Words) -> Words:
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+def mixed(z: Words) -> Words:
+    """SplitMix64's mixing of arrays of words, as :func:`lampyris.kernels.simulation.draws.mixed` does it of one; uint64."""
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(draws.FIRST_FACTOR)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(draws.SECOND_FACTOR)
     return z ^ (z >> np.uint64(31))
 
 
@@ -49,8 +50,8 @@ def uniforms(key: int, what: int, own: Ints, count: Ints) -> Floats:
     """
     golden = np.uint64(draws.GOLDEN)
     base = np.array([key], dtype=np.uint64)
-    begin = _mixed(base + (4 * np.atleast_1d(own) + what).astype(np.uint64) * golden)
-    words = _mixed(begin + (np.atleast_1d(count) + 1).astype(np.uint64) * golden)
+    begin = mixed(base + (4 * np.atleast_1d(own) + what).astype(np.uint64) * golden)
+    words = mixed(begin + (np.atleast_1d(count) + 1).astype(np.uint64) * golden)
     return (words >> np.uint64(11)).astype(np.float64) * draws.UNIT
 
 

@@ -64,7 +64,7 @@ def segment(
     no_timing: NoTiming = False,
     force: Force = False,
 ) -> None:
-    """Make a map of a photograph: thresholds divide its grey levels into classes, and some classes are free.
+    """Make a map from a photograph: thresholds divide its grey levels into classes, and some classes are free.
 
     A cell is what more than half of its pixels are; where they tie, and where the photograph is transparent or ends, it
     is unknown. With --by gso, igso or pso a swarm looks for the thresholds; the gap to the best ones is printed.

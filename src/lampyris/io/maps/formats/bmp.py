@@ -157,7 +157,7 @@ def _run_lengths(source: FileSource, h: _Header) -> tuple[NDArray[np.uint8], NDA
                 dx, dy = (data[at], data[at + 1]) if value else (-x, 1)
                 at += value
                 x, y = x + dx, y - dy
-                # Neither outside nor on the spot: so the picture's size bounds the work, whatever the
+                # Neither outside nor in place: so the picture's size bounds the work, whatever the
                 # file's is.
                 if y < -1 or x > width or (dx, dy) == (0, 0):
                     raise source.error("IMG_CORRUPT", f"a step of ({dx},{dy}) to pixel ({x},{y})")

@@ -69,7 +69,7 @@ class MapDocument:
     obstacle_cells : the cells where moving obstacles are drawn, by rows.
     queries : stored start and goal pairs.
     format : ``png``, ``bmp``, ``pgm``, ``movingai``, ``text``, ``numpy``, ``csv``, ``ros`` or ``bundled``.
-    notes : sentences a person should read (what was read as unknown, what was left out).
+    notes : notes for the user (what was read as unknown, what was left out).
     occupancy : what a ROS map says of each cell, 0 to 100 and -1, or None. In the grid, 0 is free and all
         else is blocked.
     surface : what a MovingAI map says a cell is made of (codes in :mod:`lampyris.io.maps.formats.movingai`), or None

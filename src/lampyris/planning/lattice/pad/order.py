@@ -22,7 +22,7 @@ def put_in_order(
 ) -> None:  # fmt: skip
     """Note by how much each state of a tunnel is farther from the goals than its cell alone says, as if there were no walls.
 
-    Near a goal the cost of the motion to it; elsewhere that of turning, on the spot, to where the cell's cheapest
+    Near a goal the cost of the motion to it; elsewhere that of turning in place to where the cell's cheapest
     displacement leads. No lower bound comes of that.
 
     Parameters

@@ -62,7 +62,7 @@ class PadPlanner(LatticeSettings):
 
     Parameters
     ----------
-    sphere_radius : of a new sphere, in which poses are planned.
+    sphere_radius : radius of a new sphere, in which poses are planned.
     sphere_growth : factor by which a sphere grows where it is too small.
     tunnel : half the width of the tunnel around the planned path, in which a path of poses is searched.
 

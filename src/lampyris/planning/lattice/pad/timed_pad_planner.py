@@ -36,9 +36,9 @@ TIMED_SPHERE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class PadSipp(LatticeSipp):
-    """Adaptive dimensionality among recorded obstacles: cells almost everywhere, poses and times where it takes them.
+    """Adaptive dimensionality among recorded obstacles: cells almost everywhere, poses and times where they are needed.
 
-    It plans in the lattice of ``lattice-sipp``, with the same times, obstacles and promise: the arrival is at most
+    It plans in the lattice of ``lattice-sipp``, with the same times, obstacles and guarantee: the arrival is at most
     ``weight`` times the earliest one of that lattice.
 
     Parameters

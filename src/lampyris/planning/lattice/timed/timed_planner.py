@@ -31,7 +31,7 @@ _AT_START = (
 
 @dataclass(frozen=True, slots=True)
 class LatticeSipp(LatticeSettings):
-    """SIPP on the state lattice: poses and times among recorded obstacles, waiting where that helps.
+    """SIPP on the state lattice: poses and times among recorded obstacles, with waits.
 
     A motion takes as long as its cost in ``lattice`` says: a metre in reverse ``reverse_cost`` times as long as one ahead,
     a radian turned in place as long as ``turn_cost`` metres. The robot starts, stops and waits at once, at any pose of the
