@@ -74,7 +74,11 @@ def along(pose: Pose, segment: tuple[float, float, float], arm: float) -> np.nda
     count = 2 + math.ceil((abs(length) + abs(turn) * arm) / MOVED)
     share = np.linspace(0.0, 1.0, count)
     start = np.exp(1j * (yaw + lateral))
-    z = length * share * start if turn == 0.0 else length / turn * start * (np.exp(1j * turn * share) - 1) / 1j
+    z = (
+        length * share * start
+        if turn == 0.0
+        else length / turn * start * (np.exp(1j * turn * share) - 1) / 1j
+    )
     return np.column_stack((x + z.real, y + z.imag, yaw + turn * share))
 
 
@@ -86,7 +90,7 @@ def drawn_footprint(rng: np.random.Generator) -> Polygon:
     while True:
         turns = np.sort(rng.uniform(0, 2 * math.pi, int(rng.integers(3, 11))))
         gaps = np.diff(turns, append=turns[0] + 2 * math.pi)
-        if 0.1 < gaps.min() and gaps.max() < 3.0:
+        if gaps.min() > 0.1 and gaps.max() < 3.0:
             reach = rng.uniform(0.4, 3.0, len(turns))
             corners = zip((reach * np.cos(turns)).tolist(), (reach * np.sin(turns)).tolist(), strict=True)
             return tuple(corners)
@@ -182,9 +186,7 @@ def hybrid_cases(rng: np.random.Generator) -> tuple[Judged, Judged]:
         pose = (*rng.uniform(-0.4, SIDE - 0.6, 2).tolist(), float(rng.uniform(-4, 4)))
         stands = hybrid_map.stands(*pose)
         if sum(poses[:2]) < EACH:
-            poses += judge(
-                stands, outlines_at(footprint, np.array([pose])), walls, 1e-9, (footprint, pose)
-            )
+            poses += judge(stands, outlines_at(footprint, np.array([pose])), walls, 1e-9, (footprint, pose))
         if not stands:
             continue
         length, turn, lateral = (

@@ -107,6 +107,7 @@ class LatticeMap(ClearanceMap):
         self.lattice = lattice
         self.offsets = self._flat(lattice.cell)
         self.swept = self._flat(lattice.sweep).astype(np.int32)
+        self.discs = self._flat(lattice.disc).astype(np.int32)
         self.stands = self._flat(lattice.stand)
         self.price: NDArray[np.uint8] = np.zeros(0, np.uint8)
         self.price_first, self.price_cell = np.zeros(1, np.int32), np.zeros(0, np.int32)
