@@ -43,7 +43,8 @@ A cell of a published map is as many cells of ours as make its doors wider than 
 maze-128-128-10 and den312d, 1 of maze512-32-0.
 Each call is timed in processor time of its thread; what depends on the map alone is made before, each planner plans once
 before, and a query without an answer counts as the limit, {LIMIT_S:g} s. Ours: `session.plan()` of
-an open session, the heuristic of the goal and the shortcuts included, each answer checked by the referee. OMPL: `SimpleSetup.solve` in its space of Reeds-Shepp
+an open session, the heuristic of the goal and the shortcuts included, each answer checked by the referee. OMPL:
+`SimpleSetup.solve` in its space of Reeds-Shepp
 curves, one run without a seed; its callback is Python, a lookup in a map of free poses (72 yaws, the base in the middle of a
 cell), and part of its time. pathplanning: its Hybrid A*, cells of 0.25 m, weight 1.5; it may end {TOLERANCE} m and
 {YAW_TOLERANCE} rad from the goal, and where it is compared with ours, ours may too. Paths of the rivals are not checked by
