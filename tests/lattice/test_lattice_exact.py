@@ -126,6 +126,10 @@ def test_sweeps_hold_every_cell_that_the_footprint_touches_and_few_others(
         one = lattice.primitives[k]
         first, last = lattice.sweep_first[k : k + 2]
         swept = {(x, y) for x, y in lattice.sweep[first:last].tolist()}
+        # Where there is room for all discs around the sweep it is not looked at cell by cell.
+        discs = slice(*lattice.disc_first[k : k + 2])
+        apart = np.abs(lattice.sweep[first:last, None] - lattice.disc[None, discs]) + 0.5
+        assert (np.sqrt((apart * apart).sum(axis=2)) <= lattice.disc_radius[discs] + 1e-6).any(axis=1).all()
         poses = one.poses(0.02, robot.radius)
         shapes = [
             affinity.translate(affinity.rotate(outline, yaw, (0, 0), use_radians=True), x, y)

@@ -19,6 +19,8 @@ LEAST_LENGTH = 2e-6
 """Cells of the shortest segment that a curve may have, if it is not left out."""
 SCREEN = 2.0
 """Cells between two places of the base that are looked up before a curve is checked exactly."""
+SLACK = 1e-6
+"""Cells by which rounding may lengthen a straight line."""
 BEHIND = 8
 """Nodes behind the beginning of the curve to the last node from which curves to the next are tried."""
 # Entries of ``whole`` and ``numbers``.
@@ -83,12 +85,12 @@ def _base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
 
 
 @kernel(
-    out=("offer", "known", "best", "before", "curves", "count", "segments", "goal", "lengths", "kinds"),
+    out=("offer", "known", "drawn", "best", "before", "curves", "count", "segments", "goal", "lengths", "kinds"),
     of="offer", each=60_000,
 )  # fmt: skip
 def shortcut(
     wall, clear, px, py, cover, whole, numbers, nodes, along,
-    offer, known, best, before, curves, count, segments, goal, lengths, kinds, halt,
+    offer, known, drawn, best, before, curves, count, segments, goal, lengths, kinds, halt,
 ):  # fmt: skip
     """The cheapest sequence of parts of the path and free curves from the first node to the last.
 
@@ -100,7 +102,7 @@ def shortcut(
         reverse, 0: none; cost of a radian turned in place; what a curve must cost less than the path.
     nodes : float64 (3 n,): x, y, yaw of poses of the path where the footprint is free, in order.
     along : float64 (n,): cost of the path up to each of them.
-    offer, known : float64, uint8 (n,): room.
+    offer, known, drawn : float64, uint8 (n,), float64 (15 n,): room.
     best : float64 (n,): least cost up to each node.
     before : int64 (n,): the node before each node in that sequence.
     curves : float64 (15 n,): segments of the curve from there; all 0: it follows the path.
@@ -128,7 +130,10 @@ def shortcut(
         for i in range(low, j):
             dx = nodes[u64(3 * j)] - nodes[u64(3 * i)]
             dy = nodes[u64(3 * j + 1)] - nodes[u64(3 * i + 1)]
-            offer[u64(i)] = best[u64(i)] + sqrt(dx * dx + dy * dy)
+            straight = sqrt(dx * dx + dy * dy)
+            # No curve is shorter than the straight line: where even that saves too little, none is worked out.
+            worth = along[u64(j)] - along[u64(i)] - straight >= numbers[u64(GAIN)] - SLACK
+            offer[u64(i)] = best[u64(i)] + straight if worth else inf
             known[u64(i)] = 0
         while True:
             i = -1
@@ -139,14 +144,18 @@ def shortcut(
                     i = k
             if i < 0:
                 break
-            cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
             if known[u64(i)] == 0:
+                cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
                 known[u64(i)] = 1
+                for k in range(15):
+                    drawn[u64(15 * i + k)] = segments[u64(k)]
                 count[u64(0)] += 1
                 saved = along[u64(j)] - along[u64(i)] - cost
                 offer[u64(i)] = best[u64(i)] + cost if saved >= numbers[u64(GAIN)] else inf
                 continue
             offer[u64(i)] = inf
+            for k in range(15):
+                segments[u64(k)] = drawn[u64(15 * i + k)]
             count[u64(1)] += 1
             x = nodes[u64(3 * i)]
             y = nodes[u64(3 * i + 1)]

@@ -8,7 +8,7 @@ a path by the admissible heuristic are left out, and closed states are not opene
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.lattice.search import _pop, _push, is_goal
+from lampyris.kernels.lattice.search import _pop, _push, is_covered, is_goal
 
 
 @kernel(inline=True)
@@ -70,15 +70,16 @@ def _entry(heuristic, start, stride, headings, look, sector, table, half, goal_y
 @kernel(out=("mark", "parent", "closed", "keys", "states", "toward", "count", "best"), of="closed", each=1000)
 def greedy(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
-    goals, weight, most, limit, run, mark, parent, closed, keys, states, count, best,
+    disc_first, disc, disc_radius, goals, weight, most, limit, run, mark, parent, closed, keys, states, count, best,
     stride, look, sector, toward, around, table, half, goal, halt,
 ):  # fmt: skip
     """Search until a goal state is reached, nothing waits, or the budget is used.
 
     Parameters
     ----------
-    wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep, goals, run, mark, parent,
-        closed, keys, states, count, best : see :func:`lampyris.kernels.lattice.search.search`.
+    wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep, disc_first, disc,
+        disc_radius, goals, run, mark, parent, closed, keys, states, count, best : see
+        :func:`lampyris.kernels.lattice.search.search`.
     weight : keys are cost + weight * estimate.
     most : greatest cost of the path.
     limit : greatest number of expansions.
@@ -147,7 +148,7 @@ def greedy(
             new = old < low or old >= high
             if not new and (closed[u64(to)] == 1 or old - low <= g_to):
                 continue
-            if room_here < reach[u64(p)]:
+            if room_here < reach[u64(p)] and not is_covered(clear, disc_first, disc, disc_radius, cell, p):
                 open_ = True
                 for k in range(sweep_first[u64(p)], sweep_first[u64(p + 1)]):
                     if wall[u64(cell + sweep[u64(k)])] != 0:

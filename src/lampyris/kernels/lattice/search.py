@@ -60,6 +60,15 @@ def _pop(keys, states, n):
 
 
 @kernel(inline=True)
+def is_covered(clear, disc_first, disc, disc_radius, cell, primitive):
+    """Whether no wall is in the discs that cover the sweep of a primitive from a cell: then it is free."""
+    for k in range(disc_first[u64(primitive)], disc_first[u64(primitive + 1)]):
+        if clear[u64(cell + disc[u64(k)])] < disc_radius[u64(k)]:
+            return False
+    return True
+
+
+@kernel(inline=True)
 def is_goal(goals, state):
     """Whether a state is one of the goal states, which rise; there is at least one."""
     left = 0
@@ -76,6 +85,7 @@ def is_goal(goals, state):
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
+    disc_first, disc, disc_radius,
     goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,
     price, price_first, price_cell, price_weight, halt,
 ):  # fmt: skip
@@ -92,6 +102,7 @@ def search(
     reach : float32 (primitives,): farthest point of the sweep from the centre of its first cell, in cells.
     inner : clearance below which the base cannot stand at a cell, in cells.
     sweep_first, sweep : int32 (primitives + 1,), int32 (k,): cells that a primitive sweeps, as offsets.
+    disc_first, disc, disc_radius : int32 (primitives + 1,), int32 (k,), float32 (k,): discs that cover a sweep.
     goals : int64 (g,): goal states, rising, at least one.
     near : no goal state has a greater heuristic.
     weight : keys are cost + weight * heuristic.
@@ -158,7 +169,7 @@ def search(
             if best[u64(0)] >= 0 and g_to + h >= best[u64(0)]:
                 continue
             generated += 1
-            if room_here < reach[u64(p)]:
+            if room_here < reach[u64(p)] and not is_covered(clear, disc_first, disc, disc_radius, cell, p):
                 open_ = True
                 for k in range(sweep_first[u64(p)], sweep_first[u64(p + 1)]):
                     if wall[u64(cell + sweep[u64(k)])] != 0:

@@ -22,7 +22,8 @@ from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.field.frame import BorderedMap
-from lampyris.planning.field.solve import checked, fill
+from lampyris.planning.field.solve import Maps, checked, fill
+from lampyris.planning.field.waves import Wave
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 GIVE_UP = 24
@@ -67,6 +68,8 @@ class FieldRepairer(Exclusive):
     terrain : uint8, (height, width), with weighed moves, or None; see :func:`lampyris.planning.field.solve.solve`.
         Copied.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
+    solved : what :func:`lampyris.planning.field.solve.fill` made of the same map without luciferin, which is then worked out
+        here. Its arrays become those of this object.
 
     Raises
     ------
@@ -82,6 +85,7 @@ class FieldRepairer(Exclusive):
         terrain: ByteGrid | None = None,
         rho: float = RHO,
         gamma: float = GAMMA,
+        solved: tuple[BorderedMap, Maps, int] | None = None,
     ) -> None:
         if any((-dx, -dy) not in moves.offsets for dx, dy in moves.offsets):
             raise SettingError(
@@ -91,7 +95,14 @@ class FieldRepairer(Exclusive):
         self._shape = free.shape
         self._moves, self._rho, self._gamma = moves, rho, gamma
         self._shares = (1.0 - rho, float(gamma), float(moves.unit))
-        self._frame, self._maps, count = fill(free, terrain, moves, self._goal, self._shares)
+        if solved is None:
+            solved = fill(free, terrain, moves, self._goal, self._shares)
+        elif free[self._goal[1], self._goal[0]]:
+            frame, (luciferin, cost, step), _ = solved
+            Wave(frame, free, moves, frame.index(self._goal), 0, cost, step, luciferin, self._shares).shine()
+        else:
+            solved[1][0].fill(np.inf)
+        self._frame, self._maps, count = solved
         self._free = self._frame.lay(free, np.uint8)
         self._weight = np.zeros(1, np.uint8) if terrain is None else self._frame.lay(terrain, np.uint8)
         # On plain ground all cells share the one weight of 0, and a step costs its price times 1.

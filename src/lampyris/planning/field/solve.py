@@ -147,6 +147,7 @@ def fill(
     stop: Cell | None = None,
     into: tuple[BorderedMap, Maps] | None = None,
     sparing: bool | None = None,
+    glows: bool = True,
 ) -> tuple[BorderedMap, Maps, int]:
     """The three maps of a field, the frame they lie in, and how many cells were settled.
 
@@ -155,15 +156,15 @@ def fill(
     free, terrain, moves, goal, stop : as for :func:`solve`, but taken as they are.
     shares : 1 - rho, gamma, unit.
     into : a frame and maps of it to be written over, for the same map size and moves.
-    sparing : see :class:`lampyris.planning.field.waves.Wave`.
+    sparing, glows : see :class:`lampyris.planning.field.waves.Wave`.
     """
     frame = into[0] if into else BorderedMap(free, moves, terrain=terrain is not None)
     maps = into[1] if into else _maps(frame)
-    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
+    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, glows)
     if count == 0 and free[goal[1], goal[0]]:
         frame = BorderedMap(free, moves, terrain=True, wide=True)
         maps = _maps(frame)
-        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
+        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, glows)
     return frame, maps, count
 
 
@@ -184,6 +185,7 @@ def _fill(
     stop: Cell | None,
     shares: tuple[float, float, float],
     sparing: bool | None,
+    glows: bool,
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
@@ -191,13 +193,14 @@ def _fill(
     step.fill(-1)
     if not free[goal[1], goal[0]]:
         cost.fill(-1)
-        luciferin.fill(np.inf)
+        if glows:
+            luciferin.fill(np.inf)
         return 0
     height, width = free.shape
     until = 0
     if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
         until = frame.index(stop)
-    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing)
+    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing, glows)
     return wave.run() if terrain is None else wave.run_over(terrain)
 
 

@@ -35,6 +35,7 @@ class Wave:
     cost, step, luciferin : the three maps to fill, flat and padded.
     shares : 1 - rho, gamma, unit.
     sparing : whether lists lie where luciferin will, if they can; None for on large maps.
+    glows : whether luciferin is filled; without it, it holds anything.
     """
 
     frame: BorderedMap
@@ -47,6 +48,7 @@ class Wave:
     luciferin: Floats
     shares: tuple[float, float, float]
     sparing: bool | None = None
+    glows: bool = True
 
     def run(self) -> int:
         """Fill the maps over plain ground; how many cells were settled.
@@ -225,13 +227,19 @@ class Wave:
         """Luciferin, along parents in the order in which cells settled; on large maps in that of their rows,
         for it may overwrite the list.
         """
+        if not self.glows:
+            return
         if self._sparing:
-            jump = np.zeros(128, dtype=np.int64)
-            jump[: len(self._jump)] = self._jump
-            rest = (jump, self.luciferin, self.frame.width, self.goal, np.inf, *self.shares)
-            descent.shine(self.cost, self.step, *rest)
+            self.shine()
             return
         descent.glow(order, count, self.cost, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+
+    def shine(self) -> None:
+        """Luciferin, along parents in the order of their rows, where costs and steps are filled."""
+        jump = np.zeros(128, dtype=np.int64)
+        jump[: len(self._jump)] = self._jump
+        rest = (jump, self.luciferin, self.frame.width, self.goal, np.inf, *self.shares)
+        descent.shine(self.cost, self.step, *rest)
 
     @property
     def _two_prices(self) -> bool:

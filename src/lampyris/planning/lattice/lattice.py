@@ -33,6 +33,10 @@ UNIT = 1 << 20
 """Cost of a cell's length: costs are whole numbers, so that equal costs are equal."""
 STEP = 0.1
 """Maximum distance, in cells, that a point of the footprint moves between two poses of a sweep."""
+DISCS = 3
+"""Discs that cover a sweep."""
+_DIRECTIONS = ((1, 0, 1.0), (1, 1, math.sqrt(2.0)), (0, 1, 1.0), (-1, 1, math.sqrt(2.0)))
+"""Directions, x and y down, and the lengths of these vectors."""
 MOST_REACH = 1_000
 """Cells that a motion with the footprint may reach."""
 MOST_LENGTH = 200_000
@@ -79,6 +83,8 @@ class StateLattice:
     cost : int64 (n,).
     reach : float32 (n,): farthest point of each sweep from the centre of the first cell, cells.
     sweep_first, sweep : int32 (n + 1,), int32 (k, 2): the cells (x, y down) that each sweeps, from the outermost.
+    disc_first, disc, disc_radius : int32 (n + 1,), int32 (k, 2), float32 (k,): discs that cover each sweep, the cell (x, y
+        down) in whose centre each is, and its radius, cells.
     stand_first, stand : the same for the footprint standing at each heading.
     inscribed : radius of the greatest disc around the base within the footprint, cells.
     scale : admissible cost of a cell's length of an octile field over the cells of :attr:`low_clearance`.
@@ -94,6 +100,9 @@ class StateLattice:
     reach: NDArray[np.float32]
     sweep_first: NDArray[np.int32]
     sweep: NDArray[np.int32]
+    disc_first: NDArray[np.int32]
+    disc: NDArray[np.int32]
+    disc_radius: NDArray[np.float32]
     stand_first: NDArray[np.int32]
     stand: NDArray[np.int32]
     inscribed: float
@@ -144,7 +153,9 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
     cost = np.array([_cost(one, shape) for one in quarter] * times, dtype=np.int64)
     arm = circumscribed_radius(shape.footprint)
     demand_reach(quarter, arm)
-    swept = _turned([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter], times)
+    sweeps = [_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter]
+    swept = _turned(sweeps, times)
+    covers = [_cover(cells) for cells in sweeps]
     poses = [np.array([(0.0, 0.0, angle)]) for angle in turns]
     stands = _turned([_swept(shape.footprint, pose, arm) for pose in poses], times)
     low, chains = _low_chains([one.poses(STEP, 0.0) for one in quarter])
@@ -159,6 +170,8 @@ def lattice_of(shape: LatticeShape) -> StateLattice:
         cost,
         np.array([_reach(cells) for cells in swept], np.float32),
         *_joined(swept),
+        *_joined(_turned([middles for middles, _ in covers], times)),
+        np.concatenate([radii for _, radii in covers] * times),
         *_joined(stands),
         inscribed,
         scale * (1 - 1e-12),
@@ -263,6 +276,22 @@ def _reach(cells: NDArray[np.int32]) -> float:
     """Distance from the centre of the cell (0, 0) to the farthest corner of any of the cells."""
     corner = np.abs(cells) + 0.5
     return math.sqrt(float((corner * corner).sum(axis=1).max()))
+
+
+def _cover(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Discs that cover the cells of a sweep: the cells in whose centres they are, and their radii.
+
+    The cells are parted across the direction of :data:`_DIRECTIONS` in which they are longest.
+    """
+    x, y = cells[:, 0], cells[:, 1]
+    along = [(x * across + y * down) / size for across, down, size in _DIRECTIONS]
+    most = max(along, key=np.ptp)
+    low = float(most.min())
+    of = np.minimum((most - low) * (DISCS / max(float(np.ptp(most)), 1.0)), DISCS - 1).astype(np.int64)
+    parts = [cells[of == part] for part in range(DISCS) if (of == part).any()]
+    middles = [(part.min(axis=0) + part.max(axis=0)) // 2 for part in parts]
+    radii = [_reach(part - middle) for part, middle in zip(parts, middles, strict=True)]
+    return np.array(middles, dtype=np.int32), np.array(radii, dtype=np.float32)
 
 
 def _turned(swept: list[NDArray[np.int32]], times: int) -> list[NDArray[np.int32]]:

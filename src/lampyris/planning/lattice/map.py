@@ -24,6 +24,8 @@ STEPS = replace(MOVES["octile"], corner_cutting=True)
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
+_PART = 1 << 14
+"""Cells whose heuristic is worked out at a time."""
 _CHUNK = 1 << 20
 """Cells under footprints that are looked at together."""
 
@@ -105,6 +107,7 @@ class LatticeMap(ClearanceMap):
         self.lattice = lattice
         self.offsets = self._flat(lattice.cell)
         self.swept = self._flat(lattice.sweep).astype(np.int32)
+        self.discs = self._flat(lattice.disc).astype(np.int32)
         self.stands = self._flat(lattice.stand)
         self.price: NDArray[np.uint8] = np.zeros(0, np.uint8)
         self.price_first, self.price_cell = np.zeros(1, np.int32), np.zeros(0, np.int32)
@@ -176,7 +179,14 @@ class LatticeMap(ClearanceMap):
             best = field.cost(self._low, STEPS, goals[0])
         else:
             best = cost_to_any(self._low, goals)
-        known = np.isfinite(best)
-        units = np.floor(np.where(known, best, 0.0) * (self.lattice.scale * UNIT))
-        inside = np.where(known, units, -1).astype(np.int64)
-        return np.pad(inside, self.border, constant_values=-1).ravel()
+        units = np.full((best.shape[0] + 2 * self.border, self.stride), -1, dtype=np.int64)
+        inside = units[self.border : -self.border, self.border : -self.border]
+        rows = max(1, _PART // best.shape[1])
+        for y in range(0, len(best), rows):  # so few that what is in between stays in the processor's cache
+            part = best[y : y + rows]
+            known = np.isfinite(part)
+            scaled = np.where(known, part, 0.0)
+            scaled *= self.lattice.scale * UNIT
+            np.floor(scaled, out=scaled)
+            np.copyto(inside[y : y + rows], scaled, where=known, casting="unsafe")
+        return units.ravel()

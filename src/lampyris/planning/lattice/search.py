@@ -133,7 +133,8 @@ class LatticeSearch:
             kernel.search(
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
-                lattice_map.swept, self._goals, self._near, weight, limit, self._run, self._mark, self._parent,
+                lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,
+                self._goals, self._near, weight, limit, self._run, self._mark, self._parent,
                 self._closed, self._round, self._keys, self._states, self._aside, self._count, self._best,
                 lattice_map.price, lattice_map.price_first, lattice_map.price_cell, lattice_map.price_weight,
             )

@@ -183,7 +183,7 @@ def _cheapest(
     count, best = np.zeros(2, dtype=np.int64), np.zeros(n)
     kernel.shortcut(
         bordered.walls, bordered.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
-        whole, numbers, nodes, along, np.zeros(n), known, best, before, curves, count,
+        whole, numbers, nodes, along, np.zeros(n), known, np.zeros(15 * n), best, before, curves, count,
         np.zeros(15), np.zeros(3), np.zeros(5), np.zeros(5, dtype=np.int64),
     )  # fmt: skip
     taken: list[Floats] = []

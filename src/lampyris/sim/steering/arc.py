@@ -77,6 +77,10 @@ class RobotShape:
     Parameters
     ----------
     robot, grid : which.
+
+    Attributes
+    ----------
+    sideways : whether it can move to any side.
     """
 
     robot: Robot
@@ -85,6 +89,7 @@ class RobotShape:
     margin: float = field(init=False)
     arm: float = field(init=False)
     yaw_rate: float = field(init=False)
+    sideways: bool = field(init=False)
 
     def __post_init__(self) -> None:
         outline, margin = outline_of(self.robot)
@@ -94,16 +99,12 @@ class RobotShape:
         object.__setattr__(self, "margin", margin)
         object.__setattr__(self, "arm", arm)
         object.__setattr__(self, "yaw_rate", self.robot.v_max / arm if rate is None else rate)
+        object.__setattr__(self, "sideways", self.robot.drive == "omnidirectional")
 
     @property
     def turns_in_place(self) -> bool:
         """Whether it can turn in place."""
         return self.robot.drive != "ackermann"
-
-    @property
-    def sideways(self) -> bool:
-        """Whether it can move to any side."""
-        return self.robot.drive == "omnidirectional"
 
     def most_bend(self, v: float) -> float:
         """Greatest curvature of the base's track at a speed, 1/m: by turning radius and lateral acceleration."""

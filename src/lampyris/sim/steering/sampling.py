@@ -24,6 +24,9 @@ _SPARE = 128
 _CLOSE = 0.1
 """Metres before the end of a section from which the robot is led to it by pure pursuit: costs are too flat there."""
 
+_Y_UP = np.array(((1.0,), (-1.0,)))
+"""From y down to y up."""
+
 _STILL = 0.01
 """Share of the top speed below which a command is to stand."""
 
@@ -57,6 +60,8 @@ class SimulatedMotions:
         self.arrays["bounds"] = np.zeros(4)
         self._out = tuple(self.arrays.values())
         self._start = np.zeros(6)
+        self._lay_out(0)
+        self._to_metres = self.shape.grid.resolution * _Y_UP
         robot = self.shape.robot
         self._limits = (
             int(self.shape.sideways), robot.v_max, robot.a_max, robot.d_max, self.shape.yaw_rate,
@@ -77,27 +82,39 @@ class SimulatedMotions:
         nominal: tuple[Floats, Floats, Floats], spread: tuple[float, float], rate_weight: float,
     ) -> int:  # fmt: skip
         """Simulate all motions, whose costs are then in ``arrays["cost"]``; the cheapest of them, of equal ones the first."""
-        (x, y, yaw), start = view.pose, self._start
-        c, s = cos_sin(yaw)
-        start[:] = (x, y, c, s, *self.velocity(view))
+        start = self._start
+        start[0], start[1], yaw = view.pose
+        start[2], start[3] = cos_sin(yaw)
+        start[4], start[5] = self.velocity(view)
         gear = -1.0 if view.progress.section.gear < 0 else 1.0
-        message, res = view.message, self.shape.grid.resolution
-        # From y down to y up.
-        ox, oy = message.xy[:, 0] * res, message.xy[:, 1] * -res
-        if view.velocity is None:
-            ou = ow = np.zeros(len(ox))
-        else:
-            ou, ow = view.velocity[:, 0].copy(), -view.velocity[:, 1]
         height, width = view.walls.clear.shape
         best = rollouts(
             *noise, len(noise[0]) // self.count, hold, shift, *nominal, *spread, self.steps, self.step, start, gear,
             *self._limits, rate_weight,
             *self._path(view), one.path_weight, one.yaw_weight, one.progress_weight,
-            view.walls.flat, width, height, res, *self._discs, max(one.margin, 1e-6), self._box,
-            ox, oy, ou, ow,
-            message.radius + view.noise, one.obstacle_weight, one.collision_cost, *self._out,
+            view.walls.flat, width, height, self.shape.grid.resolution, *self._discs, max(one.margin, 1e-6), self._box,
+            *self._obstacles_of(view), one.obstacle_weight, one.collision_cost, *self._out,
         )  # fmt: skip
         return int(best)
+
+    def _lay_out(self, count: int) -> None:
+        """Room for so many obstacles."""
+        self._table = np.zeros((5, count))
+        self._rows = list(self._table)
+        self._places, self._speeds = self._table[:2], self._table[2:4]
+
+    def _obstacles_of(self, view: View) -> list[Floats]:
+        """Places, velocities (y up) and radii of the obstacles: five rows of one table."""
+        message = view.message
+        if self._table.shape[1] != len(message.xy):
+            self._lay_out(len(message.xy))
+        np.multiply(message.xy.T, self._to_metres, out=self._places)
+        if view.velocity is None:
+            self._speeds[:] = 0.0
+        else:
+            np.multiply(view.velocity.T, _Y_UP, out=self._speeds)
+        np.add(message.radius, view.noise, out=self._rows[4])
+        return self._rows
 
     def velocity(self, view: View) -> tuple[float, float]:
         """The robot's speed, and of an omnidirectional one its speeds ahead and to the left."""
@@ -168,6 +185,11 @@ def _sideways(view: View, v: float, w: float, u: float) -> Steer:
     return arriving(view, Steer(held(view, Arc(direction, off / far, w / mean)), size, "limit"))
 
 
+def _speed_now(view: View) -> float:
+    """The robot's speed; of a turn in place, 0."""
+    return 0.0 if view.arc is not None and view.arc.in_place else view.v
+
+
 class _Window:
     """What of the grid of commands is the same in every period, and room for the rest."""
 
@@ -179,9 +201,11 @@ class _Window:
             self.spin = np.zeros(2 * n)
         else:
             # Every speed with every yaw rate, twice: until the speed is reached, and after.
-            self.speed, n = np.repeat(speed, one.yaw_rates), one.speeds * one.yaw_rates
+            self.speed, n = speed, one.speeds * one.yaw_rates
             self.spin = np.concatenate([self.rates] * (2 * one.speeds))
+        self.count = n
         self.push = np.zeros(2 * n)
+        self.push_by_speed = self.push[:n].reshape(one.speeds, -1)
         self.side = np.zeros(2 * n if shape.sideways else 1)
         self.none = np.zeros(one.steps)
 
@@ -210,38 +234,47 @@ class DynamicWindow:
         if self._window is None:
             self._window = _Window(one, shape)
         window = self._window
-        v, w, u = self._grid(view, window)
-        if self._motions is None or self._motions.count != len(v):
-            self._motions = SimulatedMotions(shape, len(v), one.steps, one.step)
+        n = window.count
+        if self._motions is None or self._motions.count != n:
+            self._motions = SimulatedMotions(shape, n, one.steps, one.step)
         # The speed changes evenly to what is asked for; from then on it stays.
         hold = max(round(one.window / one.step), 1)
         along, across = self._motions.velocity(view)
-        seconds, n = hold * one.step, len(v)
-        push = window.push[:n]
-        np.subtract(v, along, out=push)
-        push /= seconds
+        seconds = hold * one.step
+        speeds = self._speeds(view, window)
         if shape.sideways:
+            v, w, u = self._grid(view, window, speeds)
+            np.divide(v - along, seconds, out=window.push[:n])
             np.divide(u - across, seconds, out=window.side[:n])
             window.spin[:n] = window.spin[n:] = w
+        else:
+            window.push_by_speed[:] = ((speeds - along) / seconds)[:, None]
         noise, none = (window.push, window.spin, window.side), window.none
         k = self._motions.simulate(view, one, noise, hold, 0, (none, none, none), (1.0, 1.0), 0.0)
         share = view.period / max(seconds, view.period)
-        ahead = along + share * (float(v[k]) - along)
-        aside = across + share * (float(u[k]) - across) if shape.sideways else 0.0
-        return command(view, ahead, float(w[k]), aside)
+        if shape.sideways:
+            ahead = along + share * (float(v[k]) - along)
+            return command(view, ahead, float(w[k]), across + share * (float(u[k]) - across))
+        chosen = float(speeds[k // one.yaw_rates])
+        return command(view, along + share * (chosen - along), float(window.spin[k]), 0.0)
 
-    def _grid(self, view: View, all_: _Window) -> tuple[Floats, Floats, Floats]:
-        """Speeds that can be reached within the window, with all yaw rates; of an omnidirectional robot, directions."""
-        one, robot, shape = self.settings, view.shape.robot, view.shape
-        now = 0.0 if view.arc is not None and view.arc.in_place else view.v
+    def _speeds(self, view: View, all_: _Window) -> Floats:
+        """Speeds that can be reached within the window."""
+        one, robot = self.settings, view.shape.robot
+        now = _speed_now(view)
         window = max(one.window, view.period)
         low = max(now - robot.d_max * window, 0.0)
         high = min(now + robot.a_max * window, robot.v_max)
         speeds: Floats = all_.speed * (high - low)
         speeds /= one.speeds - 1
         speeds += low
-        if not shape.sideways:
-            return speeds, all_.spin[: len(speeds)], all_.side
+        return speeds
+
+    def _grid(self, view: View, all_: _Window, speeds: Floats) -> tuple[Floats, Floats, Floats]:
+        """Of an omnidirectional robot: the speeds in all directions it can take, with all yaw rates."""
+        one, robot = self.settings, view.shape.robot
+        now = _speed_now(view)
+        window = max(one.window, view.period)
         # Around where it drives as far as the direction can turn, or all around if it stands.
         spread = math.pi if now == 0.0 else min(robot.a_lat_max * window / now, math.pi)
         travel = 0.0 if view.arc is None or now == 0.0 else view.arc.direction - view.pose.yaw

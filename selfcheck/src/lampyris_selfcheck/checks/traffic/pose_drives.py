@@ -188,6 +188,10 @@ def judged(
         seen = measure(made)
         met = ["met"] if math.isfinite(seen["gap"]) else []
         tally.case(made.outcome.value, *met)
+        of = case.scene.robot.drive
+        tally.count(f"{of}: driven")
+        if made.outcome is Ending.ARRIVED:
+            tally.count(f"{of}: arrived")
         if math.isfinite(seen["gap"]):
             tally.measure("least gap while moving, m", seen["gap"])
         who = f"{made.law}, {case.scene.robot.drive}"

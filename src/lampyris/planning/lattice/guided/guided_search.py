@@ -152,7 +152,8 @@ class GuidedSearch(LatticeSearch):
             greedy(
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
-                lattice_map.swept, self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
+                lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,
+                self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
                 self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
                 sectors(lattice.angles), outlook.toward, around(lattice).ravel(), outlook.goal.table.ravel(),
                 (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,
