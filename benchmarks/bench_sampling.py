@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.about import versions
 from benchmarks.bench_pose_rivals import CAR, RESOLUTION
 from benchmarks.bench_poses import pairs
-from benchmarks.figures import Figure, Section, Spread, Table, judge
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
 from benchmarks.maps import published_map, rooms
 from benchmarks.pose_rivals import Ompl, Pose, Taken
 from benchmarks.sampling_rivals import PARTS, OmplPlane, room_for
@@ -30,9 +30,14 @@ from lampyris.referee import check_plan
 TITLE = "Planners that sample, beside OMPL"
 CHECKED, CHECKED_LENGTH = 0.5, 0.1
 """Cells between two points of a line that OMPL looks at, for its time and for its length."""
+PAIRS, FIRST = 12, 4
+"""Queries a map, of which planners that improve a path until their limit answer only the first."""
+LIMIT_S = 2.0
+"""Limit of a planner that ends with its first path, and what one without an answer counts as."""
 HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses
-(a car of 1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). Each call is timed in processor time of its thread; what
-depends on the map alone is made before, each planner plans once before, and a query without an answer counts as the limit.
+(a car of 1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map,
+all others the first {FIRST} of them. Each call is timed in processor time of its thread; what depends on the map alone is made
+before, each planner plans once before, and a query without an answer counts as the limit of {LIMIT_S:.0f} s.
 Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; `rrt-connect` without
 shortcuts, as OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python and part of its time: a
 lookup in a map of the squares of 1/{PARTS} cell where the disc has room (RRTConnect looks at a line every {CHECKED} cells, AORRTC
@@ -53,6 +58,8 @@ MAPS = {
 }  # fmt: skip
 SEEDED, SEEDED_POSES = "bit-star, seeded, 50 ms", "pose-rrt-star, seeded, 50 ms"
 POSE_MAPS = ("arena2", "den312d")
+FIRST_PATH = ("rrt-connect, no shortcuts", "OMPL RRTConnect")
+"""Whose time is compared."""
 Asked = Callable[[Scene], Taken]
 
 
@@ -119,26 +126,35 @@ def _asked(rival: OmplPlane | Ompl) -> Asked:
 
 
 def measured(
-    scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]
-) -> dict[str, list[Taken]]:
-    """What everyone took for each scene."""
-    got: dict[str, list[Taken]] = {}
-    for who, run in mine.items():
+    name: str, scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]
+) -> Iterator[tuple[str, list[Taken], tuple[str, ...]]]:
+    """What everyone took for each scene, and their rows of the table; printed as they come."""
+    asked: dict[str, Callable[[Scene, int], Taken]] = mine | {
+        who: lambda scene, _, ask=ask: ask(scene) for who, ask in theirs.items()
+    }
+    for who, run in asked.items():
+        some = scenes if any(one in who for one in FIRST_PATH) else scenes[:FIRST]
         run(scenes[0], 0)  # machine code is loaded
-        got[who] = [run(scene, seed) for seed, scene in enumerate(scenes)]
-    for who, ask in theirs.items():
-        ask(scenes[0])
-        got[who] = [ask(scene) for scene in scenes]
-    return got
+        taken = [run(scene, seed) for seed, scene in enumerate(some)]
+        found = [one.length for one in taken if one.length is not None and getattr(one, "free", True)]
+        solved_by = sum(one.length is not None for one in taken)
+        times_ms = [1e3 * one.seconds for one in taken]
+        row = (
+            name, who, f"{solved_by} of {len(taken)}", f"{len(found)}", f"{statistics.median(times_ms):.2f}",
+            f"{statistics.fmean(times_ms):.2f}", f"{statistics.fmean(found):.1f}" if found else "",
+        )  # fmt: skip
+        print(row, flush=True)
+        yield who, taken, row
 
 
 def bench(quick: bool) -> Section:
     """Everyone on every map; ratios of median times, of lengths, and who solves how many."""
-    count, limit = (6 if quick else 12), 4.0
+    count, limit = (6 if quick else PAIRS), LIMIT_S
     rows: list[tuple[str, ...]] = []
     figures: list[Figure] = []
     lengths: list[Figure] = []
     solved: list[Figure] = []
+    fewer: list[str] = []
     connect = {
         "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False}, limit),
         "rrt-connect": ours("rrt-connect", {}, limit),
@@ -158,16 +174,18 @@ def bench(quick: bool) -> Section:
         SEEDED_POSES: ours("pose-rrt-star", {"seeded": True, "rounds": 1_000_000}, OURS_S, timed=True),
     }
 
-    def told(name: str, got: dict[str, list[Taken]], first: str, best: str, unit: str) -> None:
-        for who, taken in got.items():
-            found = [one.length for one in taken if one.length is not None and getattr(one, "free", True)]
-            solved_by = sum(one.length is not None for one in taken)
-            times_ms = [1e3 * one.seconds for one in taken]
-            rows.append((
-                name, who, f"{solved_by} of {len(taken)}", f"{len(found)}", f"{statistics.median(times_ms):.2f}",
-                f"{statistics.fmean(times_ms):.2f}", f"{statistics.fmean(found):.1f}" if found else "",
-            ))  # fmt: skip
-            print(rows[-1], flush=True)
+    def told(
+        name: str,
+        scenes: list[Scene],
+        mine: dict[str, Callable[[Scene, int], Taken]],
+        theirs: dict[str, Asked],
+        names: tuple[str, str, str],
+    ) -> None:
+        first, best, unit = names
+        got: dict[str, list[Taken]] = {}
+        for who, taken, row in measured(name, scenes, mine, theirs):
+            got[who] = taken
+            rows.append(row)
         times = [
             Spread.of([1e3 * statistics.median(t.seconds for t in got[who])])
             for who in (first, "OMPL RRTConnect")
@@ -182,6 +200,8 @@ def bench(quick: bool) -> Section:
         solved.append(
             Figure(f"{name}, solved by {first}", f"of {len(got[first])}", many[0], more_is_better=True)
         )
+        if many[0].middle < many[1].middle:
+            fewer.append(f"{name} ({many[0].middle:.0f} beside {many[1].middle:.0f})")
         both = [
             (a.length, b.length)
             for a, b in zip(got[best], got["OMPL AORRTC"], strict=True)
@@ -206,8 +226,13 @@ def bench(quick: bool) -> Section:
                         "OMPL AORRTC": _asked(OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH)),
                     }
                     what = "disc" if robot.radius else "point"
-                    got = measured(scenes, connect, rivals)
-                    told(f"{name}, {what}", got, "rrt-connect, no shortcuts", SEEDED, "cells")
+                    told(
+                        f"{name}, {what}",
+                        scenes,
+                        connect,
+                        rivals,
+                        ("rrt-connect, no shortcuts", SEEDED, "cells"),
+                    )
         for name, scenes in pose_scenes(quick, count):
             if scenes:
                 walls = np.asarray(scenes[0].grid.blocked)
@@ -218,11 +243,24 @@ def bench(quick: bool) -> Section:
                     "OMPL AORRTC": _asked(Ompl("AORRTC", walls, RESOLUTION, AORRTC_S, of_processor=True)),
                 }
                 told(
-                    f"{name}, footprint", measured(scenes, poses, rivals), "pose-rrt-connect, no shortcuts",
-                    SEEDED_POSES, "m",
+                    f"{name}, footprint", scenes, poses, rivals,
+                    ("pose-rrt-connect, no shortcuts", SEEDED_POSES, "m"),
                 )  # fmt: skip
     heads = ("map", "planner", "solved", "free of walls", "median ms", "mean ms", "mean length")
-    verdicts = [judge("Median time of RRT-Connect", figures)]
+    middle = statistics.median(figure.ratio or 0.0 for figure in figures)
+    verdicts = [
+        Verdict(
+            middle >= ASKED,
+            f"Median time of RRT-Connect, in the median of {len(figures)} maps and robots: at least {ASKED:g} times as "
+            f"good: {middle:.3g}",
+        ),
+        judge("The same on each", figures),
+        Verdict(
+            not fewer,
+            f"RRT-Connect solves as many as OMPL's or more: on {len(figures) - len(fewer)} of {len(figures)}"
+            + (f"; fewer: {', '.join(fewer)}" if fewer else ""),
+        ),
+    ]
     if lengths:
         verdicts.append(judge("Length beside AORRTC's in 1.3 s", lengths))
     return Section(

@@ -11,6 +11,8 @@ import numpy as np
 
 LENGTH, WIDTH, RADIUS = 1.2, 0.5, 1.25
 """Metres: the robot's rectangle, its base in the middle, and the least radius of its turns."""
+SLOWEST = 20
+"""By how much a busy machine may stretch a call."""
 BINS = 72
 """Yaws for which OMPL's map of free poses is made."""
 TOLERANCE, YAW_TOLERANCE = 0.5, 0.35
@@ -155,14 +157,20 @@ class Ompl:
 
 
 def solve_within(setup: Any, seconds: float, *, of_processor: bool) -> None:
-    """Have OMPL solve within seconds of processor time of this thread, or of wall time."""
+    """Have OMPL solve within seconds of processor time of this thread, or of wall time.
+
+    Processor time ends at :data:`SLOWEST` times as long by the clock, too: OMPL sleeps while it waits for an end that is
+    free, and takes no processor time.
+    """
     if not of_processor:
         setup.solve(seconds)
         return
     from ompl import base
 
-    end = time.thread_time() + seconds
-    setup.solve(base.PlannerTerminationCondition(lambda: time.thread_time() >= end))
+    end, last = time.thread_time() + seconds, time.monotonic() + SLOWEST * seconds
+    setup.solve(
+        base.PlannerTerminationCondition(lambda: time.thread_time() >= end or time.monotonic() >= last)
+    )
 
 
 class Pathplanning:

@@ -18,12 +18,14 @@ CLOSE = 1 / 16
 
 
 def room_for(walls: np.ndarray, radius: float) -> np.ndarray:
-    """For each square of an eighth of a cell: whether a disc (radius in cells), its centre in the middle, touches no wall."""
-    fine = np.pad(np.kron(walls, np.ones((PARTS, PARTS), dtype=bool)), 1, constant_values=True)
+    """For each square of an eighth of a cell: whether a disc (radius in cells), its centre in the middle, touches no wall.
+
+    As for our planners the edge of the map is no wall: only the centre of the disc must be on the map.
+    """
+    fine = np.kron(walls, np.ones((PARTS, PARTS), dtype=bool))
     where = ndimage.distance_transform_edt(~fine, return_distances=False, return_indices=True)
     apart = [np.maximum(np.abs(w - i) - 0.5, 0.0) for w, i in zip(where, np.indices(fine.shape), strict=True)]
-    free = ~fine & (np.hypot(*apart) >= radius * PARTS)
-    return cast(np.ndarray, free[1:-1, 1:-1])
+    return cast(np.ndarray, ~fine & (np.hypot(*apart) >= radius * PARTS))
 
 
 class OmplPlane:

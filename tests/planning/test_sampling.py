@@ -27,6 +27,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
+from lampyris.planning.sampling.ground import SamplingMap
 from lampyris.referee import check_plan
 from lampyris.referee.plans.any_angle import line_meets
 from lampyris.testing import check_planner
@@ -178,6 +179,28 @@ def test_both_forms_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
         use(monkeypatch, form)
         plans.append(plan_of(name, scene, record=True, samples=400))
     assert plans[0] == plans[1]
+
+
+@pytest.mark.parametrize(
+    ("chain", "turns"),
+    [
+        ([(2, 3), (5, 3), (9, 3), (5, 3), (5, 8)], [(2, 3), (5, 3), (5, 8)]),  # there and back along one line
+        ([(2, 3), (4, 3), (6, 5), (9, 8), (6, 5), (4, 3), (4, 6)], [(2, 3), (4, 3), (4, 6)]),  # along two
+        ([(2, 3), (6, 3), (4, 3), (9, 3)], [(2, 3), (9, 3)]),  # back, and on
+        ([(2, 3), (6, 3), (0, 3), (0, 4)], [(2, 3), (0, 3), (0, 4)]),  # back beyond its beginning
+    ],
+)
+def test_a_path_does_not_go_back_along_its_own_line(
+    chain: list[tuple[int, int]], turns: list[tuple[int, int]]
+) -> None:
+    """Two trees of rrt-connect met on random512-10-0 at a node that both came to by one line: a waypoint followed itself."""
+    ground = SamplingMap(np.ones((12, 12), dtype=bool), MOVES["octile"], wide=False)
+    lines = ground.lines(np.array([ground.flat(cell) for cell in chain], dtype=np.int32), shorter=False)
+    assert [tuple(cell) for cell in lines.turns.tolist()] == turns
+    steps = np.abs(np.diff(lines.walk, axis=0)).max(axis=1)
+    assert steps.tolist() == [1] * sum(
+        max(abs(a - c), abs(b - d)) for (a, b), (c, d) in itertools.pairwise(turns)
+    )
 
 
 def test_a_seeded_search_begins_with_the_walk_pulled_straight() -> None:

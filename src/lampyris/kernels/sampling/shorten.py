@@ -61,15 +61,21 @@ def lay(free, stride, pad, x, y, diagonals, turn_x, turn_y, path, turns, walk, c
     for k in range(len(x)):
         if k > 0:
             need += abs(x[u64(k)] - x[u64(k - 1)]) + abs(y[u64(k)] - y[u64(k - 1)])
-        if 0 < k < len(x) - 1:
-            before = (x[u64(k)] - x[u64(k - 1)]) * (y[u64(k + 1)] - y[u64(k)])
-            if before == (y[u64(k)] - y[u64(k - 1)]) * (x[u64(k + 1)] - x[u64(k)]):
-                continue
+        # A vertex on the line to the next is none; nor is one from which the path goes back (two trees that met share a line).
+        while many > 1:
+            ax = turn_x[u64(many - 1)] - turn_x[u64(many - 2)]
+            ay = turn_y[u64(many - 1)] - turn_y[u64(many - 2)]
+            if ax * (y[u64(k)] - turn_y[u64(many - 1)]) != ay * (x[u64(k)] - turn_x[u64(many - 1)]):
+                break
+            many -= 1
+        if many > 0 and turn_x[u64(many - 1)] == x[u64(k)] and turn_y[u64(many - 1)] == y[u64(k)]:
+            continue
         turn_x[u64(many)] = x[u64(k)]
         turn_y[u64(many)] = y[u64(k)]
-        turns[u64(2 * many)] = x[u64(k)] - pad
-        turns[u64(2 * many + 1)] = y[u64(k)] - pad
         many += 1
+    for k in range(many):
+        turns[u64(2 * k)] = turn_x[u64(k)] - pad
+        turns[u64(2 * k + 1)] = turn_y[u64(k)] - pad
     count[0] = many
     count[1] = -need
     if need > len(path):
