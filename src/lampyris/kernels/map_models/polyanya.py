@@ -29,6 +29,8 @@ ENDED = -2
 """Instead of a side: the node is the goal."""
 POINT = -1
 """Instead of a side: everything around the root is in sight."""
+CORNER = -3
+"""Instead of a side: a corner on the chain of parents, which is not expanded."""
 FIELDS = 10
 """Whole numbers of a node: root x and y; left ray; right ray; side, rectangle, parent; spare."""
 EQUAL = 1e-9
@@ -315,9 +317,9 @@ def _turns(corner, stride, rx, ry, x, y, hand):
     return 1 if across * hand >= 0 and along * hand >= 0 else 0
 
 
-@kernel(out=("nodes", "f", "h", "g", "heap", "place", "state"))
-def _add(rx, ry, lx, ly, qx, qy, side, rect, parent, length, more, nodes, f, h, g, heap, place, state):
-    """Make a node and put it into the heap, if there is room."""
+@kernel(out=("nodes", "f", "h", "g", "place", "state"))
+def _add(rx, ry, lx, ly, qx, qy, side, rect, parent, length, more, nodes, f, h, g, place, state):
+    """Make a node, if there is room; :func:`_sort_in` puts it into the heap."""
     j = int(state[0])
     if j == len(f):
         state[1] = 1
@@ -337,7 +339,26 @@ def _add(rx, ry, lx, ly, qx, qy, side, rect, parent, length, more, nodes, f, h, 
     h[u64(j)] = more
     f[u64(j)] = length + more
     place[u64(j)] = 0
-    put(heap, place, f, h, j)
+
+
+@kernel(out=("heap", "place"))
+def _sort_in(begin, end, nodes, f, h, heap, place):
+    """Put the nodes of one expansion into the heap but for the best of them; return that, -1 if there are none.
+
+    Most expansions make one node, which is often the next to be expanded: it need not pass through the heap.
+    """
+    best = -1
+    for j in range(begin, end):
+        if nodes[u64(FIELDS * j + 6)] == CORNER:
+            continue
+        if best < 0:
+            best = j
+        elif f[u64(j)] < f[u64(best)] or (f[u64(j)] == f[u64(best)] and h[u64(j)] < h[u64(best)]):
+            put(heap, place, f, h, best)
+            best = j
+        else:
+            put(heap, place, f, h, j)
+    return best
 
 
 @kernel(out=("best", "seen"))
@@ -355,11 +376,11 @@ def _worse(best, seen, run, at, length, ties):
     return 0
 
 
-@kernel(out=("port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"))
+@kernel(out=("port_best", "port_seen", "nodes", "f", "h", "g", "place", "state"))
 def _reach_points(
     corner, stride, port_first, ports, gx, gy, home, run, port_best, port_seen, rx, ry, length, lx, ly,
     qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
-    heap, place, state,
+    place, state,
 ):  # fmt: skip
     """Make the nodes of the goal, if it is on this rectangle (``home`` 1), and of the rectangle's ports."""
     # The goal, and the ports of this rectangle.
@@ -397,18 +418,19 @@ def _reach_points(
             state[0] = parent + 1
             nodes[u64(FIELDS * parent)] = lx if turned == 1 else qx
             nodes[u64(FIELDS * parent + 1)] = ly if turned == 1 else qy
+            nodes[u64(FIELDS * parent + 6)] = CORNER
             nodes[u64(FIELDS * parent + 8)] = u
         _add(
             x, y, x, y, x, y, POINT if v >= 0 else ENDED, -1, parent, through, _apart(x, y, gx, gy),
-            nodes, f, h, g, heap, place, state,
+            nodes, f, h, g, place, state,
         )  # fmt: skip
 
 
-@kernel(out=("best", "seen", "nodes", "f", "h", "g", "heap", "place", "state"))
+@kernel(out=("best", "seen", "nodes", "f", "h", "g", "place", "state"))
 def _cross_sides(
     corner, stride, first, sides, out, open_to, gx, gy, run, best, seen, came, rx, ry, length, lx, ly,
     qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
-    heap, place, state,
+    place, state,
 ):  # fmt: skip
     """Make the nodes of all sides through which a rectangle is left: of what is seen, and of what a turn leads to.
 
@@ -458,7 +480,7 @@ def _cross_sides(
                         more = _estimate(x, y, cx, cy, dx, dy, dx, dy, cx, cy, gx, gy)
                         _add(
                             x, y, cx, cy, dx, dy, s, here, u, through, more,
-                            nodes, f, h, g, heap, place, state,
+                            nodes, f, h, g, place, state,
                         )  # fmt: skip
                 if on == 1:
                     continue
@@ -482,7 +504,7 @@ def _cross_sides(
             more = _estimate(rx, ry, alx, aly, arx, ary, dx, dy, cx, cy, gx, gy)
             _add(
                 rx, ry, alx, aly, arx, ary, s, here, u, length, more,
-                nodes, f, h, g, heap, place, state,
+                nodes, f, h, g, place, state,
             )  # fmt: skip
         for turn in range(2):
             part = part_left if turn == 0 else part_right
@@ -519,6 +541,7 @@ def _cross_sides(
                 state[0] = parent + 1
                 nodes[u64(FIELDS * parent)] = x
                 nodes[u64(FIELDS * parent + 1)] = y
+                nodes[u64(FIELDS * parent + 6)] = CORNER
                 nodes[u64(FIELDS * parent + 8)] = u
                 x = nx
                 y = ny
@@ -529,7 +552,7 @@ def _cross_sides(
             more = _estimate(x, y, alx2, aly2, arx2, ary2, dx, dy, cx, cy, gx, gy)
             _add(
                 x, y, alx2, aly2, arx2, ary2, s, here, parent, through, more,
-                nodes, f, h, g, heap, place, state,
+                nodes, f, h, g, place, state,
             )  # fmt: skip
 
 
@@ -559,9 +582,7 @@ def polyanya(
     state[0] = 0
     state[1] = 0
     state[4] = -1
-    _add(
-        sx, sy, sx, sy, sx, sy, POINT, -1, -1, 0.0, _apart(sx, sy, gx, gy), nodes, f, h, g, heap, place, state
-    )
+    _add(sx, sy, sx, sy, sx, sy, POINT, -1, -1, 0.0, _apart(sx, sy, gx, gy), nodes, f, h, g, place, state)
     expanded = 0
     ending = EXHAUSTED
     whole = (gx | gy) & 1 == 0
@@ -578,8 +599,25 @@ def polyanya(
         while p >= 0 and open_to[u64(p)] != run:
             open_to[u64(p)] = run
             p = int(out[u64(p)])
-    while heap[0] > 0:
-        u = heap[1] + 0
+    hand = 0
+    while hand >= 0 or heap[0] > 0:
+        u = hand
+        top = heap[1] + 0
+        if hand < 0 or (
+            heap[0] > 0
+            and (f[u64(top)] < f[u64(hand)] or (f[u64(top)] == f[u64(hand)] and h[u64(top)] <= h[u64(hand)]))
+        ):
+            u = top
+            if hand < 0:
+                take(heap, place, f, h, u)
+            else:
+                # The one goes to where the other was.
+                place[u64(u)] = 0
+                heap[1] = hand
+                place[u64(hand)] = 1
+                put(heap, place, f, h, hand)
+        hand = -1
+        made = state[0] + 0
         at = FIELDS * u
         side = nodes[u64(at + 6)]
         if side == ENDED:
@@ -589,12 +627,12 @@ def polyanya(
         if expanded == budget or (expanded % 16 == 15 and stopped(halt)):
             ending = LIMIT
             break
-        take(heap, place, f, h, u)
         rx = nodes[u64(at)]
         ry = nodes[u64(at + 1)]
         length = g[u64(u)] + 0.0
         if rx == gx and ry == gy:
-            _add(gx, gy, gx, gy, gx, gy, ENDED, -1, u, length, 0.0, nodes, f, h, g, heap, place, state)
+            _add(gx, gy, gx, gy, gx, gy, ENDED, -1, u, length, 0.0, nodes, f, h, g, place, state)
+            hand = _sort_in(made, state[0], nodes, f, h, heap, place)
             continue
         root = (ry >> 1) * stride + (rx >> 1)
         even = (rx | ry) & 1 == 0
@@ -631,7 +669,7 @@ def polyanya(
                             y = ry + 2 * uy
                             _add(
                                 x, y, x, y, x, y, POINT, -1, u, length + 2.0, _apart(x, y, gx, gy),
-                                nodes, f, h, g, heap, place, state,
+                                nodes, f, h, g, place, state,
                             )  # fmt: skip
         else:
             came = nodes[u64(at + 7)]
@@ -662,16 +700,17 @@ def polyanya(
             _reach_points(
                 corner, stride, port_first, ports, gx, gy, home, run, port_best, port_seen, rx, ry, length, lx, ly,
                 qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
-                heap, place, state
+                place, state
             )  # fmt: skip
             _cross_sides(
                 corner, stride, first, sides, out, open_to, gx, gy, run, best, seen, came, rx, ry, length, lx, ly,
                 qx, qy, open_left, open_right, left_turn, right_turn, to_left, to_right, u, here, nodes, f, h, g,
-                heap, place, state
+                place, state
             )  # fmt: skip
         if state[1] != 0:
             ending = FULL
             break
+        hand = _sort_in(made, state[0], nodes, f, h, heap, place)
     state[2] = ending
     state[3] = expanded
 

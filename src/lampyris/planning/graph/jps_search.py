@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels import loading
+from lampyris.kernels.graph.bits import turn_bits
 from lampyris.kernels.graph.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
@@ -63,28 +63,21 @@ class PackedMap:
         self.stride, self.rise = 64 * in_row, 64 * in_column
         self.east, self.west = 64 * row, 128 * row
         self.south, self.north = 192 * row, 192 * row + 64 * column
-        self._view(np.empty((width + 2, in_column), dtype=np.uint64))
+        self.columns: _Words = np.empty(column, dtype=np.uint64)
+        """Columns of walls."""
         for sheets, cells in zip(self.sheets, (free, free.T), strict=True):
             sheets[0][:] = _packed(cells)
             self._mark(sheets, np.arange(1, len(sheets[0]) - 1))
 
-    def _view(self, columns: _Words) -> None:
-        """Look at the words as lines; the walls of the columns have an array of their own."""
-        row, column = self.east // 64, (self.north - self.south) // 64
+    @property
+    def sheets(self) -> tuple[list[_Words], list[_Words]]:
+        """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array. Views."""
+        row, column = self.east // 64, len(self.columns)
         in_row, in_column = self.stride // 64, self.rise // 64
         rows = [self.words[k * row : (k + 1) * row].reshape(-1, in_row) for k in range(3)]
         behind = self.words[3 * row :]
         stops = [behind[k * column : (k + 1) * column].reshape(-1, in_column) for k in range(2)]
-        self.sheets: tuple[list[_Words], list[_Words]] = (rows, [columns, *stops])
-        """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array."""
-
-    def __getstate__(self) -> dict[str, Any]:
-        # A view travels as an array of its own: what is then repaired is not what is searched.
-        return {**self.__dict__, "sheets": self.sheets[1][0]}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._view(state["sheets"])
+        return rows, [self.columns.reshape(-1, in_column), *stops]
 
     def _mark(self, sheets: list[_Words], lines: _Ints) -> None:
         """Find the stops of some lines again."""
@@ -104,34 +97,23 @@ class PackedMap:
 
         Stops are found again in the words that hold the cell or a neighbour of it, in its line and the two beside it.
         """
-        for sheets, line, place in ((self.sheets[0], y + 1, x + 1), (self.sheets[1], x + 1, y + 1)):
-            bit = np.left_shift(np.uint64(1), (place & 63).astype(np.uint64))
-            np.bitwise_xor.at(sheets[0], (line, place >> 6), bit)
-            lines = np.concatenate((line - 1, line, line + 1) * 2)
-            low, high = (place - 1) >> 6, (place + 1) >> 6
-            word = np.concatenate((low, low, low, high, high, high))
-            wanted = (lines > 0) & (lines < len(sheets[0]) - 1)
-            wanted[3 * len(line) :] &= np.tile(low != high, 3)
-            self._mark_words(sheets, lines[wanted], word[wanted])
+        turn_bits(
+            self.words, self.columns, self.east, self.west, self.south, self.north, self.stride, self.rise,
+            int(self._cutting), x, y,
+        )  # fmt: skip
 
-    def _mark_words(self, sheets: list[_Words], line: _Ints, word: _Ints) -> None:
-        """Find the stops of some words again, as :meth:`_mark` does those of whole lines."""
-        walls, onward, backward = sheets
-        on = back = walls[line, word]
-        one, top = np.uint64(1), np.uint64(63)
-        last = walls.shape[1] - 1
-        first, end = word == 0, word == last
-        lower, upper = np.maximum(word - 1, 0), np.minimum(word + 1, last)
-        for beside in (line - 1, line + 1):
-            shut = walls[beside, word]
-            before = shut << one | np.where(first, 0, walls[beside, lower] >> top)
-            behind = shut >> one | np.where(end, 0, walls[beside, upper] << top)
-            if self._cutting:
-                on, back = on | (shut & ~behind), back | (shut & ~before)
-            else:
-                on, back = on | (before & ~shut), back | (behind & ~shut)
-        onward[line, word] = on
-        backward[line, word] = back
+
+def _differing(one: BoolGrid, other: BoolGrid) -> _Ints:
+    """Flat indices of the cells at which two maps of one shape differ: eight cells are compared at once."""
+    one, other = (np.ascontiguousarray(free).reshape(-1) for free in (one, other))
+    even = one.size & ~7
+    words = np.flatnonzero(one[:even].view(np.uint64) != other[:even].view(np.uint64))
+    if not len(words) and even == one.size:
+        return words
+    near = (8 * words[:, None] + np.arange(8)).ravel()
+    near = np.concatenate((near, np.arange(even, one.size)))
+    changed: _Ints = near[one[near] != other[near]]
+    return changed
 
 
 def _words_for(cells: int) -> int:
@@ -195,8 +177,7 @@ class JumpSearch:
         if terrain is not None:
             return False
         began = loading.wall()
-        # In one dimension NumPy finds the few that differ many times quicker than in two.
-        changed = np.flatnonzero(np.ravel(free != self._free))
+        changed = _differing(free, self._free)
         self._free = free
         if len(changed) > sum(free.shape):
             self.packed = PackedMap(free, self._moves.corner_cutting)
