@@ -58,6 +58,21 @@ def test_a_race_has_the_plans_and_the_recorded_orders_of_the_library() -> None:
     assert "only its path is shown" in heads[2]["note"]
 
 
+def test_planners_of_poses_race_beside_planners_of_cells() -> None:
+    scenario = state(map="guide", start={"cell": [0, 9], "yaw": 0.0}, goal=[7, 0], obstacles=[])
+    heads, orders = raced(scenario, ["lattice", "astar", "hybrid-astar"])
+    scene = scenario_of_request({"scenario": scenario}).scene
+    assert scene.start_pose is not None
+    for head, order in zip(heads, orders, strict=True):
+        plan = lampyris.plan(scene, head["planner"], seed=scenario["seed"])
+        assert (head["steps"], len(order)) == (plan.expansions, plan.expansions)
+        poses = plan.pose_path
+        assert head["kind"] == ("cells" if poses is None else "poses")
+        if poses is not None:
+            assert (head["cost"], head["any_angle"]) == (poses.length_m / scene.grid.resolution, True)
+            assert len(head["path"]) == len(head["t"]) > 1
+
+
 def test_who_refuses_is_named_and_the_others_race(monkeypatch: pytest.MonkeyPatch) -> None:
     def picky(label: str, *given: Any, **more: Any) -> Any:
         if label == "dijkstra":

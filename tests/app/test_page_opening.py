@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from page_browser import needs_chromium
+
+from lampyris.app.server.opening import recorded_answers
 
 pytestmark = needs_chromium
 
@@ -20,6 +23,24 @@ def first(address: str, browser: Any) -> Iterator[Any]:
     tab.goto(address.partition("&m=")[0])
     yield tab
     context.close()
+
+
+def test_what_the_page_asks_at_first_is_what_is_recorded(address: str, browser: Any) -> None:
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    tab = context.new_page()
+    asked: dict[str, Any] = {}
+
+    def note(request: Any) -> None:
+        if request.method == "POST":
+            asked.setdefault(request.url.rpartition("/")[2], json.loads(request.post_data))
+
+    tab.on("request", note)
+    tab.goto(address.partition("&m=")[0])
+    tab.locator(".st-cause", has_text="moving obstacle").wait_for()
+    context.close()
+    for verb, held in recorded_answers().items():
+        given = {key: value for key, value in asked[verb].items() if value is not None}
+        assert given == held.question, f"{verb}: run python tools/app_opening.py"
 
 
 def test_it_opens_on_a_robot_that_brakes_for_somebody_and_a_draft_comes_before_that(first: Any) -> None:

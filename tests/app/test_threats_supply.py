@@ -21,6 +21,7 @@ ENDINGS = {
     "": {".py"},
     "app/static": {".js", ".css", ".html", ".svg", ".json", ".txt"},
     "app/replay": {".js"},
+    "app/recorded": {".gz"},
     "notebook": {".js"},
 }
 """What may be where; bundled data has a list of its own."""

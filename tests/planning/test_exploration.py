@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,6 +84,66 @@ def test_who_keeps_no_record_says_so(name: str, settings: dict[str, object]) -> 
     looked = exploration(planner, scene, lampyris.plan(scene, planner))
     assert (looked.kind, looked.steps) == ("none", 0)
     assert "records no order of expansion" in looked.note
+
+
+CAR = lampyris.Robot(
+    footprint=((1.6, 0.4), (-0.4, 0.4), (-0.4, -0.4), (1.6, -0.4)), drive="ackermann", turn_radius=2.0
+)
+
+
+def scene_of_poses(robot: lampyris.Robot = CAR) -> Scene:
+    blocked = np.zeros((40, 50), dtype=bool)
+    blocked[12, :40] = blocked[26, 10:] = True
+    return Scene(
+        Grid(blocked), (4, 4), (44, 34), robot=robot, start_pose=(4.5, 35.5, 0.0), goal_pose=(44.5, 5.5, 0.0)
+    )
+
+
+@pytest.mark.parametrize("name", ["lattice", "pad", "hybrid-astar", "lattice-sipp", "pad-sipp"])
+def test_as_many_poses_as_the_plan_expands_each_where_the_base_may_be(name: str) -> None:
+    for robot in (CAR, lampyris.Robot(radius=1.2))[: 1 if name == "hybrid-astar" else 2]:
+        scene, planner = scene_of_poses(robot), registry.make(name, {})
+        plan = lampyris.plan(scene, planner)
+        looked = exploration(planner, scene, plan)
+        assert (looked.kind, looked.steps) == ("poses", plan.expansions)
+        assert looked.steps > 10
+        assert not scene.grid.blocked[looked.cells[:, 1], looked.cells[:, 0]].any()
+        if name not in ("pad", "pad-sipp"):  # which also search backward, from the goal
+            assert tuple(looked.cells[0]) == scene.start
+
+
+@pytest.mark.parametrize("name", ["lattice", "hybrid-astar"])
+def test_poses_are_recorded_in_the_order_in_which_the_search_expands_them(name: str) -> None:
+    scene, planner = scene_of_poses(), registry.make(name, {})
+    order = exploration(planner, scene, lampyris.plan(scene, planner)).cells
+    for many in (1, 2, 7, len(order) // 2, len(order) - 1):
+        session: Any = planner.open(scene, np.random.default_rng(0))
+        assert session.plan(budget=lampyris.Budget(expansions=many)).status is lampyris.Status.LIMIT
+        search = session._search
+        if name == "lattice":
+            states = np.flatnonzero(search._closed) // search._stride
+            closed = search.lattice_map.cells(states)
+        else:
+            nodes = np.flatnonzero(search._wholes[5::6] == 2)
+            at = np.stack((search._floats[3 * nodes], search._floats[3 * nodes + 1]), axis=1)
+            closed = (np.floor(at + 0.5) - search.hybrid_map.border).astype(int)
+        assert sorted(map(tuple, closed)) == sorted(map(tuple, order[:many]))
+
+
+def test_a_search_that_nobody_asks_about_records_nothing() -> None:
+    for name in ("lattice", "pad", "hybrid-astar"):
+        session: Any = registry.make(name, {}).open(scene_of_poses(), np.random.default_rng(0))
+        session.plan()
+        assert session._search.expanded is None
+
+
+def test_too_many_poses_are_not_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, planner = scene_of_poses(), registry.make("lattice", {})
+    plan = lampyris.plan(scene, planner)
+    monkeypatch.setattr(explored, "MOST_POSES", plan.expansions - 1)
+    looked = exploration(planner, scene, plan)
+    assert looked.kind == "none"
+    assert "too many to be recorded" in looked.note
 
 
 def test_a_tree_is_its_lines() -> None:

@@ -15,13 +15,16 @@ from lampyris.typing import Cells
 
 _NO_CELLS = np.zeros((0, 2), dtype=np.int32)
 _NO_LINES = np.zeros((0, 4))
+MOST_POSES = 40_000
+"""Poses of the longest record: a second or so of ``lattice`` in the plain form, seven of ``hybrid-astar``."""
 
 
 def exploration(planner: Planner, scene: Scene, plan: Plan) -> Exploration:
     """What a planner looked at for its first plan of a scene.
 
     Planners of graphs and incremental ones record the cells that they expand; ``jps`` jump points; AD-GSO its field and
-    the rings of each jump; those that sample the lines of their trees. Others keep no record.
+    the rings of each jump; those of poses the cells of the poses that they expand; those that sample the lines of their
+    trees. Others keep no record.
 
     Parameters
     ----------
@@ -35,11 +38,18 @@ def exploration(planner: Planner, scene: Scene, plan: Plan) -> Exploration:
         )
     if isinstance(planner, AdGso):
         return _field_and_rings(planner, scene, plan)
+    poses = planner.traits.plans_headings
+    if poses and plan.expansions > MOST_POSES:
+        return _none(
+            f"{plan.planner} expanded {plan.expansions:,} poses, too many to be recorded: only its path is shown."
+        )
     cells = expanded(planner, scene)
     if cells is None:
         size = scene.grid.blocked.size
         large = f" on a map of {size:,} cells" if size > MOST_CELLS else ""
         return _none(f"{plan.planner} records no order of expansion{large}: only its path is shown.")
+    if poses:
+        return Exploration("poses", cells, _NO_LINES, note="The cell of each pose, whatever its heading.")
     jumps = plan.planner == "jps" and len(cells) and scene.grid.terrain is None
     return Exploration("jump points" if jumps else "cells", cells, _NO_LINES)
 

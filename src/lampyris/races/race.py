@@ -55,7 +55,14 @@ def racer(
         at = profile.t
     looked = exploration(planner, scene, plan)
     return Racer(
-        label, plan, looked, median(times), nodes, at, 0.0 if profile is None else profile.mean
+        label,
+        plan,
+        looked,
+        median(times),
+        nodes,
+        at,
+        0.0 if profile is None else profile.mean,
+        scene.grid.resolution,
     ), profile
 
 

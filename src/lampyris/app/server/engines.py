@@ -109,10 +109,10 @@ class Engines:
     async def start(self) -> None:
         """Start them before the first question: loading compiled code takes two seconds of a processor each.
 
-        The two that are asked first begin at once, the others :data:`LATER` seconds after them: all at the same time would
-        keep the first page waiting on a machine with two processors.
+        The one that is asked first begins at once, the others :data:`LATER` seconds after it, or when they are asked: all at
+        the same time would keep the first page waiting on a machine with two processors.
         """
-        first, later = self._idle[-2:], self._idle[:-2]
+        first, later = self._idle[-1:], self._idle[:-1]
         await asyncio.gather(*(engine.start() for engine in first))
         task = asyncio.ensure_future(self._start_later(later))
         self._tasks.add(task)

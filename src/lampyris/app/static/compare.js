@@ -139,9 +139,7 @@ class Comparison {
     const { page } = this;
     try {
       const [race] = await brought(page, "race");
-      const some = this.who.planners.filter((one) => !this._poses(one));
-      if (some.length < this.who.planners.length) page.say("Planners of poses record no order of expansion: they do not race.");
-      if (some.length) race.askRace(page, some);
+      race.askRace(page, this.who.planners);
     } catch (error) {
       page.fault(error);
     }

@@ -3,6 +3,7 @@
 
 import { ServerError } from "./api.js";
 import { bytes, fileOf, safe, save } from "./filed.js";
+import { asked } from "./flow.js";
 import { json } from "./frames.js";
 import { button, el, fill, formatted, sentence, tell } from "./make.js";
 import { Tile } from "./racetile.js";
@@ -20,7 +21,7 @@ const LEAST = 170;
 const CAPTIONS = 8;
 const RATES = [0.25, 0.5, 1, 2, 4];
 /** What a step of each kind of record is called. @type {Record<string, string>} */
-const STEPS = { cells: "cells expanded", "jump points": "jump points expanded", "field and rings": "cells of field and rings", tree: "lines of the tree", none: "no order recorded" };
+const STEPS = { cells: "cells expanded", "jump points": "jump points expanded", poses: "poses expanded", "field and rings": "cells of field and rings", tree: "lines of the tree", none: "no order recorded" };
 
 /** @param {Page} page @param {Who[]} planners */
 export function askRace(page, planners) {
@@ -32,6 +33,9 @@ class Race {
   /** @param {Page} page @param {Who[]} planners */
   constructor(page, planners) {
     this.page = page;
+    const poses = planners.some(({ name }) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name));
+    /** With the headings of the ends, if anybody plans poses. */
+    this.scenario = asked(page.store.scenario, poses, page.drives());
     this.planners = planners;
     /** @type {Tile[]} */
     this.tiles = [];
@@ -78,14 +82,13 @@ class Race {
   async _load() {
     const { page, asked } = this;
     const ground = /** @type {Ground} */ (page.ground);
-    const scenario = page.asked(false);
     tell(this.said, `0 of ${this.planners.length} planners`);
     this.play.disabled = this.slider.disabled = true;
     page.busy("race", true);
     try {
       /** @type {Racer | null} */
       let racer = null;
-      for await (const { kind, bytes: data } of page.api.frames("/api/race", { scenario, planners: this.planners }, asked.signal)) {
+      for await (const { kind, bytes: data } of page.api.frames("/api/race", { scenario: this.scenario, planners: this.planners }, asked.signal)) {
         if (kind === "X") throw new ServerError(200, json(data));
         if (kind === "H") {
           racer = { jumps: [], note: "", steps: 0, field: 0, expansions: 0, cost: null, gap: null, any_angle: false, ms: 0, units: "", order: new Uint32Array(0), lines: new Float32Array(0), ...json(data) };
@@ -242,7 +245,7 @@ class Race {
     const name = `${safe(page.ground?.name ?? "") || "lampyris"}-race.${ending}`;
     tell(this.said, `Making ${name}.`);
     try {
-      const body = { scenario: page.asked(false), what: ending, settings: { race: true, planners: this.planners, clock: this.bySteps ? "steps" : "time" } };
+      const body = { scenario: this.scenario, what: ending, settings: { race: true, planners: this.planners, clock: this.bySteps ? "steps" : "time" } };
       const file = await fileOf(page, body, ending, this.asked.signal, ({ what, done, of }) => tell(this.said, `Making ${name}: ${what}${of ? ` ${done} of ${of}` : ""}.`));
       save(file, name);
       tell(this.said, `Saved ${name}, ${bytes(file.size)}.`);

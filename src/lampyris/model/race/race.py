@@ -12,7 +12,7 @@ from lampyris.typing import Cell, Cells, Floats
 MOST_RACERS: Final = 6
 """Planners of a race at most; the page has it with its settings."""
 
-RecordKind: TypeAlias = Literal["cells", "jump points", "field and rings", "tree", "none"]
+RecordKind: TypeAlias = Literal["cells", "jump points", "poses", "field and rings", "tree", "none"]
 """What a planner records of its search."""
 
 
@@ -23,8 +23,9 @@ class Exploration:
     Parameters
     ----------
     kind : what is recorded.
-    cells : int32 (n, 2): cells expanded, first come first; of ``field and rings`` those of the field, then those of the
-        rings around each place that the robot jumps from. A cell that is expanded twice is there twice.
+    cells : int32 (n, 2): cells expanded, first come first; of ``poses`` the cell in which each lies; of
+        ``field and rings`` those of the field, then those of the rings around each place that the robot jumps from. A cell
+        that is expanded twice is there twice.
     lines : float64 (m, 4): of ``tree`` its lines, x0, y0, x1, y1, cells.
     field : how many of the first cells are those of the field.
     jumps : of ``field and rings``: how many cells had been looked at, and the cell that was jumped to.
@@ -57,6 +58,7 @@ class Racer:
     nodes : float64 (n, 2), cells: the nodes that it drives along; none without a path.
     times : float64 (n,): when it is at each, by the speed law.
     mean_speed : along the path, in the law's unit; 0 without a path.
+    resolution : metres of a cell.
     """
 
     label: str
@@ -66,10 +68,13 @@ class Racer:
     nodes: Floats
     times: Floats
     mean_speed: float = 0.0
+    resolution: float = 1.0
 
     @property
     def length(self) -> float:
-        """Length of what was found, in cells: of lines of any angle theirs; infinity without a path."""
+        """Length of what was found, in cells: of poses and of lines of any angle theirs; infinity without a path."""
+        if self.plan.pose_path is not None:
+            return self.plan.pose_path.length_m / self.resolution
         line = self.plan.any_angle_length
         return self.plan.cost if line is None else line
 

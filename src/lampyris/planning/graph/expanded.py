@@ -8,12 +8,13 @@ have put a branch into each expansion of every search.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels._jit import Kernel
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
 from lampyris.typing import Cells
@@ -46,6 +47,24 @@ class Writes(list[Any]):
     def order(self) -> NDArray[np.int64]:
         """Indices of what was changed, first come first."""
         return np.array(self.changed, dtype=np.int64)
+
+
+def run_noting(
+    kernel: Kernel, args: Sequence[Any], watched: NDArray[Any], to: int
+) -> tuple[Any, NDArray[np.int64]]:
+    """Run the plain form of a kernel; its result, and which elements of one of its arrays it changed, first come first.
+
+    Parameters
+    ----------
+    args : its arguments.
+    watched : the array, one of ``args``; it has its new values afterwards.
+    to : only changes to this value count.
+    """
+    at = next(k for k, one in enumerate(args) if one is watched)
+    writes = Writes(watched.tolist(), to)
+    result = kernel.run_plain(*args[:at], writes, *args[at + 1 :])
+    watched[:] = writes
+    return result, writes.order()
 
 
 @runtime_checkable

@@ -28,7 +28,7 @@ from lampyris.planning.hybrid.search import HybridPath, HybridSearch, Pose, Pose
 from lampyris.planning.lattice.lattice_planner import outline
 from lampyris.planning.lattice.poses import difference
 from lampyris.planning.lattice.session import PoseSession
-from lampyris.typing import Cell, Floats
+from lampyris.typing import Cell, Cells, Floats
 
 _NO_PATH = (
     "No path: none of the motions at this resolution takes this robot from the start to the goal; "
@@ -142,6 +142,10 @@ class HybridSession(PoseSession[HybridSearch]):
         grid, shape = self._scene.grid, self._shape
         demand_states(grid.height, grid.width, math.ceil(shape.outer) + 3, shape.headings, self._name)
         return HybridSearch(HybridMap(grid, shape, obstacles))
+
+    def _noted(self, search: HybridSearch) -> list[Cells]:
+        search.expanded = noted = []
+        return noted
 
     def _start(self) -> Pose:
         """Where the robot is; any yaw, if none is known.

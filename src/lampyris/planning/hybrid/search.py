@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.hybrid import search as kernel
 from lampyris.kernels.hybrid.goal_curve import SEGMENTS
+from lampyris.planning.graph.expanded import run_noting
 from lampyris.planning.hybrid.map import HybridMap
 from lampyris.planning.hybrid.motions import motions_of
 from lampyris.planning.lattice.shortcut import DRIVES
+from lampyris.typing import Cells
 
 _ROOM = 1 << 14
 ZONE = 6.0
 """Turning radii of estimated cost within which the curve to the goal is the heuristic where it is greater."""
 INTERVAL = 4.0
 """A curve to the goal is tried once for every expansion, and for one expansion more with each so many cells to go."""
+CLOSED = 2
+"""What the kernel writes into the last of a node's numbers once it is expanded."""
 _NOTHING = 2e-6
 """Cells, and radians, below which a segment is left out."""
 Pose = tuple[float, float, float]
@@ -86,10 +91,16 @@ class HybridSearch:
     Parameters
     ----------
     hybrid_map : the map.
+
+    Attributes
+    ----------
+    expanded : the cells of the poses that are expanded, first come first, a part for each call of the kernel; None: they are
+        not recorded. The kernel runs in its plain form where they are.
     """
 
     def __init__(self, hybrid_map: HybridMap) -> None:
         self.hybrid_map = hybrid_map
+        self.expanded: list[Cells] | None = None
         self._bins = hybrid_map.shape.headings
         # Pages of memory that no search touches are never made.
         self._slot = np.zeros(hybrid_map.walls.size * self._bins, dtype=np.int32)
@@ -142,19 +153,27 @@ class HybridSearch:
         self._segments = np.zeros(3 * SEGMENTS)
         room = (np.zeros(3 * SEGMENTS), np.zeros(SEGMENTS), np.zeros(SEGMENTS, dtype=np.int64))
         while True:
-            outcome = int(
-                kernel.search(
+            outcome = self._called((
                     hybrid_map.walls, hybrid_map.clear, field, vertices[:, 0].copy(), -vertices[:, 1],
                     shape.cover.ravel(), whole, numbers, goal,
                     moves_x, moves_y, motions.parts.ravel(), motions.turned.ravel(), self._slot, self._floats, self._wholes,
                     self._keys, self._heap, self._count, self._best, self._segments, *room,
-                )
-            )  # fmt: skip
+            ))  # fmt: skip
             if outcome != kernel.FULL:
                 return outcome
             for name in ("_floats", "_wholes", "_keys", "_heap"):
                 held = getattr(self, name)
                 setattr(self, name, np.concatenate((held, np.zeros_like(held))))
+
+    def _called(self, args: tuple[Any, ...]) -> int:
+        """The kernel's outcome; the poses that it expands are recorded where that is asked for."""
+        if self.expanded is None:
+            return int(kernel.search(*args))
+        outcome, changed = run_noting(kernel.search, args, self._wholes, CLOSED)
+        nodes = changed[changed % 6 == 5] // 6
+        at = np.stack((self._floats[3 * nodes], self._floats[3 * nodes + 1]), axis=-1)
+        self.expanded.append((np.floor(at + 0.5) - self.hybrid_map.border).astype(np.int32))
+        return int(outcome)
 
     def _begin(self, field: NDArray[np.float32]) -> None:
         """Put the start's headings into the heap."""

@@ -380,6 +380,10 @@ class LatticeSession(PoseSession[LatticeSearch]):
         demand_states(grid.height, grid.width, lattice.border, len(lattice.angles), self._settings.name)
         return GuidedSearch(LatticeMap(grid, lattice, obstacles, self._cost_penalty))
 
+    def _noted(self, search: LatticeSearch) -> list[Cells]:
+        search.expanded = noted = []
+        return noted
+
     def starts(self, lattice_map: LatticeMap) -> list[State]:
         """The states that count as the robot's: the nearest that is free, or all headings where none is known."""
         turns, grid = self._lattice.angles, self._scene.grid

@@ -17,7 +17,7 @@ from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT, StateLattice
 from lampyris.planning.lattice.terrain import tracks_of
-from lampyris.typing import Cell, Floats
+from lampyris.typing import Cell, Cells, Floats
 
 STEPS = replace(MOVES["octile"], corner_cutting=True)
 """Steps of the heuristic: a base between two walls that share a corner is stopped by its footprint, not here."""
@@ -65,6 +65,11 @@ class ClearanceMap:
         """The cell of an index; it may lie in the border."""
         y, x = divmod(index, self.stride)
         return x - self.border, y - self.border
+
+    def cells(self, indices: NDArray[np.int64]) -> Cells:
+        """The cells of some indices, int32 (n, 2); they may lie in the border."""
+        y, x = np.divmod(indices, self.stride)
+        return np.stack((x - self.border, y - self.border), axis=-1).astype(np.int32)
 
 
 def cost_to_any(free: NDArray[np.bool_], goals: Iterable[Cell]) -> Floats:

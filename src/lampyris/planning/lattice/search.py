@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels._jit import compiled_only
+from lampyris.kernels._jit import Kernel, compiled_only
 from lampyris.kernels.lattice import search as kernel
+from lampyris.planning.graph.expanded import run_noting
 from lampyris.planning.lattice.map import LatticeMap
+from lampyris.typing import Cells
 
 _ROOM = 1 << 16
 FEW = 2000
@@ -42,10 +45,16 @@ class LatticeSearch:
     Parameters
     ----------
     lattice_map : the map.
+
+    Attributes
+    ----------
+    expanded : the cells of the states that are expanded, first come first, a part for each call of a kernel; None: they are
+        not recorded. Kernels run in their plain form where they are.
     """
 
     def __init__(self, lattice_map: LatticeMap) -> None:
         self.lattice_map = lattice_map
+        self.expanded: list[Cells] | None = None
         self._stride = self._states_of_a_cell()
         n = lattice_map.walls.size * self._stride
         # Pages of memory that no search touches are never made.
@@ -129,8 +138,8 @@ class LatticeSearch:
 
     def _run_kernel(self, weight: float, limit: int) -> int:
         lattice, lattice_map = self.lattice_map.lattice, self.lattice_map
-        return int(
-            kernel.search(
+        return self._called(
+            kernel.search, self._round, (
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,
@@ -139,6 +148,14 @@ class LatticeSearch:
                 lattice_map.price, lattice_map.price_first, lattice_map.price_cell, lattice_map.price_weight,
             )
         )  # fmt: skip
+
+    def _called(self, kernel: Kernel, closed: int, args: tuple[Any, ...]) -> int:
+        """A kernel's outcome; the states that it marks ``closed`` are recorded where that is asked for."""
+        if self.expanded is None:
+            return int(kernel(*args))
+        outcome, states = run_noting(kernel, args, self._closed, closed)
+        self.expanded.append(self.lattice_map.cells(states // self._stride))
+        return int(outcome)
 
     def _before(self, state: int, primitive: int) -> int:
         """The state from which a primitive led to another."""

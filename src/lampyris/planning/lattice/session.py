@@ -17,7 +17,7 @@ from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.lattice.poses import difference, distance
 from lampyris.planning.session_limits import limited
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Cells
 
 M = TypeVar("M")
 """The memory of searches on one map."""
@@ -50,6 +50,19 @@ class PoseSession(SessionBase, Generic[M]):
     @abstractmethod
     def _answer(self, search: M, budget: Budget | None) -> Plan:
         """Search from where the robot is to the goal."""
+
+    def _noted(self, search: M) -> list[Cells] | None:
+        """Have a search record the cells of the poses that it expands, first come first; None: it cannot."""
+        return None
+
+    def expansion_order(self) -> Cells | None:
+        """See :class:`lampyris.planning.graph.expanded.Recordable`: the cells of the poses, from where the robot is now."""
+        search = self._new_search()
+        parts = self._noted(search)
+        if parts is None:
+            return None
+        self._answer(search, None)
+        return np.concatenate((np.zeros((0, 2), dtype=np.int32), *parts))
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""

@@ -27,6 +27,7 @@ FIRST, LAST, FIELD, RINGS = 0.22, 0.62, 0.34, 0.85
 WORDS = {
     "cells": "cells expanded",
     "jump points": "jump points expanded",
+    "poses": "poses expanded",
     "field and rings": "cells of field and rings",
     "tree": "lines of the tree",
     "none": "no order recorded",

@@ -60,7 +60,7 @@ def raced(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Iterat
 def record(made: Racer) -> dict[str, Any]:
     """What a racer found as plain data; paths in cells, seconds."""
     plan, looked = made.plan, made.exploration
-    straight = plan.any_angle_length is None
+    straight = plan.any_angle_length is None and plan.pose_path is None
     return {
         "outcome": plan.status.value,
         "sentence": plan.sentence,

@@ -148,8 +148,8 @@ class GuidedSearch(LatticeSearch):
 
     def _try(self, outlook: Outlook, bound: int, weight: float, limit: int) -> int:
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
-        return int(
-            greedy(
+        return self._called(
+            greedy, 1, (
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import goal_costs as kernel
+from lampyris.planning.graph.expanded import run_noting
 from lampyris.planning.lattice.guided.lower_bound import Goal
 from lampyris.planning.lattice.guided.open_space import NEVER
 from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.map import LatticeMap
+from lampyris.typing import Cells
 
 MANY = 4_000
 """Expansions after which it ends with what it knows."""
@@ -27,7 +29,13 @@ def by_end(lattice: StateLattice) -> tuple[NDArray[np.int32], NDArray[np.int32],
     return began, last, first
 
 
-def with_walls(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64], limit: int) -> tuple[Goal, int]:
+def with_walls(
+    goal: Goal,
+    lattice_map: LatticeMap,
+    costs: NDArray[np.int64],
+    limit: int,
+    places: list[Cells] | None = None,
+) -> tuple[Goal, int]:
     """The same goal with the walls around it, and the states expanded.
 
     A search backward from the goal states within the square of the table, in the order of the excess over ``costs``, which are
@@ -39,6 +47,7 @@ def with_walls(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64], li
     goal : with costs without walls.
     costs : of the projected graph; int64 (cells,).
     limit : greatest number of expansions.
+    places : is given the cells of the states that are expanded; see :class:`LatticeSearch`.
     """
     lattice, half = lattice_map.lattice, goal.half
     n, side = lattice.shape.headings, 2 * half + 1
@@ -52,11 +61,19 @@ def with_walls(goal: Goal, lattice_map: LatticeMap, costs: NDArray[np.int64], li
         found[middle + heading] = 0
         states[k] = middle + heading
     count = np.array((len(goal.headings), 0, NEVER), dtype=np.int64)
-    while not kernel.spread_back(
-        lattice_map.walls, lattice_map.clear, lattice.inscribed - 1e-6, lattice.reach, lattice.sweep_first,
-        lattice_map.swept, costs, n, first, last, lattice_map.offsets, began, lattice.cost,
-        lattice_map.stride, goal.cell, half, min(limit, MANY), found, done, keys, states, count,
-    ):  # fmt: skip
+    large_enough = False
+    while not large_enough:
+        args = (
+            lattice_map.walls, lattice_map.clear, lattice.inscribed - 1e-6, lattice.reach, lattice.sweep_first,
+            lattice_map.swept, costs, n, first, last, lattice_map.offsets, began, lattice.cost,
+            lattice_map.stride, goal.cell, half, min(limit, MANY), found, done, keys, states, count,
+        )  # fmt: skip
+        if places is None:
+            large_enough = bool(kernel.spread_back(*args))
+        else:
+            large_enough, expanded = run_noting(kernel.spread_back, args, done, 1)
+            y, x = np.divmod(expanded // n, side)
+            places.append(lattice_map.cells(goal.cell + (y - half) * lattice_map.stride + x - half))
         keys = np.concatenate((keys, np.zeros_like(keys)))
         states = np.concatenate((states, np.zeros_like(states)))
     excess = int(count[kernel.EXCESS])

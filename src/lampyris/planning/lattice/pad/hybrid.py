@@ -78,8 +78,8 @@ class RegionalHeadingSearch(LatticeSearch):
             if goal is None
             else (goal.with_cells, goal.half, goal.cell, max(goal.entry, 0))
         )
-        return int(
-            kernel.search(
+        return self._called(
+            kernel.search, self._round, (
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride - 1, lattice.first,
                 lattice_map.offsets, lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6,
                 lattice.sweep_first, lattice_map.swept, self.inside, projection.member, projection.group_first,

@@ -23,7 +23,7 @@ from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
 from lampyris.planning.lattice.pad.rounds import PadSearch, Rounds, recorded
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Cells
 
 SPHERE = 4.0
 """Radius of a new sphere, in displacements of the longest motion."""
@@ -119,6 +119,11 @@ class PadSession(LatticeSession):
             each=2 * PER_STATE + 8,
         )  # fmt: skip
         return PadSearch(LatticeMap(grid, lattice, obstacles))
+
+    def _noted(self, search: LatticeSearch) -> list[Cells]:
+        assert isinstance(search, PadSearch)
+        search.expanded = search.hybrid.expanded = noted = []
+        return noted
 
     def _forget_map(self) -> None:
         """Nothing: the next search takes over what still holds."""

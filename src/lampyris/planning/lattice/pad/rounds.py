@@ -154,7 +154,7 @@ class PadSearch(RegionalHeadingSearch):
         assert self._known is not None
         if self._walled is goal:
             return goal, 0
-        self._walled, expanded = with_walls(goal, self.lattice_map, costs, limit)
+        self._walled, expanded = with_walls(goal, self.lattice_map, costs, limit, self.expanded)
         self._known = *self._known[:2], self._walled
         return self._walled, expanded
 

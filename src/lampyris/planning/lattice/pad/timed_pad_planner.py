@@ -113,7 +113,7 @@ class PadSippSession(LatticeSippSession):
             for metres, motions in ((self._pad.sphere_radius, TIMED_SPHERE), (self._pad.tunnel, TUNNEL))
         )
         rounds = TimedRounds(
-            self._timed(lattice_map), lattice_map, field, costs, known, wanted, self._settings.weight,
+            self._timed(search), lattice_map, field, costs, known, wanted, self._settings.weight,
             Spheres(radius, self._pad.sphere_growth), width, limit,
         )  # fmt: skip
         outcome = rounds.run()

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import timed_search as kernel
+from lampyris.planning.graph.expanded import run_noting
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.search import Found
 from lampyris.planning.lattice.timed.discs import SLACK, MotionDiscs
 from lampyris.planning.lattice.timed.obstacles import KnownObstacles
+from lampyris.typing import Cells
 
 _ROOM, _SPANS = 1 << 14, 64
 
@@ -80,6 +82,7 @@ class IntervalSearch:
     Attributes
     ----------
     tick : ticks of one unit of the lattice.
+    expanded : as that of :class:`LatticeSearch`.
     """
 
     def __init__(
@@ -87,6 +90,7 @@ class IntervalSearch:
     ) -> None:
         self._map, self._discs, self._obstacles = lattice_map, discs, obstacles
         self.tick = 1.0 / UNIT / speed
+        self.expanded: list[Cells] | None = None
         self._each = len(lattice_map.lattice.angles) + 1
 
     def find(
@@ -137,8 +141,7 @@ class IntervalSearch:
         weight: float, limit: int, regions: Regions, most: float, order: NDArray[np.int64],
     ) -> int:  # fmt: skip
         lattice_map, lattice, discs, obstacles = self._map, self._map.lattice, self._discs, self._obstacles
-        return int(
-            kernel.timed_search(
+        args = (
                 lattice_map.walls, lattice_map.clear, heuristic, self._each - 1, lattice_map.stride,
                 lattice_map.border, lattice.first, lattice_map.offsets, lattice.turned, discs.duration, lattice.reach,
                 lattice.inscribed - 1e-6, lattice.sweep_first, lattice_map.swept, discs.disc_first, discs.disc,
@@ -147,8 +150,15 @@ class IntervalSearch:
                 self.tick, starts, goals, weight, limit, memory.slot,
                 memory.state, memory.begin, memory.end, memory.time, memory.before, memory.by, memory.left,
                 memory.open, memory.keys, memory.waits, memory.busy, memory.still, memory.count,
-            )
         )  # fmt: skip
+        if self.expanded is None:
+            return int(kernel.timed_search(*args))
+        outcome, nodes = run_noting(kernel.timed_search, args, memory.open, 0)
+        if outcome in (kernel.FOUND, kernel.EXHAUSTED, kernel.LIMIT):  # else it begins again
+            # The goal's node is taken, too, but not expanded.
+            nodes = nodes[: int(memory.count[kernel.EXPANDED])]
+            self.expanded.append(lattice_map.cells(memory.state[nodes] // self._each))
+        return int(outcome)
 
     def _result(
         self, memory: _Memory, heuristic: NDArray[np.int64], outcome: int, weight: float

@@ -14,7 +14,6 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Traits
 from lampyris.planning.lattice.lattice_planner import LatticeSession, State
-from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.timed.discs import motion_discs
@@ -96,17 +95,19 @@ class LatticeSippSession(LatticeSession):
             return self._none_found(EXHAUSTED, 0)
         assert self._heuristic is not None
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
-        found = self._timed(lattice_map).find(self._heuristic[1], begins, known, self._settings.weight, limit)
+        found = self._timed(search).find(self._heuristic[1], begins, known, self._settings.weight, limit)
         if found.path is not None:
             return self._timed_plan(found, search)
         return self._closed(search, begins, known, found.outcome, found.expansions)
 
-    def _timed(self, lattice_map: LatticeMap) -> IntervalSearch:
+    def _timed(self, search: LatticeSearch) -> IntervalSearch:
         """What searches among the obstacles."""
         discs = motion_discs(self._lattice, self._sipp.speed_fraction)
         cell = self._scene.grid.resolution
         obstacles = known_obstacles(self._recorded, cell, self._time_s * self._scene.robot.v_max / cell)
-        return IntervalSearch(lattice_map, discs, obstacles, self._sipp.speed_fraction)
+        made = IntervalSearch(search.lattice_map, discs, obstacles, self._sipp.speed_fraction)
+        made.expanded = search.expanded
+        return made
 
     def _closed(
         self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]], outcome: int,
@@ -117,6 +118,7 @@ class LatticeSippSession(LatticeSession):
             return self._none_found(LIMIT, expansions)
         self._known_goals(search, [(search.lattice_map.cell(cell), h) for cell, h in goals])
         assert self._heuristic is not None
+        search.expanded = None  # what this expands is counted nowhere
         search.begin(self._heuristic[1], starts, goals)
         if search.improve(1e3, None) == FOUND:
             detail = _AT_START if expansions == 0 else _CLOSED
