@@ -30,7 +30,7 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parents[1]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 # What the tests need besides; of these only what is pinned is promised.
 TEST_TOOLS = ("pytest", "hypothesis")
 TESTS = (

@@ -21,6 +21,8 @@ import pytest
 from page_browser import needs_chromium
 from scipy import ndimage, spatial, special, stats
 
+import lampyris
+
 ROOT = Path(__file__).resolve().parents[2]
 LIVE = ROOT / "site" / "live"
 pytestmark = pytest.mark.source
@@ -28,6 +30,8 @@ MEASURED = {"seconds", "loading_seconds", "timing"}
 """What differs from run to run."""
 REPLANS = 20
 """A second, of a goal that is dragged on 50 x 50 cells, if the worker has a processor."""
+MOVES = 200
+"""Of the mouse, each to another cell."""
 STARTED = 240_000
 """Milliseconds in which Python starts in a browser on a busy machine."""
 
@@ -212,21 +216,26 @@ def test_goal_dragged_in_a_page_without_a_server(browser: Any, tmp_path: Path) -
         goal = native(json.dumps({"scenario": {"version": 1, "map": "env-3", "planner": "astar"}}))["cells"][
             -1
         ]
+        # Over walls nothing would be asked.
+        blocked = lampyris.load_grid("env-3").blocked
+        there = [(goal[0] + k, goal[1] + k) for k in range(17) if not blocked[goal[1] + k, goal[0] + k]]
+        route = [*there, *there[-2:0:-1]]
         cell = side / 50
         page.mouse.move(left + (goal[0] + 0.5) * cell, top + (goal[1] + 0.5) * cell)
         page.mouse.down()
         page.evaluate("window.heard = []")
         used = worker_seconds()
         began = page.evaluate("performance.now()")
-        for k in range(120):
-            far = min(k % 32, 32 - k % 32)
-            page.mouse.move(left + (goal[0] + far + 0.5) * cell, top + (goal[1] + far + 0.5) * cell)
+        for k in range(MOVES):
+            column, row = route[(k + 1) % len(route)]
+            page.mouse.move(left + (column + 0.5) * cell, top + (row + 0.5) * cell)
         seconds = (page.evaluate("performance.now()") - began) / 1000
         heard = page.evaluate("window.heard")
         used = worker_seconds() - used
         page.mouse.up()
         page.wait_for_timeout(1000)
         goals = {json.dumps(json.loads(body)["scenario"]["goal"]) for body, _ in heard}
+        print(f"{MOVES} moves over {len(there)} cells, {MOVES / seconds:.1f} a second")
         print(
             f"{len(heard)} plans of {len(goals)} goals in {seconds:.1f} s: {len(heard) / seconds:.1f} a second"
         )

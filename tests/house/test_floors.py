@@ -50,6 +50,13 @@ def test_the_pinned_versions_are_not_below_the_floors(tool: ModuleType) -> None:
         ("numpy", "3.13", "2.1", "2.0 has no wheel for it"),
         ("scipy", "3.13", "1.14.1", "1.14.0 has no wheel for it"),
         ("matplotlib", "3.13", "3.9.2", "3.9.1 has no wheel for it"),
+        ("numba", "3.14", "0.63", "0.62 has no wheel for it"),
+        ("numpy", "3.14", "2.3.2", "2.3.1 has no wheel for it"),
+        ("scipy", "3.14", "1.16.1", "1.16.0 has no wheel for it"),
+        ("matplotlib", "3.14", "3.10.5", "3.10.3 has no wheel for it"),
+        ("pillow", "3.14", "11.3", "11.0 has no wheel for it"),
+        ("pyyaml", "3.14", "6.0.3", "6.0.2 has no wheel for it"),
+        ("pydantic", "3.14", "2.12", "the pydantic-core of 2.9 has no wheel for it"),
     ],
 )
 def test_floors_that_do_not_work_are_not_allowed(
