@@ -143,7 +143,7 @@ def plan(
     ------
     UsageError : no such planner; ``SETTING_CLASH``: an argument that is called as one of the planner's
         settings is, without ``planner_settings``; ``VIA``: via points, and a planner that plans times or poses.
-    SettingError : a setting it does not have, or out of its range; settings beside a planner object.
+    SettingError : a setting it does not have, or out of its range; settings together with a planner object.
     InternalFault : the referee refused the result; a fault of lampyris.
 
     Examples
@@ -278,7 +278,7 @@ def speed_profile(
 
     Raises
     ------
-    UsageError : no such law; settings beside settings; ``OPTIONS``: ``smooth`` or ``spacing`` where they
+    UsageError : no such law; settings given twice; ``OPTIONS``: ``smooth`` or ``spacing`` where they
         would have no effect.
     SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
     InternalFault : the referee refused the profile; a fault of lampyris.
@@ -299,7 +299,7 @@ def speed_profile(
     start_speed(v0)
     if law_settings:
         if not isinstance(law, str):
-            raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
+            raise UsageError("LAW", "settings given twice", where="law_settings", allowed="a law's name")
         law = laws.with_settings(law, law_settings)
     if tick_seconds is not None:
         plain = smooth == "none" and spacing is None and obstacle_states is None and v0 == 0.0
@@ -358,7 +358,7 @@ def _scheduled(
     if not (plain and isinstance(path, Plan) and isinstance(chosen, PhysicalLaw)):
         raise UsageError(
             "SCHEDULE",
-            "tick_seconds beside something that a schedule does not go with",
+            "tick_seconds together with options that a schedule does not support",
             where="tick_seconds",
             allowed="a plan, the law physical or a variant, no smooth, spacing, obstacle_states or v0",
         )

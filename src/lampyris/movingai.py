@@ -205,7 +205,7 @@ def beside(name: str, queries: Sequence[ScenQuery]) -> Path:
             return folder / one
     raise FileError(
         "FILE_MISSING",
-        f"map {_last(first.map)[:60]!r} is not beside the file",
+        f"map {_last(first.map)[:60]!r} is not in the folder of the file",
         where=f"{name}: line {first.line}",
         todo="put it there, or give map=FILE",
     )

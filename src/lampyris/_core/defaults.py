@@ -35,7 +35,7 @@ POINTS_SMOOTH: Final = "arcs"
 """How points given by the user (an array, a file) are driven."""
 
 UNSEEN_COST: Final = 1.0
-"""What a cell that has not been seen costs to enter, as a multiple of what it costs once it is seen."""
+"""Cost of entering an unseen cell, as a multiple of its cost once it is seen."""
 
 VIA_ORDERS: Final = ("given", "best")
 VIA_ORDER: Final = VIA_ORDERS[0]

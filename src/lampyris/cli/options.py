@@ -134,7 +134,7 @@ NoTiming = Annotated[
 ]
 Bag = Annotated[
     Path | None,
-    typer.Option("--bag", metavar="FILE", help="Write a bag of ROS 2 (.mcap, .db3, or a folder)."),
+    typer.Option("--bag", metavar="FILE", help="Write a ROS 2 bag (.mcap, .db3, or a folder)."),
 ]
 Export = Annotated[
     Path | None,
@@ -218,7 +218,7 @@ Zones = Annotated[
 Keepout = Annotated[
     Path | None,
     typer.Option(
-        "--keepout", metavar="FILE", help="Where the robot must not be: a Nav2 keepout mask (.yaml)."
+        "--keepout", metavar="FILE", help="Areas that the robot must not enter: a Nav2 keepout mask (.yaml)."
     ),
 ]
 ObstacleRadius = Annotated[

@@ -97,7 +97,9 @@ class Request:
 
             given["footprint"] = read_robot(path).get("footprint")
             if given["footprint"] is not None and given["radius"]:
-                raise UsageError("OPTIONS", "--radius beside the footprint of --robot", allowed="one of them")
+                raise UsageError(
+                    "OPTIONS", "--radius together with the footprint of --robot", allowed="one of them"
+                )
         return Robot(**given)
 
     def planner_settings(self) -> dict[str, Any]:
@@ -323,7 +325,9 @@ def _obstacle_outline(options: TrafficOptions) -> Polygon | None:
     if text is None:
         return None
     if options.obstacle_radius:
-        raise UsageError("OPTIONS", "--obstacle-radius beside --obstacle-rectangle", allowed="one of them")
+        raise UsageError(
+            "OPTIONS", "--obstacle-radius together with --obstacle-rectangle", allowed="one of them"
+        )
     return rectangle_of(
         _pair(text, "--obstacle-rectangle", float), "--obstacle-rectangle", "TRAFFIC_FOOTPRINT"
     )

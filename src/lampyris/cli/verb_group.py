@@ -43,7 +43,7 @@ VERBS: Mapping[str, tuple[str, str]] = {
     "fleet": ("fleet:fleet", "Plan paths for many robots that never collide."),
     "swarm": (
         "swarm.command:swarm",
-        "Simulate robots that look for sources of a signal (glowworm swarm optimisation).",
+        "Simulate robots that search for sources of a signal (glowworm swarm optimisation).",
     ),
     "chain": (
         "chain.command:chain",
@@ -53,7 +53,7 @@ VERBS: Mapping[str, tuple[str, str]] = {
     "laws": ("laws:laws", "List the speed laws: what each does, and its source. With NAME: its settings."),
     "uncertain": (
         "uncertain.command:uncertain",
-        "Compute how uncertain settings spread the time, length or energy of a drive, and which setting carries it.",
+        "Compute the distribution of the time, length or energy of a drive under uncertain settings, and the share of each.",
     ),
     "drive": (
         "drive.command:drive",
@@ -65,7 +65,7 @@ VERBS: Mapping[str, tuple[str, str]] = {
     ),
     "reproduce": (
         "reproduce:reproduce",
-        "Recompute the dissertation's printed figures and say which ones reproduce.",
+        "Recompute the dissertation's printed figures and report which ones reproduce.",
     ),
     "app": ("app:app", "Open the app: draw, plan, watch and compare in the browser."),
     "warm": (
@@ -74,15 +74,15 @@ VERBS: Mapping[str, tuple[str, str]] = {
     ),
     "maps": (
         "maps.command:app",
-        "List the bundled maps, show a map, make new ones, convert files, make maps of photographs.",
+        "List the bundled maps, show a map, make new ones, convert files, make maps from photographs.",
     ),
     "bag": (
         "ros.bag:bag",
-        "List the topics of a bag of ROS 2, and turn them into a map, a path, tracks of obstacles, poses of the robot.",
+        "List the topics of a ROS 2 bag, or extract a map, a path, tracks of obstacles and poses of the robot.",
     ),
     "ros": (
         "ros.node:ros",
-        "Run a node of ROS 2: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out.",
+        "Run a ROS 2 node: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out.",
     ),
     "study": (
         "study.commands:app",

@@ -34,7 +34,7 @@ def chosen_planner(
     ------
     UsageError : no such planner; ``SETTING_CLASH``: an argument that was given and that is called as one of
         the planner's settings is, without ``planner_settings``; a setting in both.
-    SettingError : ``PLANNER``: no planner; settings beside a planner object; a setting it does not have.
+    SettingError : ``PLANNER``: no planner; settings together with a planner object; a setting it does not have.
     """
     inner = planner_settings
     if inner is not None and not (isinstance(inner, Mapping) and all(isinstance(key, str) for key in inner)):
@@ -55,7 +55,7 @@ def chosen_planner(
     if settings or inner:
         raise SettingError(
             "SETTING",
-            f"settings {sorted({**settings, **(inner or {})})} beside a planner object",
+            f"settings {sorted({**settings, **(inner or {})})} together with a planner object",
             allowed="settings inside the object",
         )
     return planner

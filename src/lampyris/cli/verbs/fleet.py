@@ -146,7 +146,7 @@ def fleet(
         typer.Option(
             "--export",
             metavar="FILE",
-            help="Write the robots as .scen or as a League problem (.json and three beside it), or the plan as .txt.",
+            help="Write the robots as .scen or as a League problem (.json and three more files), or the plan as .txt.",
         ),
     ] = None,
     save: Save = None,

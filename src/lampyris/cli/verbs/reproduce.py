@@ -46,7 +46,7 @@ def reproduce(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Recompute the dissertation's printed figures and say which ones reproduce."""
+    """Recompute the dissertation's printed figures and report which ones reproduce."""
     raise typer.Exit(reproduce_figures(out, workers, quick, json_, force))
 
 

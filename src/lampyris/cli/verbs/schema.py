@@ -11,7 +11,7 @@ import typer
 
 def schema(
     fleet: Annotated[
-        bool, typer.Option("--fleet", help="Of scenario files of fleets, those with the key `fleet`.")
+        bool, typer.Option("--fleet", help="Schema of scenario files of fleets, with the key `fleet`.")
     ] = False,
 ) -> None:
     """Print the JSON Schema of scenario files."""

@@ -42,7 +42,7 @@ def tune(
         typer.Option(
             "--law",
             metavar="NAME",
-            help="Tune this speed law of the study; --planner says who plans the paths.",
+            help="Tune this speed law of the study; --planner selects the planner of the paths.",
         ),
     ] = None,
     metric: Annotated[
@@ -50,7 +50,7 @@ def tune(
         typer.Option(
             "--metric",
             metavar="NAME",
-            help="What is made better, such as cost or expansions (default: cost; of laws time_s).",
+            help="Measure to improve, such as cost or expansions (default: cost; of laws time_s).",
         ),
     ] = None,
     range_: Annotated[
@@ -87,7 +87,7 @@ def tune(
             "--out",
             "-o",
             metavar="FILE",
-            help="The study with what was tuned (.yaml; default: STUDY-tuned.yaml).",
+            help="The study with the tuned settings (.yaml; default: STUDY-tuned.yaml).",
         ),
     ] = None,
     json_: Json = False,

@@ -129,9 +129,7 @@ class WindowsTable(Table):
     window: Annotated[
         Annotated[int, Field(ge=1, le=MAX_WINDOW)] | None,
         Rule("WINDOW", f"a whole number, 1 to {MAX_WINDOW:,}, or null"),
-    ] = Field(
-        None, description="Ticks that are driven before planning again; null: 1 with pibt, 5 with lacam."
-    )
+    ] = Field(None, description="Ticks driven before planning again; null: 1 with pibt, 5 with lacam.")
 
 
 class LifelongTable(WindowsTable):

@@ -58,7 +58,7 @@ def files_of(target: str | os.PathLike[str], *, scen: bool = False) -> tuple[Pat
     path = Path(target)
     ending = path.suffix.lower()
     if scen and ending != ".map":
-        raise UsageError("OPTIONS", f"queries beside a {ending or 'file'}", where=str(path), allowed=".map")
+        raise UsageError("OPTIONS", f"queries next to a {ending or 'file'}", where=str(path), allowed=".map")
     if scen:
         return (path, path.with_name(f"{path.name}.scen"))
     return (path, path.with_suffix(".pgm")) if ending in ROS_ENDINGS else (path,)

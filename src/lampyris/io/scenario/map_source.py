@@ -66,7 +66,7 @@ class Files:
                 "PATH_OUTSIDE",
                 f"{shown(name)} is outside the {self.what}'s folder",
                 where=spot(self.parsed, key_path),
-                todo=f"put the file beside it, or give allow_outside=True if you trust the {self.what}",
+                todo=f"put the file next to it, or give allow_outside=True if you trust the {self.what}",
             )
         return path
 

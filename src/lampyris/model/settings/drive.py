@@ -38,7 +38,7 @@ class DriveSettings:
         limits would need on its first path. At most 100,000 periods.
     obstacle_speed : speed of the scene's obstacles along a straight step. At most 100 cells between
         two decisions.
-    obstacle_info : what the law knows of obstacles: their ``positions``; their ``velocities`` too; or whole
+    obstacle_info : what the law knows about obstacles: ``positions``; also ``velocities``; or whole
         ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
     tracking : how commands are followed: at once (``perfect``), or with a delay, by ``velocity`` or by ``position``.
     command_period : time between two commands, unless tracking is perfect.

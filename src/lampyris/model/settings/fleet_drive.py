@@ -20,14 +20,14 @@ class FleetDriveSettings:
 
     Parameters
     ----------
-    policy : ``order``: along the plan, in its order of visits at every cell; ``orca``: without a plan, each robot avoids
+    policy : ``order``: drive the plan, in its order of visits at every cell; ``orca``: without a plan, each robot avoids
         what is near (optimal reciprocal collision avoidance).
     obstacles : moving obstacles, discs that walk at random.
     obstacle_radius : radius of the moving obstacles.
     obstacle_speed : speed of the moving obstacles.
-    obstacle_info : what robots know of moving obstacles: ``speed``: where they are and their top speed; ``track``: where they
-        will be, too.
-    period : seconds between two looks at the obstacles; with ``orca`` the length of a step.
+    obstacle_info : what robots know about moving obstacles: ``speed``: present positions and top speeds; ``track``: also
+        future positions.
+    period : seconds between two observations of the obstacles; with ``orca`` the length of a step.
     drive_limit : simulated seconds after which the drive ends.
     robot_horizon : with ``orca``, seconds for which velocities are free of collisions with robots.
     wall_horizon : with ``orca``, the same with walls.

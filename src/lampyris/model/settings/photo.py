@@ -8,9 +8,9 @@ from lampyris._core.settings import check_settings, number, under_code, whole, w
 from lampyris.errors import SettingError
 
 CRITERIA = ("otsu", "kapur", "cross-entropy")
-"""What thresholds are judged by."""
+"""Criteria for thresholds."""
 METHODS = ("exact", "gso", "igso", "pso")
-"""What looks for them."""
+"""Methods that search for thresholds."""
 CHANNELS = ("luma", "red", "green", "blue")
 
 
@@ -20,11 +20,11 @@ class PhotoSettings:
 
     Parameters
     ----------
-    thresholds : levels that divide the photograph into one class more; a level at a threshold belongs to the darker
+    thresholds : number of thresholds; there is one class more, and a level at a threshold belongs to the darker
         class.
-    criterion : what thresholds are judged by: ``otsu``, the variance between classes; ``kapur``, the sum of the
+    criterion : criterion for thresholds: ``otsu``, the variance between classes; ``kapur``, the sum of the
         entropies of the classes; ``cross-entropy``, the least cross-entropy between the photograph and its classes.
-    by : what looks for them: ``exact``, dynamic programming; ``gso``, ``igso`` or ``pso``, a swarm.
+    by : search method: ``exact``, dynamic programming; ``gso``, ``igso`` or ``pso``, a swarm.
     channel : of a colour photograph: ``luma`` (brightness by Rec.601), ``red``, ``green`` or ``blue``.
     median : side of the square of a median filter, odd; 1: none.
     cell : side of a cell in pixels.

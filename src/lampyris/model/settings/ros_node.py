@@ -14,7 +14,7 @@ class NodeSettings:
     Parameters
     ----------
     rate : velocity commands per second.
-    margin : planned paths keep so much more distance to walls than the robot's outline needs.
+    margin : additional distance of planned paths from walls, beyond the robot's outline.
     data_timeout : age of the last new /odom after which the robot is stopped.
     obstacle_timeout : age of the last message about obstacles, once there was one, after which the robot is stopped. 0: it
         may be of any age.

@@ -56,7 +56,7 @@ def chosen(planner: object, settings: Mapping[str, Any]) -> FleetPlanner:
 
     Raises
     ------
-    UsageError, SettingError : as of :func:`make`; ``PLANNER``: no planner; settings beside a planner object.
+    UsageError, SettingError : as of :func:`make`; ``PLANNER``: no planner; settings together with a planner object.
     """
     if isinstance(planner, str):
         return make(planner, settings)
@@ -64,7 +64,7 @@ def chosen(planner: object, settings: Mapping[str, Any]) -> FleetPlanner:
         allowed = "a name, or an object with name, traits and plan"
         raise SettingError("PLANNER", f"{shown(planner)} is no planner of fleets", allowed=allowed)
     if settings:
-        what = f"settings {sorted(settings)} beside a planner object"
+        what = f"settings {sorted(settings)} together with a planner object"
         raise SettingError("SETTING", what, allowed="settings inside the object")
     return planner
 

@@ -69,7 +69,7 @@ def fleet_study(parsed: Document, file: form.StudyFile, files: Any, has_folder: 
     radii = _several(file.radius, "radius", tried)
     if radii and file.robot.model_fields_set & {"radius", "footprint", "rectangle"}:
         tried.refuse(
-            ("radius",), FileError("KEY", "`radius` beside the size in `robot`", allowed="one of them")
+            ("radius",), FileError("KEY", "`radius` together with the size in `robot`", allowed="one of them")
         )
     moves = MOVES if file.moves is None else file.moves
     planners = planners_of(file.planners, tried, fleets=True)
@@ -171,7 +171,7 @@ def _delays(file: form.StudyFile, drive: Mapping[str, Any], tried: Tried) -> Mad
 def _drive(file: form.StudyFile, planners: Made[Config], moves: str, tried: Tried) -> dict[str, Any]:
     """How the robots drive, as a study holds it; empty: they do not."""
     if file.execute is not None and file.lifelong is not None:
-        fault = FileError("KEY", "`lifelong` beside `execute`", allowed="one of them")
+        fault = FileError("KEY", "`lifelong` together with `execute`", allowed="one of them")
         tried.refuse(("lifelong",), fault)
         return {}
     if file.execute is not None:

@@ -63,7 +63,10 @@ def scene_of(name: str, links: int | None) -> ChainScene:
     if links is not None:
         allowed = f"one of the bundled scenes: {', '.join(BUNDLED)}"
         raise UsageError(
-            "LINKS", "--links beside a scene file, which states its links", where="--links", allowed=allowed
+            "LINKS",
+            "--links together with a scene file, which states its links",
+            where="--links",
+            allowed=allowed,
         )
     return _read(Path(name))
 

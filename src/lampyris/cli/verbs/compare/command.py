@@ -81,7 +81,8 @@ def compare(
     live: Annotated[
         bool,
         typer.Option(
-            "--live", help="Obstacles react to the robot; without it all runs meet the same recorded tracks."
+            "--live",
+            help="Obstacles react to the robot; without this option all runs have the same recorded tracks.",
         ),
     ] = False,
     ticks: Ticks = None,
@@ -108,7 +109,7 @@ def compare(
 ) -> None:
     """Compare planners and speed laws in the same world: one table, one picture.
 
-    With --sensor-range each planner drives twice: with the map known, and with the sensor in place of the map.
+    With --sensor-range each planner is run twice: with the map known, and with the sensor instead of the map.
     """
     from lampyris.cli.request import Request, file_errors, read_goal_track, with_goal
 

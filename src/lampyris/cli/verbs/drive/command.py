@@ -65,7 +65,7 @@ def drive(
         typer.Option(
             "--picture",
             metavar="FILE",
-            help="Draw what was driven on the map, of one or several controllers (.png or .svg).",
+            help="Draw the driven path on the map, for one or several controllers (.png or .svg).",
         ),
     ] = None,
     export: Export = None,
@@ -76,7 +76,7 @@ def drive(
 ) -> None:
     """Simulate a run among moving obstacles in continuous time, with bounded accelerations.
 
-    Several controllers, as in --controller exact,rpp,mppi, drive one after the other: one table, one picture.
+    Several controllers, such as --controller exact,rpp,mppi, are run one after the other: one table, one picture.
     """
     from lampyris.cli.request import Request, budget_of, parse_controllers, track_speed, traffic_of
     from lampyris.model.settings.drive import DriveSettings

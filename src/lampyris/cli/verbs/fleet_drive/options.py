@@ -18,7 +18,7 @@ from lampyris.model.settings.simulation import MAX_TICKS
 
 _ROBOT = ("radius", "v_max", "a_max", "d_max", "drive", "yaw_rate_max")
 _DRIVE = ("policy", "obstacles", "obstacle_radius", "obstacle_speed", "obstacle_info", "drive_limit")
-_WORDS = {"drive": "differential turns in place before it goes on, omnidirectional need not"}
+_WORDS = {"drive": "differential turns in place at corners, omnidirectional need not"}
 
 
 def _declared(kind: type, names: tuple[str, ...], default: str) -> list[tuple[str, Any, Any]]:
@@ -70,7 +70,7 @@ _OWN: list[tuple[str, Any, Any]] = [
             list[str] | None,
             typer.Option(
                 "--fault", metavar="ROBOT@TIME",
-                help="Robot (from 0) that stops for good at a second, or at a tick of --lifelong; repeatable.",
+                help="Robot (from 0) that fails at a second, or at a tick of --lifelong; repeatable.",
             ),
         ],
         field(default=None),
@@ -92,7 +92,7 @@ _OWN: list[tuple[str, Any, Any]] = [
             int | None,
             typer.Option(
                 "--window", metavar="TICKS",
-                help="Ticks that are driven before planning again (default: 1 with pibt, 5 with lacam).",
+                help="Ticks driven before planning again (default: 1 with pibt, 5 with lacam).",
             ),
         ],
         field(default=None),
@@ -104,7 +104,7 @@ _OWN: list[tuple[str, Any, Any]] = [
             typer.Option(
                 "--tasks", metavar="FILE",
                 help="Tasks of --lifelong (.csv): release, x, y, or release and pickup_x, pickup_y, delivery_x, delivery_y; "
-                "default: random cells without end.",
+                "default: random cells.",
             ),
         ],
         field(default=None),

@@ -47,7 +47,7 @@ app = typer.Typer(
     cls=_NameOrAction,
     invoke_without_command=True,
     subcommand_metavar="[NAME | FILE | ACTION ...]",
-    help="List the bundled maps, show a map, make new ones, convert files, make maps of photographs.",
+    help="List the bundled maps, show a map, make new ones, convert files, make maps from photographs.",
 )
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -263,7 +263,7 @@ def make(
     context: typer.Context,
     recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="See `lampyris maps recipes`.")],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The map (its ending names the format).")
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The map (its extension selects the format).")
     ],
     size: Annotated[str, typer.Option("--size", metavar="W,H", help="Columns and rows.")] = "50,50",
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Same seed, same cells.")] = 0,
@@ -303,12 +303,14 @@ def make(
 def convert(
     context: typer.Context,
     source: Annotated[str, typer.Argument(metavar="IN", help="A map file, or the name of a bundled map.")],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="The new file; its ending names the format.")],
+    target: Annotated[
+        Path, typer.Argument(metavar="OUT", help="The new file; its extension selects the format.")
+    ],
     values: Values = defaults.VALUES,
     to_values: ToValues = None,
     colour: Colour = defaults.COLOUR,
     scen: Annotated[
-        bool, typer.Option("--scen", help="Write the map's stored queries beside a .map, as OUT.scen.")
+        bool, typer.Option("--scen", help="Also write the map's stored queries next to a .map, as OUT.scen.")
     ] = False,
     resolution: Resolution = None,
     max_cells: MaxCells = None,

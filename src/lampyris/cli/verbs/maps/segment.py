@@ -35,7 +35,7 @@ def segment(
     context: typer.Context,
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="A JPEG, PNG, BMP or PGM file.")],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The map (its ending names the format).")
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The map (its extension selects the format).")
     ],
     options: PhotoOptions,
     free: Annotated[
@@ -66,8 +66,8 @@ def segment(
 ) -> None:
     """Make a map from a photograph: thresholds divide its grey levels into classes, and some classes are free.
 
-    A cell is what more than half of its pixels are; where they tie, and where the photograph is transparent or ends, it
-    is unknown. With --by gso, igso or pso a swarm looks for the thresholds; the gap to the best ones is printed.
+    A cell takes the state of more than half of its pixels; it is unknown if they tie, and where the photograph is
+    transparent or ends. With --by gso, igso or pso a swarm searches for the thresholds; the gap to the optimum is printed.
     """
     from lampyris.io.maps.convert import files_of, write_and_compare, write_with_yaml
     from lampyris.io.maps.formats.document import MapDocument

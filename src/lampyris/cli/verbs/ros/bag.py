@@ -26,7 +26,9 @@ def bag(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A bag: a folder, .mcap or .db3.")],
     topic: Annotated[
         str | None,
-        typer.Option("--topic", metavar="NAME", help="The topic to take; else the usual or only one."),
+        typer.Option(
+            "--topic", metavar="NAME", help="The topic to read (default: the usual one, or the only one)."
+        ),
     ] = None,
     map_out: Annotated[
         Path | None,
@@ -65,7 +67,7 @@ def bag(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """List the topics of a bag of ROS 2, and turn them into a map, a path, tracks of obstacles, poses of the robot."""
+    """List the topics of a ROS 2 bag, or extract a map, a path, tracks of obstacles and poses of the robot."""
     from lampyris.io.maps.load import VALUES
 
     check_choice("VALUES", "--values", values, VALUES)

@@ -39,7 +39,7 @@ def ros(
         typer.Option(
             "--transport",
             metavar="auto|rclpy|dds",
-            help="rclpy, or Cyclone DDS (topics only); auto: rclpy if it is there.",
+            help="rclpy, or Cyclone DDS (topics only); auto: rclpy if it is installed.",
         ),
     ] = TRANSPORTS[0],
     name: Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the node.")] = "lampyris",
@@ -50,7 +50,7 @@ def ros(
     remap: Annotated[
         list[str] | None,
         typer.Option(
-            "--remap", metavar="FROM:=TO", help="Another name of a topic, as /odom:=/robot/odom; repeatable."
+            "--remap", metavar="FROM:=TO", help="Rename a topic, such as /odom:=/robot/odom; repeatable."
         ),
     ] = None,
     services: Annotated[
@@ -64,7 +64,7 @@ def ros(
         typer.Option("--seconds", metavar="S", help="End after this time (default: run until interrupted)."),
     ] = None,
 ) -> None:
-    """Run a node of ROS 2: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out."""
+    """Run a ROS 2 node: /map, /odom and /goal_pose in; /plan, /cmd_vel and the speed profile with its causes out."""
     check_choice("TRANSPORT", "--transport", transport, TRANSPORTS)
     if seconds is not None and not seconds > 0.0:
         raise UsageError("SECONDS", f"{seconds:g}", where="--seconds", allowed="more than 0")

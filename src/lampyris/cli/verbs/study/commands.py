@@ -186,7 +186,7 @@ def write(
 
 @app.command(cls=Command)
 def show(store: StoreFile, json_: Json = False) -> None:
-    """Show what a store holds: the study, its progress and its results so far."""
+    """Show the contents of a store: the study, its progress and its results so far."""
     _show_store(store, json_)
 
 
@@ -200,7 +200,7 @@ def export(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Write what a store holds as CSV, Parquet or LaTeX; the output depends only on the store."""
+    """Export a store as CSV, Parquet or LaTeX; the output depends only on the store."""
     from lampyris.cli.verbs.study.files import StudyOutputs
 
     out = StudyOutputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
@@ -235,7 +235,7 @@ def film(
     out: Annotated[Path, typer.Argument(metavar="FILE", help="The film (.webp or .gif).")],
     force: Force = False,
 ) -> None:
-    """Do one run of a store again and draw it as a film."""
+    """Repeat one run of a store and draw it as a film."""
     _film(store, row, out, force=force)
 
 

@@ -58,7 +58,7 @@ class StudyRequest:
         UsageError : OPTIONS; ENDING.
         """
         if self.again and (self.fresh or self.dry_run):
-            raise UsageError("OPTIONS", "--again beside --fresh or --dry-run", allowed="one of them")
+            raise UsageError("OPTIONS", "--again together with --fresh or --dry-run", allowed="one of them")
         for word in self.again:
             check_choice("ENDING", "--again", word, AGAIN)
 

@@ -73,14 +73,14 @@ def swarm(
         str | None,
         typer.Option(
             "--method", metavar="|".join(METHODS),
-            help=f"gso: follow brighter neighbours; gradient: climb the signal by a robot's own sensors (default: {METHODS[0]}).",
+            help=f"gso: follow brighter neighbours; gradient: climb the measured gradient (default: {METHODS[0]}).",
         ),
     ] = None,
     iterations: Annotated[
         int | None,
         typer.Option(
             "--iterations", metavar="N",
-            help=f"How often the robots measure, broadcast, choose and drive (default: {_ITERATIONS}).",
+            help=f"Number of iterations: measure, broadcast, choose a leader, drive (default: {_ITERATIONS}).",
         ),
     ] = None,
     settings: Annotated[
@@ -88,7 +88,7 @@ def swarm(
         typer.Option("--set", metavar="KEY=VALUE", help="A setting of the robots, such as noise=0.1; repeatable."),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option("--seconds", metavar="S", help="Time limit; what was done is reported.")
+        float | None, typer.Option("--seconds", metavar="S", help="Time limit; the iterations done so far are reported.")
     ] = None,
     seed: Seed = 0,
     resolution: Resolution = None,
@@ -102,7 +102,7 @@ def swarm(
     no_timing: NoTiming = False,
     force: Force = False,
 ) -> None:  # fmt: skip
-    """Simulate robots that look for sources of a signal (glowworm swarm optimisation).
+    """Simulate robots that search for sources of a signal (glowworm swarm optimisation).
 
     Robots are discs that measure the signal, broadcast their luciferin, follow brighter neighbours and never touch each other
     or a wall. A source is held if at least capture_robots robots (3) are within its capture radius. Exit code 4: not every

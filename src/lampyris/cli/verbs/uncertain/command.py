@@ -52,7 +52,7 @@ def uncertain(
         ),
     ] = None,
     of: Annotated[
-        str, typer.Option("--of", metavar="|".join(OUTCOMES), help="The outcome that is looked at.")
+        str, typer.Option("--of", metavar="|".join(OUTCOMES), help="The outcome to analyse.")
     ] = OUTCOME,
     method: Annotated[
         str,
@@ -67,7 +67,11 @@ def uncertain(
     ] = defaults.UNCERTAINTY_TOLERANCE,
     runs: Annotated[
         int,
-        typer.Option("--runs", metavar="N", help="Most runs for polynomial chaos, held-out runs included."),
+        typer.Option(
+            "--runs",
+            metavar="N",
+            help="Greatest number of runs for polynomial chaos, held-out runs included.",
+        ),
     ] = defaults.EXPANSION_RUNS,
     monte_carlo_runs: Annotated[
         int, typer.Option("--monte-carlo-runs", metavar="N", help="Runs for Monte Carlo.")
@@ -91,7 +95,7 @@ def uncertain(
         typer.Option(
             "--smooth",
             metavar="|".join(SMOOTHING),
-            help="How the path becomes a curve, as in `lampyris speed`.",
+            help="How the path is smoothed, as in `lampyris speed`.",
         ),
     ] = PROFILE_SMOOTH,
     obstacles: options.Obstacles = 0,
@@ -101,7 +105,7 @@ def uncertain(
     picture: Picture = None,
     force: Force = False,
 ) -> None:
-    """Compute how uncertain settings spread the time, length or energy of a drive, and which setting carries it."""
+    """Compute the distribution of the time, length or energy of a drive under uncertain settings, and the share of each."""
     from lampyris.cli.request import Request
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
