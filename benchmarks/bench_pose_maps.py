@@ -35,6 +35,8 @@ included, is checked by the referee, and no bound is below cost / optimal cost."
 
 WEIGHTS = (1.6, 1.09)
 ASKED_MS = {1.6: 2.0, 1.09: 60.0}
+SHARE = 0.2
+"""Of the states that `lattice` expands `pad` shall expand at most so many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +117,7 @@ def bench(quick: bool) -> Section:
     count = 3 if quick else 10
     rows = []
     middles: dict[tuple[str, float], list[float]] = {}
+    expanded: dict[tuple[str, float], dict[str, list[float]]] = {}
     unlike = 0
     with compiled_only():
         for name, grid in grids(quick):
@@ -138,6 +141,8 @@ def bench(quick: bool) -> Section:
                                 statistics.median(getattr(q, what) for q in known)
                                 for what in ("first", "search", "expansions")
                             )
+                            both = expanded.setdefault((who, weight), {"lattice": [], "pad": []})
+                            both[planner].append(expansions)
                             if planner == "lattice":
                                 middles.setdefault((who, weight), []).append(search)
                             numbers = (
@@ -177,6 +182,16 @@ def bench(quick: bool) -> Section:
                 statistics.median(of) <= most,
                 f"{who}: median search of lattice at weight {weight:g} at most {most:g} ms: {statistics.median(of):.2f} in "
                 f"the median of {len(of)} maps, {within} of them within it",
+            )
+        )
+    for (who, weight), both in expanded.items():
+        shares = [pad / max(full, 1.0) for full, pad in zip(both["lattice"], both["pad"], strict=True)]
+        middle = statistics.median(shares)
+        verdicts.append(
+            Verdict(
+                middle <= SHARE,
+                f"{who}: expansions of pad at weight {weight:g} at most {SHARE:g} of those of lattice, its first try included: "
+                f"{middle:.2f} in the median of {len(shares)} maps, {sum(share <= SHARE for share in shares)} of them within it",
             )
         )
     return Section(

@@ -136,33 +136,42 @@ def add_walls(
                 cost[k] += hit
 
 
+@kernel(inline=True)
+def sample(number, first, stride, count, last):
+    """Which sample of the path has a number: every so many of them count, and the last."""
+    return last if number >= count else first + number * stride
+
+
 @kernel(out=("at", "room", "cost"), each=500, of="cost")
 def add_path(
-    x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, weight, yaw_weight, v_max, double, at, room, cost, begin, end,
+    x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, first, stride, count, last,
+    weight, yaw_weight, v_max, double, at, room, cost, begin, end,
 ):  # fmt: skip
     """Add to each motion of a block what distance and yaw beside the path cost, and move on along the path.
 
     ``room`` is the speed from which it can stop at the end of the path, at most ``v_max``; ``double`` is twice the braking.
     """
-    last = len(path_x) - 1
     for k in range(begin, end):
         near = int(at[k])
+        here = u64(sample(near, first, stride, count, last))
         px = x[k]
         py = y[k]
-        dx = path_x[near] - px
-        dy = path_y[near] - py
+        dx = path_x[here] - px
+        dy = path_y[here] - py
         square = dx * dx + dy * dy
-        while near < last:
-            dx = path_x[near + 1] - px
-            dy = path_y[near + 1] - py
+        while near < count:
+            beyond = u64(sample(near + 1, first, stride, count, last))
+            dx = path_x[beyond] - px
+            dy = path_y[beyond] - py
             other = dx * dx + dy * dy
             if other > square:
                 break
             square = other
             near += 1
+            here = beyond
         at[k] = near
-        room[k] = min(v_max, math.sqrt(double * path_left[near]))
-        aligned = cosine[k] * path_c[near] + sine[k] * path_s[near]
+        room[k] = min(v_max, math.sqrt(double * path_left[here]))
+        aligned = cosine[k] * path_c[here] + sine[k] * path_s[here]
         cost[k] += weight * math.sqrt(square) + yaw_weight * (1.0 - aligned)
 
 
@@ -189,7 +198,8 @@ def add_path(
 def rollouts(
     noise_v, noise_w, noise_u, rows, hold, shift, nominal_v, nominal_w, nominal_u, spread_v, spread_w,
     steps, dt, start, gear, sideways, v_max, a_max, d_max, w_max, bend_max, a_lat, rate_weight,
-    path_x, path_y, path_c, path_s, path_left, path_weight, yaw_weight, progress_weight,
+    path_x, path_y, path_c, path_s, path_left, path_first, path_stride, path_count, path_last,
+    path_weight, yaw_weight, progress_weight,
     clear, width, height, resolution, disc_x, disc_y, disc_r, margin,
     box, ox, oy, ou, ow, radius, obstacle_weight, collision_cost,
     push, side, spin, x, y, cosine, sine, before, beside, at, room, cost, found, bounds,
@@ -206,7 +216,9 @@ def rollouts(
     sideways : 1 for an omnidirectional robot, whose speeds may be below 0.
     v_max, a_max, d_max, w_max : greatest speed, acceleration, braking and yaw rate.
     bend_max : greatest curvature, 1/m.
-    path_x, path_y, path_c, path_s, path_left : the path from the robot on: points, direction of the yaw, metres left.
+    path_x, path_y, path_c, path_s, path_left : samples of the path: points, direction of the yaw, metres left.
+    path_first, path_stride, path_count, path_last : which of them count, from the robot on: so many, ``path_stride`` apart, and
+        the last.
     clear, width, height : metres from the centre of each cell to the nearest wall, row by row.
     disc_x, disc_y, disc_r : discs that cover the robot, metres; y to the left.
     box : float64 (4,): the rectangle around the robot: least and greatest x, least and greatest y.
@@ -225,7 +237,9 @@ def rollouts(
     n = u64(len(cost))
     reach = math.sqrt(max(box[0] * box[0], box[1] * box[1]) + max(box[2] * box[2], box[3] * box[3]))
     double = 2.0 * d_max
-    quickest = min(v_max, math.sqrt(double * path_left[0]))
+    quickest = min(
+        v_max, math.sqrt(double * path_left[sample(0, path_first, path_stride, path_count, path_last)])
+    )
     for k in range(n):
         x[k] = start[0]
         y[k] = start[1]
@@ -355,12 +369,14 @@ def rollouts(
             if i % 4 != 3 and i + 1 < steps:
                 continue
             add_path(
-                x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, seldom * path_weight, seldom * yaw_weight,
-                v_max, double, at, room, cost, begin, end,
+                x, y, cosine, sine, path_x, path_y, path_c, path_s, path_left, path_first, path_stride, path_count,
+                path_last, seldom * path_weight, seldom * yaw_weight, v_max, double, at, room, cost, begin, end,
             )  # fmt: skip
     best = u64(0)
     for k in range(n):
-        cost[k] += progress_weight * path_left[int(at[k])]
+        cost[k] += (
+            progress_weight * path_left[sample(int(at[k]), path_first, path_stride, path_count, path_last)]
+        )
         if cost[k] < cost[best]:
             best = k
     return best

@@ -47,7 +47,7 @@ class SimulatedMotions:
     steps: int
     step: float
     arrays: dict[str, Floats] = field(init=False)
-    _section: tuple[Section, Any, int] | None = field(default=None, init=False)
+    _section: tuple[Section, list[Floats], int] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         whole = self.count * self.steps
@@ -125,8 +125,10 @@ class SimulatedMotions:
         c, s = cos_sin(view.arc.direction - view.pose.yaw)
         return view.v * c, view.v * s
 
-    def _path(self, view: View) -> Floats:
-        """The rest of the section within reach of the motions: points, direction of the yaw, metres left; (5, n)."""
+    def _path(self, view: View) -> tuple[Any, ...]:
+        """The samples of the section: points, direction of the yaw, metres left; and those within reach of the motions: the
+        first, how far they are apart, how many, and the last.
+        """
         progress, one = view.progress, view.progress.section
         far = self.shape.robot.v_max * self.steps * self.step + 2.0
         if self._section is None or self._section[0] is not one:
@@ -135,16 +137,11 @@ class SimulatedMotions:
             stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
             left = float(one.s[-1]) - one.s
             table = np.stack((one.x, one.y, elementary.cos(one.yaw), elementary.sin(one.yaw), left))
-            self._section = (one, table, stride)
+            self._section = (one, list(table), stride)
         _, table, stride = self._section
         k = max(progress.at, 0)
         last = min(int(one.s.searchsorted(progress.s + far, side="right")), len(one.s) - 1)
-        # Every so many points, and the last.
-        before = max(-((k - last) // stride), 0)
-        chosen = np.empty((5, before + 1))
-        chosen[:, :before] = table[:, k : k + before * stride : stride]
-        chosen[:, before] = table[:, last]
-        return chosen
+        return (*table, k, stride, max(-((k - last) // stride), 0), last)
 
 
 def close(view: View) -> Steer:
