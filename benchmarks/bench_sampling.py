@@ -37,7 +37,8 @@ TIMES = 3
 """How often RRT-Connect answers each query, with new draws."""
 LIMIT_S = 2.0
 """Limit of a planner that ends with its first path, and what one without an answer counts as."""
-HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses (a car of 1.2 x 0.5 m, radius
+HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses (a car of 1.2 x 0.5 m,
+radius
 1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map, {TIMES} times each with new
 draws, all others the first {FIRST} of them once. Each call is timed in processor time of its thread; what depends on the
 map alone is made before, each planner plans once before, and a query without an answer counts as the limit of {LIMIT_S:.0f}
