@@ -20,6 +20,7 @@ from benchmarks.sampling_rivals import PARTS, OmplPlane, room_for
 
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
@@ -32,21 +33,24 @@ CHECKED, CHECKED_LENGTH = 0.5, 0.1
 """Cells between two points of a line that OMPL looks at, for its time and for its length."""
 PAIRS, FIRST = 12, 4
 """Queries a map, of which planners that improve a path until their limit answer only the first."""
+TIMES = 3
+"""How often RRT-Connect answers each query, with new draws."""
 LIMIT_S = 2.0
 """Limit of a planner that ends with its first path, and what one without an answer counts as."""
-HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses
-(a car of 1.2 x 0.5 m, radius 1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map,
-all others the first {FIRST} of them. Each call is timed in processor time of its thread; what depends on the map alone is made
-before, each planner plans once before, and a query without an answer counts as the limit of {LIMIT_S:.0f} s.
-Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; `rrt-connect` without
-shortcuts, as OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python and part of its time: a
-lookup in a map of the squares of 1/{PARTS} cell where the disc has room (RRTConnect looks at a line every {CHECKED} cells, AORRTC
-every {CHECKED_LENGTH}), or of free poses; for points and discs each call in a process of its own, as AORRTC of 2.0.1 now and
-then ends the process, which counts as no answer. AORRTC runs to its limit of 1.3 s of processor time, the planners of ours
-that improve a path to 50 ms of processor time of all threads. Lengths are compared where both have a path: one of AORRTC's
-counts if it is no shorter than the straight line (for ends that see each other it states 0) and free of walls, looked at
-every 1/16 cell (of a footprint's path every 1/8 cell, and every 1/8 cell of the footprint). `pose-rrt-star` prices a metre in
-reverse as one ahead, as AORRTC does."""
+HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses (a car of 1.2 x 0.5 m,
+radius
+1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map, {TIMES} times each with new
+draws, all others the first {FIRST} of them once. Each call is timed in processor time of its thread; what depends on the
+map alone is made before, each planner plans once before, and a query without an answer counts as the limit of {LIMIT_S:.0f}
+s. Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; `rrt-connect` without
+shortcuts, as OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python and part of its
+time: a lookup in a map of the squares of 1/{PARTS} cell where the disc has room (RRTConnect looks at a line every {CHECKED}
+cells, AORRTC every {CHECKED_LENGTH}), or of free poses; for points and discs each call of AORRTC in a process of its own,
+as that of 2.0.1 now and then ends the process, which counts as no answer. The limit of OMPL's RRTConnect is by the clock,
+that of AORRTC 1.3 s of processor time, of our planners that improve a path 50 ms of processor time of all threads. Lengths
+are compared where both have a path: one of AORRTC's counts if it is no shorter than the straight line (for ends that see
+each other it states 0) and free of walls, looked at every 1/16 cell (of a footprint's path every 1/8 cell, and every 1/8
+cell of the footprint). `pose-rrt-star` prices a metre in reverse as one ahead, as AORRTC does."""
 
 ASKED = 10.0
 """How many times faster RRT-Connect shall be in the median."""
@@ -60,7 +64,8 @@ SEEDED, SEEDED_POSES = "bit-star, seeded, 50 ms", "pose-rrt-star, seeded, 50 ms"
 POSE_MAPS = ("arena2", "den312d")
 FIRST_PATH = ("rrt-connect, no shortcuts", "OMPL RRTConnect")
 """Whose time is compared."""
-Asked = Callable[[Scene], Taken]
+Run = Callable[[Scene, int, int], list[Taken]]
+"""Asks a planner: scene, seed, how many times."""
 
 
 def cell_scenes(name: str, robot: Robot, count: int) -> list[Scene]:
@@ -88,30 +93,35 @@ def pose_scenes(quick: bool, count: int) -> Iterator[tuple[str, list[Scene]]]:
             yield name, pairs(Grid(~free, resolution=RESOLUTION), CAR, count)
 
 
-def ours(
-    name: str, settings: dict[str, Any], limit: float, *, timed: bool = False
-) -> Callable[[Scene, int], Taken]:
-    """A planner of ours on a scene with a seed.
+def ours(name: str, settings: dict[str, Any], limit: float, *, timed: bool = False) -> Run:
+    """A planner of ours on a scene with a seed, asked so many times in one session.
 
     Parameters
     ----------
     limit : seconds that a failure counts as, and if ``timed`` the budget, of processor time.
     """
 
-    def run(scene: Scene, seed: int) -> Taken:
+    def run(scene: Scene, seed: int, times: int) -> list[Taken]:
         session = registry.make(name, settings).open(scene, np.random.default_rng(seed))
         if name.startswith("pose"):
             session._search = session._search_among(frozenset())  # type: ignore[attr-defined]
         else:
             session.plan(None, Budget(expansions=100))  # memory of the map is made
+        # Checked afterwards: the referee would empty the processor's caches between two calls.
+        answers = [asked(session) for _ in range(times)]
+        return [checked(scene, *answer) for answer in answers]
+
+    def asked(session: Any) -> tuple[float, Plan]:
         budget = Budget(seconds=limit) if timed else None
         with mock.patch.object(
             time, "perf_counter", time.process_time
         ):  # the budget's seconds are the processor's
             begin = time.thread_time_ns()
             plan = session.plan(None, budget)
-        spent = (time.thread_time_ns() - begin) / 1e9
-        if not plan:
+        return (time.thread_time_ns() - begin) / 1e9, plan
+
+    def checked(scene: Scene, spent: float, plan: Plan) -> Taken:
+        if not plan or (spent > limit and not timed):
             return Taken(max(spent, limit), None)
         assert check_plan(plan, scene) is None
         return Taken(spent, plan.any_angle_length if plan.pose_path is None else plan.pose_path.length_m)
@@ -119,23 +129,24 @@ def ours(
     return run
 
 
-def _asked(rival: OmplPlane | Ompl) -> Asked:
-    if isinstance(rival, OmplPlane):
-        return lambda scene: rival.apart(scene.start, scene.goal)
-    return lambda scene: rival(_pose(scene.start_pose), _pose(scene.goal_pose))
+def _asked(rival: OmplPlane | Ompl, *, apart: bool = False) -> Run:
+    def run(scene: Scene, _: int, times: int) -> list[Taken]:
+        if isinstance(rival, OmplPlane):
+            ask = rival.apart if apart else rival
+            return [ask(scene.start, scene.goal) for _ in range(times)]
+        return [rival(_pose(scene.start_pose), _pose(scene.goal_pose)) for _ in range(times)]
+
+    return run
 
 
 def measured(
-    name: str, scenes: list[Scene], mine: dict[str, Callable[[Scene, int], Taken]], theirs: dict[str, Asked]
+    name: str, scenes: list[Scene], everyone: dict[str, Run]
 ) -> Iterator[tuple[str, list[Taken], tuple[str, ...]]]:
     """What everyone took for each scene, and their rows of the table; printed as they come."""
-    asked: dict[str, Callable[[Scene, int], Taken]] = mine | {
-        who: lambda scene, _, ask=ask: ask(scene) for who, ask in theirs.items()
-    }
-    for who, run in asked.items():
-        some = scenes if any(one in who for one in FIRST_PATH) else scenes[:FIRST]
-        run(scenes[0], 0)  # machine code is loaded
-        taken = [run(scene, seed) for seed, scene in enumerate(some)]
+    for who, run in everyone.items():
+        some, times = (scenes, TIMES) if any(one in who for one in FIRST_PATH) else (scenes[:FIRST], 1)
+        run(scenes[0], 0, 1)  # machine code is loaded
+        taken = [one for seed, scene in enumerate(some) for one in run(scene, seed, times)]
         found = [one.length for one in taken if one.length is not None and getattr(one, "free", True)]
         solved_by = sum(one.length is not None for one in taken)
         times_ms = [1e3 * one.seconds for one in taken]
@@ -156,7 +167,7 @@ def bench(quick: bool) -> Section:
     solved: list[Figure] = []
     fewer: list[str] = []
     connect = {
-        "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False}, limit),
+        "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False, "samples": 1_000_000}, limit),
         "rrt-connect": ours("rrt-connect", {}, limit),
         "rrt": ours("rrt", {}, limit),
         SEEDED: ours("bit-star", {"seeded": True, "samples": 1_000_000}, OURS_S, timed=True),
@@ -177,13 +188,12 @@ def bench(quick: bool) -> Section:
     def told(
         name: str,
         scenes: list[Scene],
-        mine: dict[str, Callable[[Scene, int], Taken]],
-        theirs: dict[str, Asked],
+        everyone: dict[str, Run],
         names: tuple[str, str, str],
     ) -> None:
         first, best, unit = names
         got: dict[str, list[Taken]] = {}
-        for who, taken, row in measured(name, scenes, mine, theirs):
+        for who, taken, row in measured(name, scenes, everyone):
             got[who] = taken
             rows.append(row)
         times = [
@@ -222,28 +232,29 @@ def bench(quick: bool) -> Section:
                     grid = scenes[0].grid
                     room = room_for(np.asarray(grid.blocked), robot.radius / grid.resolution)
                     rivals = {
-                        "OMPL RRTConnect": _asked(OmplPlane("RRTConnect", room, limit, CHECKED)),
-                        "OMPL AORRTC": _asked(OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH)),
+                        "OMPL RRTConnect": _asked(
+                            OmplPlane("RRTConnect", room, limit, CHECKED, of_processor=False)
+                        ),
+                        "OMPL AORRTC": _asked(
+                            OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH), apart=True
+                        ),
                     }
                     what = "disc" if robot.radius else "point"
                     told(
                         f"{name}, {what}",
                         scenes,
-                        connect,
-                        rivals,
+                        connect | rivals,
                         ("rrt-connect, no shortcuts", SEEDED, "cells"),
                     )
         for name, scenes in pose_scenes(quick, count):
             if scenes:
                 walls = np.asarray(scenes[0].grid.blocked)
                 rivals = {
-                    "OMPL RRTConnect": _asked(
-                        Ompl("RRTConnect", walls, RESOLUTION, limit, of_processor=True)
-                    ),
+                    "OMPL RRTConnect": _asked(Ompl("RRTConnect", walls, RESOLUTION, limit)),
                     "OMPL AORRTC": _asked(Ompl("AORRTC", walls, RESOLUTION, AORRTC_S, of_processor=True)),
                 }
                 told(
-                    f"{name}, footprint", scenes, poses, rivals,
+                    f"{name}, footprint", scenes, poses | rivals,
                     ("pose-rrt-connect, no shortcuts", SEEDED_POSES, "m"),
                 )  # fmt: skip
     heads = ("map", "planner", "solved", "free of walls", "median ms", "mean ms", "mean length")

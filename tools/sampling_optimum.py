@@ -12,11 +12,17 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from typing import Any
 
 import lampyris
 from lampyris.io.maps.load import load_map
 
-PLANNERS = ("rrt-star", "informed-rrt-star", "bit-star")
+PLANNERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("rrt-star", {}),
+    ("informed-rrt-star", {}),
+    ("bit-star", {}),
+    ("bit-star", {"seeded": True}),
+)
 
 
 def main() -> None:
@@ -38,8 +44,8 @@ def main() -> None:
         scene = lampyris.Scene(document.grid, query.start, query.goal)
         best = lampyris.plan(scene, "visibility-graph").any_angle_length
         assert best is not None
-        for planner in PLANNERS:
-            lampyris.plan(scene, planner, record=False)  # machine code is loaded
+        for planner, more in PLANNERS:
+            lampyris.plan(scene, planner, record=False, **more)  # machine code is loaded
             longer, spent, missed = [], [], 0
             for seed in range(given.seeds):
                 began = time.process_time()
@@ -49,7 +55,7 @@ def main() -> None:
                     seed=seed,
                     record=False,
                     budget=lampyris.Budget(seconds=given.seconds),
-                    **settings,
+                    **(settings | more),
                 )
                 spent.append(1e3 * (time.process_time() - began))
                 if plan.any_angle_length is None:
@@ -58,9 +64,8 @@ def main() -> None:
                     longer.append(plan.any_angle_length / best - 1.0)
             most = f"{statistics.fmean(longer):.3%}, {max(longer):.3%}" if longer else ""
             most += f" (no path: {missed} of {given.seeds})" if missed else ""
-            print(
-                f"| {name} | `{planner}` | {best:.2f} | {most} | {statistics.median(spent):.0f} |", flush=True
-            )
+            label = f"`{planner}`" + (", seeded" if more else "")
+            print(f"| {name} | {label} | {best:.2f} | {most} | {statistics.median(spent):.0f} |", flush=True)
 
 
 if __name__ == "__main__":

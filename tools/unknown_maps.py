@@ -1,8 +1,9 @@
 """Print how many cells a planner expands that goes on, and one that searches again, on large maps that are not known.
 
-    python tools/unknown_maps.py          # both tables of docs/unknown_maps.md
-    python tools/unknown_maps.py free     # one of them: unseen cells count as free
-    python tools/unknown_maps.py unseen   # unseen cells cost twice as much until they are seen
+    python tools/unknown_maps.py             # the tables of docs/unknown_maps.md
+    python tools/unknown_maps.py free        # one of them: unseen cells count as free
+    python tools/unknown_maps.py published   # the same on maps of MovingAI, in ../shared/maps or where LAMPYRIS_SHARED says
+    python tools/unknown_maps.py unseen      # unseen cells cost twice as much until they are seen
 
 What it costs not to know the map is the ready study `unknown-maps`.
 
@@ -12,8 +13,10 @@ walks down a field that is repaired, the cells of the field that were solved or 
 
 from __future__ import annotations
 
+import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +25,8 @@ from lampyris import referee
 from lampyris.io.maps.recipes.make import make
 from lampyris.planning import registry
 from lampyris.planning.base import Planner
+from lampyris.planning.field.layers import moves_for
+from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.sim.grid import loop
 
 PLANNERS = (
@@ -41,6 +46,9 @@ LARGE = (
     ("random", {}),
 )
 SIDE, RANGE = 512, 20.0
+PUBLISHED = ("maze512-32-0", "16room_000", "random512-10-0", "AR0011SR", "ht_0_hightown", "Berlin_0_256")
+"""Mazes, rooms, random cells, two games and a city (of 256 x 256 cells, the others of 512 x 512)."""
+PAIRS = 3
 
 
 def planners() -> list[tuple[str, Planner]]:
@@ -97,12 +105,67 @@ def large(sensor: lampyris.Sensor, some: list[tuple[str, Planner]]) -> None:
             print(f"| {recipe} | {label} | {moves} | {work} |", flush=True)
 
 
+def at_every_sight(trace: lampyris.Trace) -> int:
+    """Expansions of A* if it searched again at every tick at which walls came into sight, on the way of this drive."""
+    scene, seen = trace.scene, trace.seen
+    assert seen is not None
+    walls = scene.grid.blocked
+    search = search_of(np.ones_like(walls), None, moves_for(scene))
+    spent = 0
+    for tick in np.unique(seen[walls & (seen >= 0)]).tolist():
+        x, y = trace.robot[tick].tolist()
+        search.take(~(walls & (seen >= 0) & (seen <= tick)), None)
+        spent += search.find_path((x, y), scene.goal).expansions
+    return spent
+
+
+def published(sensor: lampyris.Sensor) -> None:
+    """The same on published maps, several pairs of ends each, and sums."""
+    shared = Path(os.environ.get("LAMPYRIS_SHARED") or Path(__file__).resolve().parents[2] / "shared")
+    some = [(name, registry.make(name, {})) for name in ("dstar-lite", "dijkstra", "astar")]
+    print(
+        "| map | moves | replans | D* Lite expands | A* again | Dijkstra again | A* at every sight "
+        "| A* again / D* Lite | Dijkstra | A* at every sight |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    every = np.zeros(4, dtype=np.int64)
+    for name in PUBLISHED:
+        file = shared / "maps" / "movingai" / f"{name}.map"
+        if not file.exists():
+            print(f"{name} is not there", file=sys.stderr)
+            continue
+        grid, rng = lampyris.load_grid(file), np.random.default_rng(2)
+        moves, replans, spent = 0, 0, np.zeros(4, dtype=np.int64)
+        for _ in range(PAIRS):
+            scene = lampyris.Scene(grid, *ends(grid, rng, 0.5))
+            traces = {label: driven(scene, planner, sensor) for label, planner in some}
+            first = traces["dstar-lite"]
+            moves, replans = moves + first.ticks, replans + first.replans
+            spent += [
+                *(traces[label].expansions for label in ("dstar-lite", "astar", "dijkstra")),
+                at_every_sight(first),
+            ]
+        every += spent
+        _published_row(f"{name}, {PAIRS} drives", f"{moves:,} | {replans:,}", spent)
+    _published_row("all together", " | ", every)
+
+
+def _published_row(name: str, driven_so: str, spent: np.ndarray) -> None:
+    work = " | ".join(f"{one:,}" for one in spent.tolist())
+    times = " | ".join(f"{one / spent[0]:.2g}" for one in spent[1:].tolist())
+    print(f"| {name} | {driven_so} | {work} | {times} |", flush=True)
+
+
 if __name__ == "__main__":
-    asked = sys.argv[1:] or ["free", "unseen"]
+    asked = sys.argv[1:] or ["free", "published", "unseen"]
     everyone = planners()
     # Dijkstra and the field expand most of the map at each of the thousand plans: left out where there are so many.
     quick = [one for one in everyone if one[0] in ("`dstar-lite`", "`lpa-star`", "`dijkstra`", "`astar`")]
     for what in asked:
+        if what == "published":
+            published(lampyris.Sensor(RANGE))
+            print()
+            continue
         price = {"free": 1.0, "unseen": 2.0}[what]
         large(lampyris.Sensor(RANGE, unseen_cost=price), everyone if what == "free" else quick)
         print()
