@@ -51,7 +51,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
         (
             (file, "time")
             for file in (
-                "api.py", "movingai.py", "kernels/loading.py",
+                "api.py", "movingai.py", "kernels/loading.py", "kernels/_helpers.py", "kernels/_machine.py",
                 "sim/continuous/drive.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
                 "sim/grid/compiled_ticks.py",
                 "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",

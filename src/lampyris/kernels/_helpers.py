@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 LOOK = 256
@@ -36,3 +37,8 @@ def highest(word: Any) -> Any:
 def stopped(halt: Any) -> Any:
     """Whether the call is to stop (:mod:`lampyris._core.cancellation`); read again each time, from memory."""
     return halt[0] != 0
+
+
+def clock() -> Any:
+    """A clock that never goes back, in a unit of its own: only shares of one span of it mean anything."""
+    return time.perf_counter_ns()

@@ -58,6 +58,7 @@ from typing import Any
 import numpy as np
 
 from lampyris._core import cancellation
+from lampyris.kernels._helpers import clock as clock
 from lampyris.kernels._helpers import fetch as fetch
 from lampyris.kernels._helpers import highest as highest
 from lampyris.kernels._helpers import lowest as lowest
@@ -434,6 +435,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         stopped: machine.stopped(),
         lowest: machine.bit("cttz"),
         highest: machine.bit("ctlz"),
+        clock: machine.clock(),
     }
     variant = _variant(k, lambda callee: callee.compiled(), helpers)
     keep = _keeping and _cache_works(k)

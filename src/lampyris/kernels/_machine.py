@@ -6,6 +6,7 @@ import gc
 import hashlib
 import pickle
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -221,6 +222,46 @@ def bit(instruction: str) -> Any:
         return types.int64(types.uint64), generate
 
     return intrinsic(count)
+
+
+@cache
+def clock() -> Any:
+    """The compiled form of :func:`._helpers.clock`: a call of the system's own clock, 20 to 40 ns."""
+    import ctypes
+
+    from llvmlite import binding, ir
+    from numba.core import cgutils, types
+    from numba.extending import intrinsic
+
+    counter = getattr(ctypes, "windll", None)
+    system: Any = (
+        ctypes.CDLL(None).clock_gettime if counter is None else counter.kernel32.QueryPerformanceCounter
+    )
+    # Kept machine code asks for it by this name; its address is another in each process.
+    binding.add_symbol("lampyris_clock", ctypes.cast(system, ctypes.c_void_p).value)
+
+    def clock(typing: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            word, wide = ir.IntType(32), ir.IntType(64)
+            room = cgutils.alloca_once(builder, ir.ArrayType(wide, 2))
+            place = builder.bitcast(room, wide.as_pointer())
+            if counter is None:
+                kind = ir.FunctionType(word, [word, wide.as_pointer()])
+                given = [word(time.CLOCK_MONOTONIC), place]
+            else:
+                kind = ir.FunctionType(word, [wide.as_pointer()])
+                given = [place]
+            function = cgutils.get_or_insert_function(builder.module, kind, "lampyris_clock")
+            builder.call(function, given)
+            first = builder.load(place)
+            if counter is not None:
+                return first
+            rest = builder.load(builder.gep(place, [wide(1)]))
+            return builder.add(builder.mul(first, wide(10**9)), rest)
+
+        return types.int64(), generate
+
+    return intrinsic(clock)
 
 
 def damaged(folder: Path) -> list[Path]:

@@ -5,6 +5,7 @@ Adding a planner is one file and one line: see CONTRIBUTING.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
@@ -190,6 +191,26 @@ class NextSteps:
     steps: int
     commit: int
     expansions: int
+    enter: NDArray[np.int64] | None = None
+
+
+@dataclass(slots=True)
+class AnswersInTicks:
+    """How a kernel that does ticks asks a session by itself: see :mod:`lampyris.kernels.simulation.asking`.
+
+    Parameters
+    ----------
+    kernel : in place of :func:`lampyris.kernels.simulation.ticks.advance`, with its arguments, and ``asked`` and ``rest``
+        after them.
+    asked : int64, as there.
+    rest : arguments of the kernel.
+    path, enter : as in :class:`NextSteps`.
+    """
+
+    kernel: Callable[..., Any]
+    asked: NDArray[np.int64]
+    rest: tuple[Any, ...]
+    path: NDArray[np.int64]
     enter: NDArray[np.int64] | None = None
 
 

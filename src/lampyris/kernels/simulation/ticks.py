@@ -21,16 +21,17 @@ have waited too long for a schedule."""
 (
     NOW, STOP_AT, LAST_TICK, DRAWN_FROM, PER_TICK, PHASE, OBSTACLES, CAPACITY, LEFT, ROBOT, GOAL, PLACE, UNTIL, STEPS,
     TIMED, UNTIL_TICK, COMMITS, COUNTED, ROUNDS, WAITING, HOLDING, PATIENCE, REPLANS, WAITS, ITERATIONS, AHEAD, MARKED,
-    EVENTS, LAW, HORIZON, STRIDE, HEIGHT, ROOM, WALKERS, SHUTTLES, RECORDINGS, BASE,
-) = range(37)  # fmt: skip
+    EVENTS, LAW, HORIZON, STRIDE, HEIGHT, ROOM, WALKERS, SHUTTLES, RECORDINGS, BASE, ANSWERED,
+) = range(38)  # fmt: skip
 """Places in ``st``. Ticks: over, to stop at, at which it ends, of the first row of draws; draws a tick. Which part of a tick
 is next. Obstacles there, and most; cells in ``left``; the robot's cell, its goal. The plan: index of the robot's cell, last
 index committed to, steps (-1: no path), whether ``enter_at`` counts, the last tick committed to, whether the plan commits to
 a part of it, whether its iterations were counted, how many there are. Ticks waited in a row, for obstacles and by the
 schedule; how many are too many. Counters. The next cell of the plan that is left (-1: it cannot be entered now), cells in
 ``marks``, events written. The law, the map, how many specifications and obstacles of each kind there are, and the
-tick that the first places of ``robots``, ``speeds``, ``causes`` and ``tracks`` are of."""
-STATE = 37
+tick that the first places of ``robots``, ``speeds``, ``causes`` and ``tracks`` are of. Whether the plan is an answer of
+:mod:`lampyris.kernels.simulation.asking`."""
+STATE = 38
 
 BEGIN, ASKED, ASKED_TWICE = 0, 1, 2
 """Values of PHASE."""
@@ -39,8 +40,9 @@ LAW_OUTSIDE, LAW_PHYSICAL, LAW_DISSERTATION = 0, 1, 2
 OF_OUTSIDE = 11
 """The cause of a speed that the caller fills in."""
 
-APPEARED, AFTER_WAIT, NOT_NOW, MET, SCHEDULED, WAS_HIT, WAITED = range(7)
-"""Events, three numbers each: tick, one of these, cell (of APPEARED the obstacle)."""
+APPEARED, AFTER_WAIT, NOT_NOW, MET, SCHEDULED, WAS_HIT, WAITED, NO_ENTRY, HEMMED_IN = range(9)
+"""Events, three numbers each: tick, one of these, cell (of APPEARED the obstacle). Of an answer, in place of WAITED:
+NO_ENTRY, and HEMMED_IN where it has no steps."""
 
 TABLE, FIRST_OWN, OWNS, COUNT, FIRST_DRAW = range(5)
 """Places in ``walkers``, WALKER a specification: its table of steps, its part of ``own``, obstacles there and at most, its
@@ -407,7 +409,10 @@ def advance(
                 if met:
                     note(st, events, WAS_HIT, robot)
                     return HIT
-                note(st, events, WAITED, robot)
+                word = WAITED
+                if st[ANSWERED] != 0:
+                    word = HEMMED_IN if st[STEPS] < 0 else NO_ENTRY
+                note(st, events, word, robot)
                 if st[WAITING] > st[PATIENCE]:
                     return BLOCKED
         if now == st[LAST_TICK]:

@@ -256,6 +256,17 @@ def still_good(route, enter, at, length, tick, stride, kind_of, steps, slot, fir
     return True
 
 
+@kernel(out=("route", "enter", "result"))
+def keep_on(route, enter, at, length, tick, result):
+    """Answer with the rest of the route that is driven."""
+    for k in range(at, length):
+        route[k - at] = route[k]
+        enter[k - at] = enter[k]
+    enter[0] = tick
+    result[4] = length - at
+    result[5] = 1
+
+
 @kernel(
     out=(
         "stood_at", "since", "slot", "touched", "first", "begin", "end", "owner", "barred", "ban", "counts", "busy", "bans",
@@ -272,6 +283,8 @@ def live_search(
     arrive, paid, came, done, heap, place, key, tie, route, enter, length, result, halt,
 ):  # fmt: skip
     """The earliest arrival, or the route that is driven if it is still good and the new one saves too little.
+
+    Where the bare map already says that no new one can save more, none is searched for.
 
     Parameters
     ----------
@@ -293,6 +306,27 @@ def live_search(
         where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
         kind_of, len(offset), slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
     )  # fmt: skip
+    at = -1
+    for k in range(length):
+        if enter[k] <= tick:
+            at = k
+    last = tick
+    if 0 <= at < length - 1:
+        last = enter[length - 1]  # ``enter`` of the cell that the robot is on becomes ``tick``
+    if at >= 0 and (
+        route[at] != robot
+        or not still_good(
+            route, enter, at, length, tick, stride, kind_of, len(offset), slot, first, begin, end, barred, ban
+        )
+    ):
+        at = -1
+    result[5] = 0
+    if at >= 0 and last - tick - steps_left[robot] <= margin:
+        # No path is shorter than the map alone lets it be: a new one would save too little.
+        result[0] = FOUND
+        result[1] = 0
+        keep_on(route, enter, at, length, tick, result)
+        return
     for k in range(len(arrive)):
         arrive[k] = NEVER
         done[k] = 0
@@ -304,29 +338,12 @@ def live_search(
         robot, goal, tick, stay, NEVER, limit, arrive, paid, came, done, heap, place, key, tie, result, halt,
     )  # fmt: skip
     result[4] = 0
-    result[5] = 0
     if result[0] != FOUND:
         return
     final = result[2]
-    at = -1
-    for k in range(length):
-        if enter[k] <= tick:
-            at = k
-    if at >= 0 and route[at] == robot and enter[length - 1] - arrive[final] <= margin:
-        if at == length - 1:
-            # ``enter`` of the last cell becomes ``tick`` then, as for the first.
-            if tick - arrive[final] > margin:
-                at = -1
-        if at >= 0 and still_good(
-            route, enter, at, length, tick, stride, kind_of, len(offset), slot, first, begin, end, barred, ban
-        ):
-            result[5] = 1
-            for k in range(at, length):
-                route[k - at] = route[k]
-                enter[k - at] = enter[k]
-            enter[0] = tick
-            result[4] = length - at
-            return
+    if at >= 0 and last - arrive[final] <= margin:
+        keep_on(route, enter, at, length, tick, result)
+        return
     n = len(free)
     count = 0
     node = final

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from lampyris.kernels.adgso import walk as w
 from lampyris.kernels.adgso.lookahead_walk import KNOWN
 from lampyris.kernels.adgso.next_steps import next_steps
+from lampyris.kernels.simulation.asking import ASKED_STATE, HEMMED_AT, LIMIT, advance_adgso
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
-from lampyris.planning.base import NextSteps
+from lampyris.planning.base import AnswersInTicks, NextSteps
 from lampyris.planning.field.repair import Padded
 
 
@@ -39,14 +40,31 @@ class StepFinder:
         trip.tally[w.ALLOWED] = NO_LIMIT
         setup, self._tally, _, path, _, *rest = walker.kernel_setup(trip)
         self._path = np.zeros(len(path) + wanted, dtype=np.int64)
-        self._wanted = wanted
         shut = walls(ground).astype(np.int64)
         cost = frozen(ground.cost.astype(np.int64))  # one width: compiling the kernel takes seconds
         known = np.zeros(KNOWN * len(cost), dtype=np.int64)
         lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
         self._pairs = np.zeros(64, dtype=np.int64)
+        self._answers: AnswersInTicks | None = None
         self._field: tuple[Any, ...] = (cost, ground.luciferin, ground.step, shut, ground.terrain)
         self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest, known, int(lower), wanted)
+
+    def answers(self, hemmed: int, limit: int, closed: int) -> AnswersInTicks:
+        """For a kernel that asks by itself.
+
+        Parameters
+        ----------
+        hemmed : the cell in which the robot was hemmed in, or -1.
+        limit : states that an answer may expand; -1: any number.
+        closed : cells that obstacles close, at most.
+        """
+        if len(self._pairs) < 2 * closed or self._answers is None:
+            self._pairs = np.zeros(max(2 * closed, len(self._pairs)), dtype=np.int64)
+            asked = np.zeros(ASKED_STATE, dtype=np.int64)
+            rest = (self._pairs, *self._field, *self._rest)
+            self._answers = AnswersInTicks(advance_adgso, asked, rest, self._path)
+        self._answers.asked[HEMMED_AT], self._answers.asked[LIMIT] = hemmed, limit
+        return self._answers
 
     def find(self, robot: int, closed: NDArray[np.int64], count: int) -> NextSteps | None:
         """The steps from a cell; None: they take a plan.

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.adgso import walk as w
+from lampyris.kernels.simulation.asking import ANSWERS, FROM, HEMMED_AT
 from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
@@ -15,7 +17,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.adgso.next_steps import StepFinder
 from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Walker, WalkState, walls
-from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
+from lampyris.planning.base import AnswersInTicks, Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for
@@ -134,9 +136,41 @@ class AdGsoSession(SessionBase):
 
         The map must be as it was reported last. An answer counts as a call of :meth:`plan`.
         """
-        settings, robot = self._settings, seen.robot
-        simple = not (self._walled or self._closed or self._recorded or self._map.has_terrain)
-        if not simple:
+        finder = self._find(wanted)
+        if finder is None:
+            return None
+        found = finder.find(seen.robot, seen.closed, seen.count)
+        if found is None or (seen.limit is not None and found.expansions > seen.limit):
+            return None
+        here = self._walker.cell(seen.robot)
+        if found.steps < 0 and self._hemmed == here:
+            return None
+        self._robot = here
+        self._hemmed = here if found.steps < 0 else None
+        return found
+
+    def answers(self, wanted: int, limit: int | None, obstacles: int, live: bool) -> AnswersInTicks | None:
+        """For a kernel that asks as :meth:`next_steps` is asked, among so many obstacles at most; None: it cannot.
+
+        Before any other call :meth:`answered` takes in what it has answered.
+        """
+        finder = self._find(wanted)
+        if finder is None:
+            return None
+        hemmed = -1 if self._hemmed is None else self._walker.flat(self._hemmed)
+        return finder.answers(hemmed, -1 if limit is None else limit, obstacles + 8)
+
+    def answered(self, asked: NDArray[np.int64]) -> None:
+        """Take in what a kernel has answered."""
+        hemmed = int(asked[HEMMED_AT])
+        self._hemmed = None if hemmed < 0 else self._walker.cell(hemmed)
+        if asked[ANSWERS]:
+            self._robot = self._walker.cell(int(asked[FROM]))
+
+    def _find(self, wanted: int) -> StepFinder | None:
+        """The finder of next steps on the map as it is; None: answers take more than that."""
+        settings = self._settings
+        if self._walled or self._closed or self._recorded or self._map.has_terrain:
             return None
         if self._finder is None or self._finder[:2] != (self._map.revision, wanted):
             plain = settings.gates != "replan" and settings.choice != "roulette" and settings.iter_max is None
@@ -146,17 +180,9 @@ class AdGsoSession(SessionBase):
             ground = self._grounds.sealed(_NONE)
             if self._grounds.spent != before:
                 return None
-            finder = StepFinder(self._walker, ground, robot, self._moves, wanted)
+            finder = StepFinder(self._walker, ground, self._walker.flat(self._robot), self._moves, wanted)
             self._finder = self._map.revision, wanted, finder
-        found = self._finder[2].find(robot, seen.closed, seen.count)
-        if found is None or (seen.limit is not None and found.expansions > seen.limit):
-            return None
-        here = self._walker.cell(robot)
-        if found.steps < 0 and self._hemmed == here:
-            return None
-        self._robot = here
-        self._hemmed = here if found.steps < 0 else None
-        return found
+        return self._finder[2]
 
     def whole_plan(self, change: Change) -> Plan:
         """The plan that the last answer of :meth:`next_steps` is a part of, given what it was asked."""

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels.simulation.asking import ASKED_STATE, KNOWN, LIMIT, ROUTE_CELLS, SPENT, advance_sipp
 from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
 from lampyris.model.change import Change
-from lampyris.planning.base import NextSteps, SensedNow
+from lampyris.planning.base import AnswersInTicks, NextSteps, SensedNow
 from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
 from lampyris.typing import BoolGrid, Cell
@@ -67,6 +68,7 @@ class LiveSearch:
         """Room for so many obstacles."""
         n = len(self._route)
         self._most = obstacles
+        self._answers: AnswersInTicks | None = None
         ranges, bans = obstacles * (self._horizon + 4), 3 * obstacles * (self._horizon + 1)
         cells = ranges + bans + 1
         intervals = ranges + cells
@@ -121,6 +123,29 @@ class LiveSearch:
         return stood, TimedSearchResult(
             FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
         )
+
+    def answers(self, limit: int, obstacles: int) -> AnswersInTicks:
+        """For a kernel that asks by itself.
+
+        Parameters
+        ----------
+        limit : states that an answer may expand; -1: any number.
+        obstacles : how many there may be; the kernel leaves a question among more of them to the caller.
+        """
+        if self._answers is None:
+            rest = (
+                np.zeros(self._most, dtype=np.int64), *self._noted, *self._settings, *self._map, *self._room,
+                *self._states, self._route, self._enter, self._result,
+            )  # fmt: skip
+            asked = np.zeros(ASKED_STATE, dtype=np.int64)
+            self._answers = AnswersInTicks(advance_sipp, asked, rest, self._route, self._enter)
+        asked = self._answers.asked
+        asked[LIMIT], asked[KNOWN], asked[ROUTE_CELLS] = limit, self._known, self._length
+        return self._answers
+
+    def answered(self, asked: NDArray[np.int64]) -> None:
+        """Take in what a kernel has answered."""
+        self._known, self._length, self.spent = (int(asked[at]) for at in (KNOWN, ROUTE_CELLS, SPENT))
 
     def find(self, seen: SensedNow) -> NextSteps | None:
         """The earliest arrival, or the route that is driven; None where there is none as things are believed."""

@@ -7,16 +7,18 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.settings import check_settings, number, under_name, whole, word
 from lampyris.kernels import loading
+from lampyris.kernels.simulation.asking import ANSWERS, FROM
 from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.planning.base import Budget, NextSteps, SensedNow, SessionBase
+from lampyris.planning.base import AnswersInTicks, Budget, NextSteps, SensedNow, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.footprint import footprint
 from lampyris.planning.field.layers import free_cells, free_space, moves_for
@@ -25,7 +27,14 @@ from lampyris.planning.session_limits import limited
 from lampyris.planning.spacetime.intercept import earliest_meeting
 from lampyris.planning.spacetime.live_search import MOST_CELLS, MOST_STAYS, LiveSearch, seen_at
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
-from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable, shared_search
+from lampyris.planning.spacetime.search import (
+    FOUND,
+    LIMIT,
+    TimedSearch,
+    TimedSearchResult,
+    Timetable,
+    shared_search,
+)
 from lampyris.typing import BoolGrid, Cell
 
 GUESSES = ("velocity", "reach", "still")
@@ -119,10 +128,37 @@ class TimedSession(SessionBase):
 
         The map must be as it was reported last. An answer counts as a call of :meth:`plan`.
         """
-        settings, search = self._settings, self._search
-        if search is None or not seen.live or not seen.obstacles or self._by_ticks or not self._laid:
+        if not seen.live or not seen.obstacles or (seen.limit is not None and seen.limit < 1):
             return None
-        if seen.limit is not None and seen.limit < 1:
+        live = self._recalled()
+        if live is None:
+            return None
+        found = live.find(seen)
+        if found is None:
+            self._remember()
+        else:
+            self._robot = live.search.cell(seen.robot)
+        return found
+
+    def answers(self, wanted: int, limit: int | None, obstacles: int, live: bool) -> AnswersInTicks | None:
+        """For a kernel that asks as :meth:`next_steps` is asked, among so many obstacles at most; None: it cannot.
+
+        Before any other call :meth:`answered` takes in what it has answered.
+        """
+        search = self._recalled() if live else None
+        return None if search is None else search.answers(-1 if limit is None else limit, obstacles)
+
+    def answered(self, asked: NDArray[np.int64]) -> None:
+        """Take in what a kernel has answered."""
+        assert self._live is not None
+        self._live.answered(asked)
+        if asked[ANSWERS]:
+            self._robot = self._live.search.cell(int(asked[FROM]))
+
+    def _recalled(self) -> LiveSearch | None:
+        """The search among obstacles of unknown future, with what is remembered; None: it does not know these settings."""
+        settings, search = self._settings, self._search
+        if search is None or self._by_ticks or not self._laid:
             return None
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
@@ -135,13 +171,8 @@ class TimedSession(SessionBase):
             )
         if not self._ahead:
             self._live.recall(self._stood, self._current)
-        found = self._live.find(seen)
         self._ahead = True
-        if found is None:
-            self._remember()
-        else:
-            self._robot = search.cell(seen.robot)
-        return found
+        return self._live
 
     def whole_plan(self, change: Change) -> Plan:
         """The plan that the last answer of :meth:`next_steps` is a part of."""
@@ -352,6 +383,10 @@ class TimedSession(SessionBase):
             if closed:
                 forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
             table = search.timetable(forbidden)
+            soonest = tick + search.steps_left(self._robot)
+            kept = self._kept(table, tick, min(soonest + self._settings.margin, table.horizon))
+            if kept is not None:  # no path is shorter than the map alone lets it be
+                return table, replace(kept, expansions=spent)
             find = search.by_ticks if self._by_ticks else search.by_intervals
             route = find(table, self._robot, tick, None if budget is None else max(budget - spent, 0))
             spent += route.expansions
@@ -361,21 +396,25 @@ class TimedSession(SessionBase):
 
     def _chosen(self, table: Timetable, found: TimedSearchResult, tick: int) -> TimedSearchResult:
         """The new path, or the one the robot is on if that is still good and the new one saves too little."""
+        assert found.ticks is not None
+        kept = self._kept(table, tick, int(found.ticks[-1]) + self._settings.margin)
+        return found if kept is None else replace(found, cells=kept.cells, ticks=kept.ticks)
+
+    def _kept(self, table: Timetable, tick: int, latest: int) -> TimedSearchResult | None:
+        """The rest of the path the robot is on, if that is still good and arrives at tick ``latest`` or before."""
         old = self._current
         search = self._search
         if old is None or old.cells is None or old.ticks is None or search is None:
-            return found
-        assert found.ticks is not None
+            return None
         # The robot is on the last cell of the old path that it has entered by now.
         at = int(np.searchsorted(old.ticks, tick, side="right")) - 1
         if at < 0 or (int(old.cells[at, 0]), int(old.cells[at, 1])) != self._robot:
-            return found
+            return None
         cells, ticks = old.cells[at:], old.ticks[at:].copy()
         ticks[0] = tick
-        saved = int(ticks[-1] - found.ticks[-1])
-        if saved > self._settings.margin or not search.still_good(table, cells, ticks):
-            return found
-        return replace(found, cells=cells, ticks=ticks)
+        if int(ticks[-1]) > latest or not search.still_good(table, cells, ticks):
+            return None
+        return TimedSearchResult(FOUND, 0, False, cells, ticks)
 
     def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
         self._current = None

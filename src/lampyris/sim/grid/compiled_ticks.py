@@ -18,6 +18,15 @@ from numpy.typing import NDArray
 from lampyris.kernels import loading
 from lampyris.kernels.adgso.tick_speed import OF_GOAL
 from lampyris.kernels.simulation import ticks as k
+from lampyris.kernels.simulation.asking import (
+    ANSWERS,
+    CLOCK_ALL,
+    CLOCK_ASKED,
+    EXPANSIONS,
+    FROM,
+    PENDING,
+    SWITCHES,
+)
 from lampyris.kernels.simulation.tick_speed import RINGS, UNKNOWN
 from lampyris.model.change import Change
 from lampyris.model.grid import GridKey, frozen
@@ -25,7 +34,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event, Outcome
-from lampyris.planning.base import Budget, NextSteps, Planner, SensedNow, Session
+from lampyris.planning.base import AnswersInTicks, Budget, Planner, Session
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import Following, follow
 from lampyris.sim.grid.pursuit import GoalPursuit
@@ -55,15 +64,20 @@ Ints: TypeAlias = NDArray[np.int64]
 _NOTHING: Ints = np.zeros(1, dtype=np.int64)
 
 
-class AnswersNextSteps(Protocol):
-    """A session that can answer with its next steps alone; see :class:`lampyris.planning.adgso.session.AdGsoSession`."""
+class AnswersKernel(Protocol):
+    """A session that a kernel can ask by itself; see :class:`lampyris.planning.adgso.session.AdGsoSession`."""
 
-    def next_steps(self, seen: SensedNow, wanted: int) -> NextSteps | None:
-        """The next steps, and ``wanted`` more; None: a plan has to be asked for."""
+    def answers(self, wanted: int, limit: int | None, obstacles: int, live: bool) -> AnswersInTicks | None:
+        """How it is asked for the next steps, and ``wanted`` more, among so many obstacles at most; ``live``: all of one
+        cell, and of unknown future. None: a plan has to be asked for."""
+        ...
+
+    def answered(self, asked: Ints) -> None:
+        """Take in what was asked and answered."""
         ...
 
     def whole_plan(self, change: Change) -> Plan:
-        """The plan that they are a part of."""
+        """The plan that the last answer is a part of."""
         ...
 
 
@@ -155,8 +169,6 @@ class CompiledTicks:
         self._paced = state.now
         self._partial = False
         self._asked_at = (0, 0)
-        self._new = np.zeros(self._capacity, dtype=np.int64)
-        self._known = 0
         self._live = run.traffic.recording is None
         self._follow(state.following, None if state.plan is None else state.plan)
 
@@ -292,6 +304,7 @@ class CompiledTicks:
         st[k.TIMED], st[k.UNTIL_TICK], st[k.COUNTED] = timed, following.until_tick, following.counted
         st[k.COMMITS] = plan is not None and plan.commit is not None
         st[k.ROUNDS] = 1 if plan is None or plan.commit is not None else plan.iterations
+        st[k.ANSWERED] = 0
         self._sentence = "" if plan is None or plan else plan.sentence
         self._enter_at = _flat(following.ticks) if following.ticks is not None else _NOTHING
         self._route = _NOTHING
@@ -307,16 +320,22 @@ class CompiledTicks:
         while True:
             stop = self._prepare(last)
             st[k.STOP_AT] = stop
+            answers = self._answers()
+            began = loading.cpu()
             code = int(
-                k.advance(
+                (k.advance if answers is None else answers.kernel)(
                     st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
                     *self._traffic[1:], self._tables[2], self._route, self._enter_at,
                     self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
+                    *(() if answers is None else (answers.asked, *answers.rest)),
                 )
             )  # fmt: skip
+            if answers is not None:
+                self._take(answers, loading.cpu() - began)
             self._read()
             if code == k.ASK:
-                self._ask()
+                if answers is None or not answers.asked[PENDING]:
+                    self._ask()
                 continue
             if code != k.PAUSED:
                 self._end(code)
@@ -374,6 +393,8 @@ class CompiledTicks:
             k.SCHEDULED: ("wait", "The plan waits here for the path to be clear."),
             k.WAS_HIT: ("hit", Outcome.HIT.sentence),
             k.WAITED: ("wait", self._sentence or "The next cell cannot be entered now."),
+            k.NO_ENTRY: ("wait", "The next cell cannot be entered now."),
+            k.HEMMED_IN: ("wait", Status.HEMMED_IN.sentence),
         }[word]
         self._run.state.events.append(Event(tick, what, here, sentence))
 
@@ -430,11 +451,9 @@ class CompiledTicks:
     def _ask(self) -> None:
         """Ask the planner from where the robot stands."""
         st, run = self._st, self._run
-        robot, ahead, count = int(st[k.ROBOT]), int(st[k.AHEAD]), int(st[k.MARKED])
-        if self._quickly(robot, ahead, count):
-            return
-        here = self._space.cell(robot)
-        change = self._sensed(here, count)
+        ahead = int(st[k.AHEAD])
+        here = self._space.cell(int(st[k.ROBOT]))
+        change = self._sensed(here, int(st[k.MARKED]))
         run.ask(change, here, None if ahead < 0 else self._space.cell(ahead))
         self._partial = False
         self._follow(run.state.following, run.state.plan)
@@ -449,65 +468,36 @@ class CompiledTicks:
         closed = map(self._space.cell, self._marks[:count].tolist())
         return Change(robot=here, obstacles=frozenset(closed), tick=max(now - 1, 0), obstacle_tracks=tracks)
 
-    def _quickly(self, robot: int, ahead: int, count: int) -> bool:
-        """Ask a session that can answer with its next steps alone; whether it has."""
-        run, st = self._run, self._st
-        find = getattr(run.session, "next_steps", None)
+    def _answers(self) -> AnswersInTicks | None:
+        """How a kernel asks the session by itself; None: it cannot."""
+        run = self._run
+        find = getattr(run.session, "answers", None)
         budget = run.budget
         if find is None or not run.walls.reported:
-            return False
+            return None
         if budget is not None and (budget.seconds is not None or budget.stop is not None):
-            return False
-        began = loading.cpu()
-        where, step_x, step_y, *_ = self._obstacles
-        now, obstacles = int(st[k.NOW]), int(st[k.OBSTACLES])
-        if len(run.traffic.appears) > self._known:
-            self._new[:obstacles] = np.array(run.traffic.appears) == now
-            self._known = obstacles + (0 if not self._new.any() else -1)
-        seen = SensedNow(
-            robot,
-            max(now - 1, 0),
-            now,
-            self._marks,
-            count,
-            where,
-            step_x,
-            step_y,
-            self._new,
-            obstacles,
-            self._live,
-            None if budget is None else budget.expansions,
-        )
-        found = find(seen, run.tick_speed.horizon + 2)
-        run.state.planning_s += loading.cpu() - began
-        if found is None:
-            return False
-        run.state.expansions += found.expansions
-        run.state.repaired = False
-        self._route, self._following, self._partial = found.path, None, True
-        self._asked_at = robot, count
-        if found.enter is None:
-            until, until_tick, self._enter_at = (
-                max(min(found.commit, found.steps), min(found.steps, 1), 0),
-                0,
-                _NOTHING,
-            )
-        else:
-            self._enter_at = found.enter
-            until_tick = int(found.enter[0]) + found.commit
-            until = int(np.searchsorted(found.enter[: found.steps + 1], until_tick, side="right")) - 1
-        # One by one: a list of places takes several times as long, and this is done at every other tick.
-        st[k.PLACE], st[k.UNTIL], st[k.STEPS], st[k.UNTIL_TICK] = 0, until, found.steps, until_tick
-        st[k.TIMED], st[k.COMMITS], st[k.COUNTED], st[k.ROUNDS] = (
-            found.enter is not None,
-            1,
-            0,
-            1,
-        )
-        self._sentence = Status.HEMMED_IN.sentence if found.steps < 0 else ""
-        if ahead >= 0 and found.steps > 0 and int(found.path[1]) != ahead:
-            run.state.path_switches += 1
-        return True
+            return None
+        limit = None if budget is None else budget.expansions
+        found: AnswersInTicks | None = find(run.tick_speed.horizon + 2, limit, self._capacity, self._live)
+        return found
+
+    def _take(self, answers: AnswersInTicks, seconds: float) -> None:
+        """Take in what a kernel has asked, in a call of so many seconds."""
+        st, run, asked = self._st, self._run, answers.asked
+        session: AnswersKernel = run.session  # type: ignore[assignment]
+        session.answered(asked)
+        state, row = run.state, asked.tolist()
+        state.planning_s += seconds * row[CLOCK_ASKED] / max(row[CLOCK_ALL], 1)
+        state.expansions += row[EXPANSIONS]
+        state.path_switches += row[SWITCHES]
+        if row[ANSWERS]:
+            state.repaired = False
+        if st[k.ANSWERED]:
+            self._route, self._following, self._partial = answers.path, None, True
+            self._enter_at = _NOTHING if answers.enter is None else answers.enter
+            if row[ANSWERS]:
+                self._asked_at = row[FROM], int(st[k.MARKED])
+        asked[:PENDING] = asked[PENDING + 1 :] = 0
 
     # ---- the end --------------------
 
@@ -515,6 +505,9 @@ class CompiledTicks:
         """The simulation is over."""
         run, st = self._run, self._st
         here, now = self._space.cell(int(st[k.ROBOT])), int(st[k.NOW])
+        sentence = self._sentence
+        if st[k.ANSWERED]:
+            sentence = Status.HEMMED_IN.sentence if st[k.STEPS] < 0 else ""
         if code == k.AT_GOAL:
             run.end(Outcome.ARRIVED)
         elif code == k.HIT:
@@ -524,7 +517,7 @@ class CompiledTicks:
             run.end(Outcome.TIMEOUT, too_late(now))
         else:
             waited = int(st[k.HOLDING if code == k.HELD else k.WAITING])
-            run.end(Outcome.BLOCKED, gave_up(waited, here, run.patience, self._sentence))
+            run.end(Outcome.BLOCKED, gave_up(waited, here, run.patience, sentence))
 
     # ---- looking --------------------
 
@@ -581,7 +574,7 @@ class CompiledTicks:
         run = self._run
         robot, count = self._asked_at
         closed = frozenset(map(self._space.cell, self._marks[:count].tolist()))
-        session: AnswersNextSteps = run.session  # type: ignore[assignment]
+        session: AnswersKernel = run.session  # type: ignore[assignment]
         run.state.plan = session.whole_plan(Change(robot=self._space.cell(robot), obstacles=closed))
         at = int(self._st[k.PLACE]), bool(self._st[k.COUNTED])
         self._following = follow(run.state.plan, self._space.cell(robot))
