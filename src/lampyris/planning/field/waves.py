@@ -35,6 +35,8 @@ class Wave:
     cost, step, luciferin : the three maps to fill, flat and padded.
     shares : 1 - rho, gamma, unit.
     sparing : whether lists lie where luciferin will, if they can; None for on large maps.
+    costs_alone : whether parents and luciferin are left out; costs of cells that cannot reach the goal, or cost more
+        than ``stop``, are then of no use.
     """
 
     frame: BorderedMap
@@ -47,6 +49,7 @@ class Wave:
     luciferin: Floats
     shares: tuple[float, float, float]
     sparing: bool | None = None
+    costs_alone: bool = False
 
     def run(self) -> int:
         """Fill the maps over plain ground; how many cells were settled.
@@ -98,8 +101,8 @@ class Wave:
             count = weighted_wavefront.settle(*room, frame.width, *last, a, b, c, guard, *rest)
         else:
             count = weighted_wavefront.any_steps(*room, *self._by_price(prices), *last, *rest)
-        if count == 0:
-            return 0
+        if count == 0 or self.costs_alone:
+            return int(count)
         if self._two_prices:
             weighted_descent.parents8(
                 self.cost, weight, self.step, near, far, frame.width, frame.rows, a, b, guard, self._limit
@@ -135,6 +138,8 @@ class Wave:
         ]
         room = (self._rooms, self.cost, fresh, order, *levels, frame.width, self.goal, self.stop)
         many = loop(*room, *prices, frame.never)
+        if self.costs_alone:
+            return int(levels[1][many - 1])
         self.step.fill(-1)
         if len(prices) == 2:
             self._parents8(prices[0], prices[1], 0, frame.never - 1)
@@ -151,6 +156,8 @@ class Wave:
         count = wavefront.windows(
             self._rooms, self.cost, order, n + 1, frame.width, self.goal, self.stop, a, b, guard, frame.never
         )
+        if self.costs_alone:
+            return int(count)
         self._parents8(a, b, guard, self._limit)
         self._glow(order, count)
         return int(count)
@@ -167,6 +174,8 @@ class Wave:
             self._rooms, self.cost, order, ends, n + 1, *self._table, frame.width, frame.pad, self.goal,
             self.stop, min(costs), frame.never,
         )  # fmt: skip
+        if self.costs_alone:
+            return int(count)
         self._parents(self._limit)
         self._glow(order, count)
         return int(count)
