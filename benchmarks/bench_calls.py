@@ -185,7 +185,7 @@ def _polyanya(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Ta
         )
         search = PolyanyaSearch(free, moves, wide=False)
         cells = np.argwhere(free)
-        turning, whole = [], []
+        turning, whole, nodes = [], [], []
         for k in range(20 if quick else 100):
             (ay, ax), (by, bx) = cells[rng.integers(0, len(cells), 2)].tolist()
             ends = (ax, ay), (bx, by)
@@ -194,11 +194,14 @@ def _polyanya(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Ta
             if k:
                 turning.append(1e6 * spent)
                 whole.append(1e6 * answer)
+                nodes.append(search.turning_points(*ends)[1])
         middle = statistics.median(turning)
         medians.append((name, middle))
         meshes.append((name, mesh.middle))
         figures += [
             Figure(f"{name}, turning points of a query", "us", Spread.of(turning)),
+            Figure(f"{name}, nodes of a query", "nodes", Spread.of(nodes)),
+            Figure(f"{name}, each node", "ns", Spread.of([1e3 * sum(turning) / sum(nodes)])),
             Figure(f"{name}, a query's whole answer", "us", Spread.of(whole)),
             Figure(f"{name}, mesh", "ms", mesh),
         ]
@@ -207,6 +210,7 @@ def _polyanya(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Ta
             (
                 name,
                 f"{rectangles:,}",
+                f"{statistics.median(nodes):,.0f}",
                 f"{middle:,.0f}",
                 f"{statistics.median(whole):,.0f}",
                 f"{mesh.middle:.1f}",
@@ -219,5 +223,5 @@ def _polyanya(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Ta
         short = [f"{name} ({value:,.0f})" for name, value in told if value > most]
         text = f"Polyanya, {what}: at most {most:g} {unit}: in {len(told) - len(short)} of {len(told)} maps"
         verdicts.append(Verdict(not short, text + (f"; more: {', '.join(short)}" if short else "")))
-    heads = ("map", "rectangles", "turning points, us", "whole answer, us", "mesh, ms")
+    heads = ("map", "rectangles", "nodes expanded", "turning points, us", "whole answer, us", "mesh, ms")
     return Table(heads, tuple(rows), "Polyanya by map")

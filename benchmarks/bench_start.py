@@ -27,7 +27,8 @@ and is from then on. Maps are random, 10 % blocked, from corner to corner, read 
 command line with its printed answer; "terrain" is a map with a price on every cell. "Bare" is
 `python -c pass`, "numpy" is `python -c "import numpy"`: no planner in Python starts quicker than that."""
 
-PLAIN = "from lampyris.cli import main; main()"
+PLAIN = "from lampyris.cli import program; program()"
+"""What the installed script `lampyris` runs."""
 FIRST_CALL = """
 import lampyris
 scene = lampyris.Scene(lampyris.load_grid({map!r}), (0, 0), ({last}, {last}))

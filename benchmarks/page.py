@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from benchmarks.figures import Figure, Spread, figures_of
+from benchmarks.limits import limit_of
 
 _START = """# Benchmarks
 
@@ -13,7 +14,8 @@ does less of it, prints and writes nothing. Contestants take turns in one run; t
 counts, and the quartiles stand beside it. Ratios carry over to other machines, seconds do not.
 `make bench-compare OLD=FILE` holds a run against an older record, ratio by ratio.
 
-A line that begins **SHORT** is a claim that does not hold on this machine.
+A line that begins **SHORT** is a claim that does not hold on this machine. What limits it, measured in the same run, stands
+below it, with the claim as it holds.
 """
 
 
@@ -38,7 +40,8 @@ def _claims(records: list[dict[str, Any]]) -> str:
         held = [v for v in record["verdicts"] if v["holds"]]
         short = [v for v in record["verdicts"] if not v["holds"]]
         told = f"- [{record['title']}](#{_anchor(record['title'])}): {len(held)} hold"
-        lines.append(told + (f", **{len(short)} short**" if short else ""))
+        limited = sum(bool(limit_of(record, v["text"])) for v in short)
+        lines.append(told + (f", **{len(short)} short** ({limited} with the limit shown)" if short else ""))
     return "\n".join(lines) + "\n"
 
 
@@ -48,6 +51,9 @@ def section(record: dict[str, Any]) -> str:
     lines += ["Measured with " + ", ".join(f"{k} {v}" for k, v in record["about"].items()) + ".", ""]
     for v in record["verdicts"]:
         lines.append(f"- {'holds' if v['holds'] else '**SHORT**'}: {v['text']}")
+        if not v["holds"]:
+            limit = limit_of(record, v["text"])
+            lines.append(f"  **Limit**: {limit}." if limit else "  No limit of it has been measured.")
     if record["verdicts"]:
         lines.append("")
     for table in record["tables"]:

@@ -13,14 +13,14 @@ from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planning.field.gates import find_gates
 from lampyris.planning.field.layers import free_cells, moves_for
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import costs_along
 from lampyris.typing import ByteGrid
 
 
 def assess(found: Plan, scene: Scene) -> Plan:
     """The same plan with what judges it: the optimum, the sum of cost-to-go, the gates.
 
-    Planners that know these fill them in; the rest is measured here from the exact field of the scene.
+    Planners that know these fill them in; the rest is measured here from the exact costs of the scene's field.
     """
     checkpoint()
     gates = find_gates(scene.grid, scene.robot)
@@ -33,10 +33,9 @@ def assess(found: Plan, scene: Scene) -> Plan:
     elif optimal is None or to_go is None:
         moves = moves_for(scene)
         free = free_cells(scene.grid, scene.robot.radius)
-        field = solve(free, moves, scene.goal, terrain=scene.grid.terrain)
-        x, y = found.path.cells[:, 0], found.path.cells[:, 1]
-        optimal = int(field.exact[y[0], x[0]])
-        to_go = float(moves.values(field.exact[y, x]).sum())
+        costs = costs_along(free, moves, scene.goal, found.path.cells, terrain=scene.grid.terrain)
+        optimal = int(costs[0])
+        to_go = float(moves.values(costs).sum())
     return replace(
         found,
         optimal_exact=optimal,

@@ -137,7 +137,7 @@ def _mark_corners(square, centre, stride, height, passing, corner):
 
 @kernel(
     out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "out", "doors_of", "result"),
-    each=120,
+    each=800,
 )
 def rectangles(
     square,
@@ -557,7 +557,7 @@ def _cross_sides(
 
 
 @kernel(
-    out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=20
+    out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=600
 )  # fmt: skip
 def polyanya(
     owner, corner, stride, rects, first, sides, port_first, ports, out, open_to, sx, sy, gx, gy, budget, run,

@@ -21,7 +21,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import BorderedMap, carve
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.field.waves import Wave
+from lampyris.planning.field.waves import LastMap, Wave
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 
@@ -133,6 +133,23 @@ def checked(
     return free, None if terrain is None else _weights(terrain, free, moves), (int(goal[0]), int(goal[1]))
 
 
+def costs_along(
+    free: BoolGrid, moves: Moves, goal: Cell, cells: NDArray[np.int32], *, terrain: ByteGrid | None = None
+) -> NDArray[Any]:
+    """The exact costs to the goal of cells that can reach it, as :func:`solve` gives them; nothing else is computed.
+
+    Parameters
+    ----------
+    free, moves, goal, terrain : as for :func:`solve`.
+    cells : int32, (n, 2); x and y.
+    """
+    free, terrain, goal = checked(free, terrain, moves, goal, RHO, GAMMA)
+    frame, (_, cost, _), _ = fill(free, terrain, moves, goal, (0.0, 0.0, 1.0), last="cost")
+    inside = frame.inside(cost)
+    found: NDArray[Any] = inside[cells[:, 1], cells[:, 0]]
+    return found
+
+
 Maps = tuple[Floats, NDArray[Any], NDArray[np.int8]]
 """Luciferin, exact cost and step, flat in a frame."""
 
@@ -147,7 +164,7 @@ def fill(
     stop: Cell | None = None,
     into: tuple[BorderedMap, Maps] | None = None,
     sparing: bool | None = None,
-    glows: bool = True,
+    last: LastMap = "luciferin",
 ) -> tuple[BorderedMap, Maps, int]:
     """The three maps of a field, the frame they lie in, and how many cells were settled.
 
@@ -156,15 +173,15 @@ def fill(
     free, terrain, moves, goal, stop : as for :func:`solve`, but taken as they are.
     shares : 1 - rho, gamma, unit.
     into : a frame and maps of it to be written over, for the same map size and moves.
-    sparing, glows : see :class:`lampyris.planning.field.waves.Wave`.
+    sparing, last : see :class:`lampyris.planning.field.waves.Wave`.
     """
     frame = into[0] if into else BorderedMap(free, moves, terrain=terrain is not None)
     maps = into[1] if into else _maps(frame)
-    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, glows)
+    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, last)
     if count == 0 and free[goal[1], goal[0]]:
         frame = BorderedMap(free, moves, terrain=True, wide=True)
         maps = _maps(frame)
-        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, glows)
+        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, last)
     return frame, maps, count
 
 
@@ -185,7 +202,7 @@ def _fill(
     stop: Cell | None,
     shares: tuple[float, float, float],
     sparing: bool | None,
-    glows: bool,
+    last: LastMap,
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
@@ -193,14 +210,14 @@ def _fill(
     step.fill(-1)
     if not free[goal[1], goal[0]]:
         cost.fill(-1)
-        if glows:
+        if last == "luciferin":
             luciferin.fill(np.inf)
         return 0
     height, width = free.shape
     until = 0
     if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
         until = frame.index(stop)
-    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing, glows)
+    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing, last)
     return wave.run() if terrain is None else wave.run_over(terrain)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ _BY_HEADS = {
     for name in ("four-connected", "dissertation", "sixteen-connected")
 }
 
+LastMap = Literal["cost", "step", "luciferin"]
+"""The last map of a field that is filled: costs; steps (parents) too; luciferin too."""
+
 
 @dataclass(frozen=True, slots=True)
 class Wave:
@@ -35,7 +38,8 @@ class Wave:
     cost, step, luciferin : the three maps to fill, flat and padded.
     shares : 1 - rho, gamma, unit.
     sparing : whether lists lie where luciferin will, if they can; None for on large maps.
-    glows : whether luciferin is filled; without it, it holds anything.
+    last : the last of the three maps to be filled; the ones after it hold anything. With ``"cost"``, costs of cells
+        that cannot reach the goal, or cost more than ``stop``, are of no use.
     """
 
     frame: BorderedMap
@@ -48,7 +52,7 @@ class Wave:
     luciferin: Floats
     shares: tuple[float, float, float]
     sparing: bool | None = None
-    glows: bool = True
+    last: LastMap = "luciferin"
 
     def run(self) -> int:
         """Fill the maps over plain ground; how many cells were settled.
@@ -100,8 +104,8 @@ class Wave:
             count = weighted_wavefront.settle(*room, frame.width, *last, a, b, c, guard, *rest)
         else:
             count = weighted_wavefront.any_steps(*room, *self._by_price(prices), *last, *rest)
-        if count == 0:
-            return 0
+        if count == 0 or self.last == "cost":
+            return int(count)
         if self._two_prices:
             weighted_descent.parents8(
                 self.cost, weight, self.step, near, far, frame.width, frame.rows, a, b, guard, self._limit
@@ -137,6 +141,8 @@ class Wave:
         ]
         room = (self._rooms, self.cost, fresh, order, *levels, frame.width, self.goal, self.stop)
         many = loop(*room, *prices, frame.never)
+        if self.last == "cost":
+            return int(levels[1][many - 1])
         self.step.fill(-1)
         if len(prices) == 2:
             self._parents8(prices[0], prices[1], 0, frame.never - 1)
@@ -153,6 +159,8 @@ class Wave:
         count = wavefront.windows(
             self._rooms, self.cost, order, n + 1, frame.width, self.goal, self.stop, a, b, guard, frame.never
         )
+        if self.last == "cost":
+            return int(count)
         self._parents8(a, b, guard, self._limit)
         self._glow(order, count)
         return int(count)
@@ -169,6 +177,8 @@ class Wave:
             self._rooms, self.cost, order, ends, n + 1, *self._table, frame.width, frame.pad, self.goal,
             self.stop, min(costs), frame.never,
         )  # fmt: skip
+        if self.last == "cost":
+            return int(count)
         self._parents(self._limit)
         self._glow(order, count)
         return int(count)
@@ -227,7 +237,7 @@ class Wave:
         """Luciferin, along parents in the order in which cells settled; on large maps in that of their rows,
         for it may overwrite the list.
         """
-        if not self.glows:
+        if self.last != "luciferin":
             return
         if self._sparing:
             self.shine()

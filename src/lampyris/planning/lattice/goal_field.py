@@ -48,7 +48,7 @@ class GoalField:
     def _first(self, free: BoolGrid, moves: Moves, goal: Cell) -> FloatGrid:
         """Of a new map or goal: costs alone; what a repair needs besides is worked out when the map changes."""
         own, _, goal = checked(free, None, moves, goal, RHO, GAMMA)
-        self._solved = fill(own, None, moves, goal, (1.0 - RHO, GAMMA, float(moves.unit)), glows=False)
+        self._solved = fill(own, None, moves, goal, (1.0 - RHO, GAMMA, float(moves.unit)), last="step")
         self._repairer, self._free, self._goal = None, free, goal
         self.work += self._solved[2]
         return self._cost(moves, self._solved)
