@@ -246,16 +246,24 @@ def test_the_number_of_a_search_does_not_run_out(form: str, monkeypatch: pytest.
             assert session.plan(None, Budget(expansions=50_000)).pose_path == first.pose_path
 
 
-def test_an_anytime_search_keeps_its_path_when_its_time_is_out() -> None:
+@pytest.mark.parametrize(
+    "limit",
+    [
+        pytest.param({"expansions": 3_000}, id="expansions"),
+        pytest.param({"seconds": 0.4}, id="seconds", marks=pytest.mark.nightly),
+    ],
+)
+def test_an_anytime_search_keeps_its_path_at_the_end_of_its_budget(limit: dict[str, Any]) -> None:
     walls = np.zeros((400, 400), dtype=bool)
     walls[60:, 200] = True
     robot = Robot(footprint=FOOTPRINTS["square"], drive="ackermann", turn_radius=6.0)
     scene = Scene(Grid(walls), start_pose=(20.5, 20.5, 0.0), goal_pose=(380.5, 20.5, 1.0), robot=robot)
     prefer_compiled_search(scene)
-    plan = lampyris.plan(scene, "lattice", anytime=True, weight=20.0, budget=Budget(seconds=0.4))
+    plan = lampyris.plan(scene, "lattice", anytime=True, weight=20.0, budget=Budget(**limit))
     assert plan.status is Status.FOUND
     assert plan.bound is not None
     assert plan.bound <= 20.0
+    assert plan.detail.startswith("Stopped improving at the ")
     stop = CancelToken()
     stop.set()
     assert lampyris.plan(scene, "lattice", anytime=True, budget=Budget(stop=stop)).status is Status.CANCELLED

@@ -80,12 +80,14 @@ class FieldCache:
     def _new(self) -> _Kept:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
-        free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
+        free = self._map.free
         if self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS:
             given = GridKey(self._map.given), self._map.radius, self._moves, self._goal
             repairer = _solved(*given, self._rho, self._gamma).copy_on_write()
         else:
-            repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
+            repairer = FieldRepairer(
+                free, self._moves, self._goal, terrain=terrain, rho=self._rho, gamma=self._gamma
+            )
         self.spent += repairer.field.expansions
         self._kept.append(_Kept(repairer, frozenset()))
         return self._kept[-1]
