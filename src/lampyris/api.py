@@ -62,7 +62,7 @@ from lampyris.planning.selection import chosen_planner
 from lampyris.planning.session_limits import within
 from lampyris.referee.caps import check_caps
 from lampyris.referee.geometry.curve import check_curve
-from lampyris.sim.world.endings import why
+from lampyris.sim.world.endings import ending_sentence
 from lampyris.typing import CellLike, Points
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def plan(
 
     def judged(made: Plan, scene: Scene) -> Plan:
         made = assess(made, scene)
-        return replace(made, detail=why(made, scene))
+        return replace(made, detail=ending_sentence(made, scene))
 
     def answer() -> Plan:
         if scene.via:
@@ -185,7 +185,7 @@ def plan(
 
             made = plan_through(scene, chosen, budget, lambda leg, left: judged(search(leg, left), leg))
             PATH.demand(0 if made.path is None else len(made.path.cells), "the path")
-            return replace(made, detail=made.detail or why(made, scene))
+            return replace(made, detail=made.detail or ending_sentence(made, scene))
         made = search(scene, budget)
         answers.append((made, loading.wall()))
         return made if poses else judged(made, scene)
@@ -553,7 +553,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return with_fields(trace, detail=why(trace, scene), timing=timing)
+    return with_fields(trace, detail=ending_sentence(trace, scene), timing=timing)
 
 
 def drive(
@@ -625,7 +625,7 @@ def drive(
     began = time.perf_counter()
     referee.demand(referee.check_drive(made))
     timing = {**made.timing, "referee_s": time.perf_counter() - began}
-    return replace(made, detail=why(made, scene), timing=timing)
+    return replace(made, detail=ending_sentence(made, scene), timing=timing)
 
 
 def among(

@@ -133,7 +133,7 @@ def _one_line(text: str) -> str:
     return " ".join(text.split("\t")).replace("\r", " ").replace("\n", " ")
 
 
-def some(items: Sequence[object], most: int = SHOWN) -> str:
+def first_few(items: Sequence[object], most: int = SHOWN) -> str:
     """The first few of a list, and how many more there are."""
     first = ", ".join(str(item) for item in items[:most])
     more = len(items) - most

@@ -187,14 +187,14 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     UsageError : no such planner.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    return cast(Planner, made(planner_class(name), settings))
+    return cast(Planner, configured(planner_class(name), settings))
 
 
 _AS_THEY_ARE: dict[type[Any], Any] = {}
 """Our own planners without settings of the caller's."""
 
 
-def made(kind: type[Any], settings: Mapping[str, Any] | None) -> Any:
+def configured(kind: type[Any], settings: Mapping[str, Any] | None) -> Any:
     """A planner of this class with these settings; see :func:`make`."""
     if not settings and kind.__module__.startswith("lampyris."):
         if kind not in _AS_THEY_ARE:

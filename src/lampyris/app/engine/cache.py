@@ -32,7 +32,7 @@ def keep(key: tuple[Any, ...], of: object, make: Callable[[], T]) -> T:
     return made
 
 
-def known(scene: Scene) -> Known:
-    """What measures of a run ask of a place."""
+def place_facts(scene: Scene) -> Known:
+    """Facts about a place that the measures of a run need."""
     key = ("known", scene.start, scene.goal, scene.moves.name, scene.robot.radius)
-    return keep(key, scene.grid, lambda: judge.known(Place(scene)))
+    return keep(key, scene.grid, lambda: judge.place_facts(Place(scene)))

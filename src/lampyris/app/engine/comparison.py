@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from lampyris._core.scalars import MAX_SEED
-from lampyris.app.engine.cache import known
+from lampyris.app.engine.cache import place_facts
 from lampyris.app.engine.frames import json_frame
 from lampyris.app.engine.simulation import begin, ending, finish, header, watch
 from lampyris.errors import FileError, LampyrisError, LimitError
@@ -212,4 +212,4 @@ def _one(
 
 
 def _metrics(trace: Trace) -> dict[str, Any]:
-    return trace_metrics(trace, known(trace.scene))
+    return trace_metrics(trace, place_facts(trace.scene))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from lampyris import api, scenarios
-from lampyris.app.engine.cache import known
+from lampyris.app.engine.cache import place_facts
 from lampyris.app.engine.comparison import ComparisonResults, compare, comparison
 from lampyris.app.engine.driving import driven, step_of
 from lampyris.app.engine.frames import frame, json_frame
@@ -295,7 +295,7 @@ def run_page(scenario: Scenario, look: Look) -> str:
     scene = scenario.scene
     picture = _picture({"what": "png", "layer": None}, scenario, look)
     moving = _film_of(scenario, trace, {"what": "webp"}, look)
-    metrics = trace_metrics(trace, known(trace.scene))
+    metrics = trace_metrics(trace, place_facts(trace.scene))
     measures = tuple(
         (measure.title, measure.scale * value, measure.about)
         for measure in ALL.values()

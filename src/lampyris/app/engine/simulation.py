@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
-from lampyris.app.engine.cache import known
+from lampyris.app.engine.cache import place_facts
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, seen_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
@@ -33,7 +33,7 @@ from lampyris.sim.grid.steps_since import events_since, since
 from lampyris.sim.traffic.headings import first_headings
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
-from lampyris.sim.world.endings import why
+from lampyris.sim.world.endings import ending_sentence
 from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
@@ -224,7 +224,7 @@ def finish(run: Simulation) -> Trace:
     """
     trace = run.trace()
     demand(check_trace(trace))
-    return replace(trace, detail=why(trace, run.scene))
+    return replace(trace, detail=ending_sentence(trace, run.scene))
 
 
 def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
@@ -286,7 +286,7 @@ def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
         "sentence": trace.sentence,
         "ticks": trace.ticks,
         "last_tick": trace.last_tick,
-        "metrics": trace_metrics(trace, known(trace.scene)),
+        "metrics": trace_metrics(trace, place_facts(trace.scene)),
         "notes": list(trace.notes),
         "obstacle_specs": [obstacle_record(obstacle) for obstacle in trace.obstacle_specs],
         "digest": digest(trace),

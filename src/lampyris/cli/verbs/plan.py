@@ -189,11 +189,11 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     if found.map_model is not None:
         rows.append(("map model", _model(found.map_model)))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
-    on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
+    on_path = text.first_few([g.cell for g in found.gates_on_path]) or "none"
     if found.planner not in pose_names():
         rows.append(("gates", f"on the path: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
-        rows.append(("replanned at", text.some(found.gates_met)))
+        rows.append(("replanned at", text.first_few(found.gates_met)))
     if profile is not None:
         mean = f"mean {profile.mean:.4g} {profile.units} ({profile.law} law)"
         rows.append(("speed", f"{mean}; {_duration(profile)} in all{waiting}"))
@@ -216,7 +216,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
 
 def _via(found: Plan) -> str:
     """Via points in order, and how good the order is."""
-    words = text.some(found.via)
+    words = text.first_few(found.via)
     if found.via_lower_bound is None:
         return f"{words}, as given"
     if found.optimal_cost is not None and found.optimal_cost <= found.via_lower_bound:

@@ -174,7 +174,7 @@ def print_trace(run: Trace, *, name: str = "") -> None:
         rows.insert(-4, ("sensor", f"{run.sensor.range_m:g} m, {angle}; {share}{cost}"))
     if run.via:
         reached = f"{len(run.via_ticks)} of {len(run.via)} reached"
-        rows.insert(3, ("via", f"{text.some(run.via)}; {reached}"))
+        rows.insert(3, ("via", f"{text.first_few(run.via)}; {reached}"))
     if run.goal_track is not None:
         rows.insert(3, ("goal", f"moves; at {run.goal_at(run.ticks)} at the end"))
     if run.edits:

@@ -47,7 +47,7 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> FleetPlanner:
     UsageError : no such planner.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    made: FleetPlanner = registry.made(planner_class(name), settings)
+    made: FleetPlanner = registry.configured(planner_class(name), settings)
     return made
 
 

@@ -38,7 +38,7 @@ def pursuit_arc(view: View, lookahead: float) -> Arc:
     ahead, left = c * dx + q * dy, c * dy - q * dx
     square = ahead * ahead + left * left
     bend = 2.0 * left / square if square > _LEAST * _LEAST else 0.0
-    return held(view, Arc(pose.yaw if gear > 0 else pose.yaw + math.pi, gear * bend, gear * bend))
+    return within_limits(view, Arc(pose.yaw if gear > 0 else pose.yaw + math.pi, gear * bend, gear * bend))
 
 
 def free_pursuit(view: View, lookahead: float) -> tuple[Arc, float]:
@@ -71,10 +71,10 @@ def _sideways_arc(view: View, dx: float, dy: float, soon: float) -> Arc:
     if abs(off) > 0.5 * math.pi:
         bend = math.copysign(2.0 / far, off)
     yaw = view.progress.ahead(soon)[2]
-    return held(view, Arc(direction, bend, wrapped(yaw - view.pose.yaw) / soon))
+    return within_limits(view, Arc(direction, bend, wrapped(yaw - view.pose.yaw) / soon))
 
 
-def held(view: View, arc: Arc) -> Arc:
+def within_limits(view: View, arc: Arc) -> Arc:
     """The arc within what the robot can do at its present speed."""
     most = view.shape.most_bend(view.v)
     bend = min(max(arc.bend, -most), most)

@@ -14,7 +14,7 @@ from lampyris.model.settings.steering import Dwa, Mppi
 from lampyris.planning.lattice.shortcut import covering_discs
 from lampyris.sim.steering.arc import Arc, RobotShape, angle_of, cos_sin, wrapped
 from lampyris.sim.steering.control import Steer, View
-from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, held
+from lampyris.sim.steering.pure_pursuit import arriving, free_pursuit, within_limits
 from lampyris.sim.steering.reference import Section
 from lampyris.typing import Floats
 
@@ -161,7 +161,7 @@ def command(view: View, v: float, w: float, u: float) -> Steer:
     mean = max(0.5 * (view.v + v), 1e-3)
     turn = w / mean
     direction = pose.yaw if gear > 0 else pose.yaw + math.pi
-    return arriving(view, Steer(held(view, Arc(direction, turn, turn)), v, "limit"))
+    return arriving(view, Steer(within_limits(view, Arc(direction, turn, turn)), v, "limit"))
 
 
 def _sideways(view: View, v: float, w: float, u: float) -> Steer:
@@ -179,7 +179,7 @@ def _sideways(view: View, v: float, w: float, u: float) -> Steer:
         size = 0.0
     mean = max(0.5 * (view.v + size), 1e-2)
     far = mean * view.period
-    return arriving(view, Steer(held(view, Arc(direction, off / far, w / mean)), size, "limit"))
+    return arriving(view, Steer(within_limits(view, Arc(direction, off / far, w / mean)), size, "limit"))
 
 
 def _speed_now(view: View) -> float:

@@ -13,7 +13,7 @@ from lampyris.planning.field.solve import solve
 from lampyris.typing import Cell
 
 
-def why(found: Plan | Trace | Drive, scene: Scene) -> str:
+def ending_sentence(found: Plan | Trace | Drive, scene: Scene) -> str:
     """The sentence of an answer; where there is no path, with the cells and numbers that say why."""
     word, radius = (found.status if isinstance(found, Plan) else found.outcome).value, scene.robot.radius
     for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):

@@ -217,7 +217,7 @@ class Processes:
         slot.turn += 1
         slot.ready = False
         slot.pool = _warm.pop() if _warm and not slot.starts else _new_pool()
-        self._send(slot, None, here, __version__)
+        self._send(slot, None, worker_version, __version__)
 
     def _send(self, slot: _Slot, batch: Batch | None, call: Callable[[Any], Any], argument: object) -> None:
         """Put a call into a worker's queue. Another thread reports the outcome."""
@@ -271,8 +271,8 @@ class Processes:
         ]
 
 
-def here(version: str) -> str:
-    """What a worker says first: its version."""
+def worker_version(version: str) -> str:
+    """The version of lampyris in a worker, which it reports first."""
     return __version__
 
 

@@ -95,8 +95,8 @@ class ResultVerifier:
         return measure(plain, evidence, world, job.labels.get("published"))
 
 
-def known(place: Place) -> Known:
-    """What is known of a place before planning."""
+def place_facts(place: Place) -> Known:
+    """Facts about a place that measures need, known before planning."""
     room = room_of(place.scene) if place.poses else None
     return Known(place.optimal_exact, place.to_go, place.clearance, room)
 
@@ -171,7 +171,7 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published:
         if world.replayed and registry.planner_class(plain["planner"]["name"]).traits.sees_traffic:
             seen = world.among(world.last_tick(plain["ticks"]))
         plan, profile = verified_plan(plain, evidence, place, seen)
-        return plan_metrics(plan, place.scene, known(place), profile)
+        return plan_metrics(plan, place.scene, place_facts(place), profile)
     plan, profile = plan_of(evidence, place.scene, plain["planner"]["name"])
     scene = place.scene
     if plan.schedule is not None and world.replayed:
@@ -197,7 +197,7 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published:
             profile, plan.path, place.scene, creep=creep, slowest=slowest, corners=ours.curvature, stops=True
         )
         demand(found)
-    return plan_metrics(plan, place.scene, known(place), profile, published)
+    return plan_metrics(plan, place.scene, place_facts(place), profile, published)
 
 
 def _settles(plain: Mapping[str, Any]) -> bool:
@@ -241,7 +241,7 @@ def _simulated(
         _begin_where_they_must(trace, world)
     demand(referee.check_trace(trace))
     _no_path_stands(plain, trace.outcome, world)
-    return trace_metrics(trace, known(world.place), published)
+    return trace_metrics(trace, place_facts(world.place), published)
 
 
 def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: StudyWorld) -> None:
@@ -303,7 +303,7 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
         refuse(f"{drive.outcome.value}, where the first hit is the end")
     demand(referee.check_drive(drive))
     _no_path_stands(plain, drive.outcome, world)
-    return drive_metrics(drive, known(world.place), published)
+    return drive_metrics(drive, place_facts(world.place), published)
 
 
 def _tracks_of_the_world(drive: Any, world: StudyWorld, one: DriveSettings) -> None:

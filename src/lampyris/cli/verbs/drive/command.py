@@ -214,7 +214,7 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         seen = int((run.seen >= 0).sum())
         rows.append(("sensor", f"{run.sensor.range_m:g} m; {seen:,} of {run.seen.size:,} cells seen"))
     if run.via:
-        rows.append(("via", f"{text.some(run.via)}; {len(run.via_times)} of {len(run.via)} reached"))
+        rows.append(("via", f"{text.first_few(run.via)}; {len(run.via_times)} of {len(run.via)} reached"))
     if run.error > 0:
         rows.append(("off its path", f"at most {run.error:.3g} m from where it was commanded to be"))
     if poses:
