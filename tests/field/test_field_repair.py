@@ -17,7 +17,7 @@ from lampyris.model.field import Field
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.planning.field import repair
 from lampyris.planning.field.repair import FieldRepairer
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import fill, solve
 from lampyris_selfcheck.checks.changes.repair_story import repair_through
 from lampyris_selfcheck.reference.paths import field as field_twin
 from lampyris_selfcheck.reference.paths.edit_stories import story
@@ -138,6 +138,27 @@ def test_a_goal_that_is_blocked_and_freed() -> None:
         .exact[0, 0]
         == 0
     )
+
+
+@pytest.mark.parametrize("moves", ["octile", "dissertation"])
+@pytest.mark.parametrize("is_free", [True, False])
+def test_costs_that_were_worked_out_alone_are_taken_over(moves: str, is_free: bool) -> None:
+    """Luciferin is added, and the field is then repaired as one that had it from the beginning."""
+    rng = np.random.default_rng(5)
+    free = rng.random((23, 31)) > 0.3
+    free[9, 12] = is_free
+    free.flags.writeable = False
+    shares = (1.0 - repair.RHO, repair.GAMMA, float(MOVES[moves].unit))
+    solved = fill(free, None, MOVES[moves], (12, 9), shares, glows=False)
+    one = FieldRepairer(free, MOVES[moves], (12, 9), solved=solved)
+    other = FieldRepairer(free, MOVES[moves], (12, 9))
+    assert same(one.field, other.field)
+    assert one.field.expansions == other.field.expansions
+    for _ in range(20):
+        cells = [(int(rng.integers(31)), int(rng.integers(23))) for _ in range(2)]
+        assert same(
+            one.repair(blocked=cells[:1], freed=cells[1:]), other.repair(blocked=cells[:1], freed=cells[1:])
+        )
 
 
 def test_work_is_in_proportion_to_what_changed() -> None:
