@@ -126,7 +126,7 @@ unit: $(VENV)/.dev
 # build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
 # A failing line does not keep the others from running; the exit code reports it at the end.
 check-nightly: $(VENV)/.nightly
-	@tools/browser.sh
+	@tools/browser.sh axe
 	@mkdir -p build
 	@failed=0; \
 	run() { echo "$$*"; "$$@" || { failed=1; echo "FAILED: $$*"; }; }; \

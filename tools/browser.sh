@@ -1,6 +1,15 @@
 #!/usr/bin/env bash
-# Chromium, node and tsc for the tests of the page, from the distribution. Without them those tests say that they were skipped.
+# Chromium, node and tsc for the tests of the page, from the distribution; `tools/browser.sh axe`: axe-core, too, by npm into
+# build/axe. Without them those tests say that they were skipped.
 set -uo pipefail
+AXE=axe-core@4.14.1
+if [ "${1:-}" = axe ] && [ ! -f build/axe/node_modules/axe-core/axe.min.js ]; then
+  if ! command -v npm >/dev/null; then
+    echo "there is no npm, so no $AXE: tests/app/test_page_axe.py will be skipped" >&2
+  elif ! timeout 120 npm install --no-save --no-audit --no-fund --ignore-scripts --loglevel=error --prefix build/axe "$AXE" >/dev/null; then
+    echo "npm could not install $AXE: tests/app/test_page_axe.py will be skipped" >&2
+  fi
+fi
 missing=()
 for one in chromium:chromium node:nodejs tsc:node-typescript; do
   command -v "${one%%:*}" >/dev/null || missing+=("${one##*:}")

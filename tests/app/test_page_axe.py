@@ -1,7 +1,7 @@
 """Every panel and window of the page against WCAG 2.2 AA by axe-core.
 
-axe-core (MPL 2.0) is no part of this project: ``npm install axe-core@4.14.1`` in the folder of the project, or its file
-``axe.min.js`` by the variable LAMPYRIS_AXE; without it this is skipped.
+axe-core (MPL 2.0) is no part of this project: ``make check-nightly`` and ``tools/browser.sh axe`` fetch it by npm into
+build/axe, and the variable LAMPYRIS_AXE names another ``axe.min.js``; without it this is skipped.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import pytest
 from page_browser import needs_chromium
 from test_page_looks import states
 
-AXE = Path(
-    os.environ.get("LAMPYRIS_AXE") or Path(__file__).parents[2] / "node_modules" / "axe-core" / "axe.min.js"
-)
+FETCHED = Path(__file__).parents[2] / "build" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
+AXE = Path(os.environ.get("LAMPYRIS_AXE") or FETCHED)
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 RUN = """async (rules) => (await axe.run(document, { runOnly: rules, resultTypes: ["violations"] })).violations
   .map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map(({ target }) => target.join(" ")).join(", ")}`)"""
@@ -25,7 +24,7 @@ SIZES = {"desk": (1440, 900), "small desk": (1280, 720), "tablet": (834, 1112), 
 pytestmark = [
     needs_chromium,
     pytest.mark.nightly,
-    pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not there"),
+    pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not there: tools/browser.sh axe fetches it by npm"),
 ]
 
 

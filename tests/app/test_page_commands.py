@@ -32,15 +32,21 @@ def test_every_layer_planner_law_and_map_is_found_and_chosen_by_keys(page: Any) 
     page.locator("dialog.palette[open]").wait_for()
     field = page.get_by_role("combobox", name="Command")
     assert field.evaluate("one => one === document.activeElement")
+    layers = ["None", "Cost", "Luciferin", "Clearance", "Expanded", "Reachable set", "Inflation"]
+    planners = [*registry.list_planners(), *registry.list_planners("poses")]
     names = {
-        "Planner": [*registry.list_planners(), *registry.list_planners("poses")],
-        "Speed law": list(laws.LAWS),
-        "Map": list(library.names()),
-        "Layer": ["None", "Cost", "Luciferin", "Clearance", "Expanded", "Reachable set", "Inflation"],
+        "Planner": [
+            (registry.title_of(name), called)
+            for name in planners
+            for called in (name, registry.title_of(name))
+        ],
+        "Speed law": [(name, name) for name in laws.LAWS],
+        "Map": [(name, name) for name in library.names()],
+        "Layer": [(name, name) for name in layers],
     }
     for group, some in names.items():
-        for name in some:
-            field.fill(f"{group} {name}")
+        for name, called in some:
+            field.fill(f"{group} {called}")
             rows = page.locator("#palette-list li")
             found = [
                 tuple(row)
@@ -179,7 +185,7 @@ def test_planners_of_poses_and_of_fleets_are_compared(page: Any) -> None:
     page.click("#tab-compare")
     page.get_by_role("button", name="Compare", exact=True).click()
     page.locator("#compare .results table").first.wait_for()
-    page.get_by_role("button", name="Take dstar-lite out").click()
+    page.get_by_role("button", name="Take D* Lite out").click()
     page.get_by_label("Add a planner").select_option("lattice")
     page.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
     page.fill("#compare-seeds", "3")
@@ -187,7 +193,7 @@ def test_planners_of_poses_and_of_fleets_are_compared(page: Any) -> None:
     table = page.locator("#compare table.controllers")
     table.wait_for()
     heads = set(table.locator("thead th").all_inner_texts())
-    assert heads == {"ad-gso", "astar", "lattice"}
+    assert heads == {"AD-GSO", "A*", "State lattice"}
     assert page.get_by_role("button", name="Show it").is_hidden(), "the comparison before is no more"
     page.locator("#compare").get_by_text("seeds chosen above are not used").wait_for()
     page.click("#tab-fleet")
@@ -198,3 +204,25 @@ def test_planners_of_poses_and_of_fleets_are_compared(page: Any) -> None:
     rows = page.locator("dialog[open] tbody tr").all_inner_texts()
     assert len(rows) == len(registry.list_planners("fleets"))
     assert sum("Show" in row for row in rows) >= 3
+    # The plan of the table is shown as it was made: nothing is asked again.
+    costs = next(row for row in rows if row.startswith("PIBT")).split()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.locator("dialog[open] tbody").get_by_role("button", name="Show the plan of PIBT").click()
+    makespan = page.locator("#fleet-now dt:text-is('Makespan') + dd")
+    makespan.wait_for(state="attached")
+    assert str(makespan.text_content()).split()[0] == costs[1]
+    assert not [url for url in asked if "/api/" in url]
+
+
+def test_what_becomes_of_a_study_is_in_view_after_it_was_sent(page: Any) -> None:
+    page.route("**/api/study", lambda route: route.fulfill(json={"job": "job"}))
+    page.route(
+        "**/api/study/job", lambda route: route.fulfill(json={"done": 3, "total": 10, "state": "running"})
+    )
+    command(page, "send to a study")
+    page.locator("#notes").get_by_text("The study was sent").wait_for()
+    said = page.locator("#compare .study").get_by_text("3 of 10 runs")
+    said.wait_for()
+    box = said.bounding_box()
+    assert 0 <= box["y"] <= page.viewport_size["height"] - box["height"]

@@ -64,7 +64,7 @@ def test_a_star_is_what_the_server_says_and_one_run_has_none(page: Any) -> None:
 
 def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, browser: Any) -> None:
     page.click("#tab-compare")
-    page.get_by_role("button", name="Take dstar-lite out").click()
+    page.get_by_role("button", name="Take D* Lite out").click()
     page.get_by_label("Add a planner").select_option("jps")
     page.get_by_role("button", name="Add", exact=True).first.click()
     page.get_by_label("Add a speed law").select_option("constant")
@@ -88,7 +88,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
     listed = [
         text.strip().removesuffix("×").strip() for text in other.locator(".entrants li").all_inner_texts()
     ]
-    assert listed == ["ad-gso", "astar", "jps", "constant"]
+    assert listed == ["AD-GSO", "A*", "Jump point search", "constant"]
     assert other.inner_text(".tl-where").startswith("5.0 s ")
     # Left, the comparison is in the link no more; who meets is.
     other.get_by_role("button", name="Leave", exact=True).click()
@@ -157,7 +157,7 @@ def test_the_obstacles_of_the_overlay_are_those_of_the_longest_run(page: Any) ->
     cell = next(cell for cell in runs[longest] if cell not in others)
     compare(page)
     page.wait_for_selector(
-        f"#compare >> text=The obstacles are those of {('ad-gso', 'astar', 'dstar-lite')[longest]}"
+        f"#compare >> text=The obstacles are those of {('AD-GSO', 'A*', 'D* Lite')[longest]}"
     )
     page.get_by_role("slider", name="Moment").focus()
     page.keyboard.press("End")

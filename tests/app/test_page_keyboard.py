@@ -149,10 +149,10 @@ def test_the_walk_without_a_mouse(page: Any, tmp_path: Path) -> None:
     table = page.locator("#compare table").first
     table.wait_for()
     head = table.get_by_role("columnheader").all_inner_texts()
-    assert [word for word in head if word.strip()] == ["ad-gso", "astar", "dstar-lite"]
+    assert [word for word in head if word.strip()] == ["AD-GSO", "A*", "D* Lite"]
     tab_to(page, "Side by side")
     press("Space")
-    page.get_by_role("img", name="astar on the map").wait_for()
+    page.get_by_role("img", name="A* on the map").wait_for()
     tab_to(page, "Leave")
     press("Enter")
     press("4")

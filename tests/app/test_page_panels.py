@@ -17,7 +17,7 @@ pytestmark = needs_chromium
 def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
     page.click("#tab-settings")
     page.click("#settings .planner .settings summary")
-    nt = page.get_by_label("nt", exact=True)
+    nt = page.get_by_label("neighbours wanted", exact=True)
     nt.fill("12")
     nt.press("Tab")
     assert in_address(page)["planner"] == {"name": "ad-gso", "settings": {"nt": 12}}
@@ -33,7 +33,7 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
     assert in_address(page)["planner"] == {"name": "gso", "settings": {}}
     page.get_by_role("button", name="Undo").click()
     assert in_address(page)["planner"]["name"] == "ad-gso"
-    assert page.get_by_label("nt", exact=True).input_value() == "10"
+    assert page.get_by_label("neighbours wanted", exact=True).input_value() == "10"
 
 
 @pytest.mark.nightly
@@ -59,7 +59,7 @@ def test_three_planners_meet_and_the_clock_is_the_longest_run_s(page: Any) -> No
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_selector("#compare table.measures")
     heads = page.locator("#compare table.measures thead th").all_inner_texts()
-    assert [text.strip() for text in heads] == ["ad-gso", "astar", "dstar-lite"]
+    assert [text.strip() for text in heads] == ["AD-GSO", "A*", "D* Lite"]
     row = page.locator("#compare table.measures tr", has_text="cost (cells)").locator("td")
     values = [float(text.split()[0]) for text in row.all_inner_texts()]
     stars = [k for k, text in enumerate(row.all_inner_texts()) if "best" in text]

@@ -162,10 +162,10 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path, films: list[str]) -> No
     table = page.locator("#compare table").first
     table.wait_for()
     head = table.get_by_role("columnheader").all_inner_texts()
-    assert [word for word in head if word.strip()] == ["ad-gso", "astar", "dstar-lite"]
+    assert [word for word in head if word.strip()] == ["AD-GSO", "A*", "D* Lite"]
     assert table.get_by_role("row", name=re.compile("^outcome")).inner_text().count("arrived") == 3
     page.get_by_role("button", name="Side by side").click()
-    page.get_by_role("img", name="astar on the map").wait_for()
+    page.get_by_role("img", name="A* on the map").wait_for()
     page.get_by_role("button", name="Leave").click()
     assert moment(page) == shown, "the comparison gives back what was shown"
 

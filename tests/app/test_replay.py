@@ -179,8 +179,8 @@ def test_a_replay_opens_offline_plays_and_scrubs(offline: Any, tmp_path: Path) -
     tab = offline.shown(page)
     tab.wait_for_selector("body.ready")
     assert tab.inner_text("#digest") == digest
-    assert tab.inner_text("h1") == f"astar on {HOSTILE}"
-    assert "astar" in tab.inner_text("#facts")
+    assert tab.inner_text("h1") == f"A* on {HOSTILE}"
+    assert "A* (astar)" in tab.inner_text("#facts")
     assert moment(tab) == 0
     before = tab.locator("#map").screenshot()
     tab.get_by_role("button", name="Play").click()

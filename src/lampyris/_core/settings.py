@@ -47,6 +47,7 @@ class Setting:
     words : what a word may be.
     none : what None means; empty: None is not allowed.
     off : a number outside the range that is allowed too, and what it means.
+    title : what forms call it; empty: its name says it.
     """
 
     kind: Kind
@@ -57,6 +58,7 @@ class Setting:
     words: tuple[str, ...] = ()
     none: str = ""
     off: tuple[float, str] | None = None
+    title: str = ""
 
     def accepts(self, value: object) -> bool:
         """Whether a value is allowed."""
@@ -117,9 +119,10 @@ def number(
     above: bool = False,
     none: str = "",
     off: tuple[float, str] | None = None,
+    title: str = "",
 ) -> Any:
     """Declare a setting that is a number; see :class:`Setting`."""
-    setting = Setting("number", low, high, above, unit, none=none, off=off)
+    setting = Setting("number", low, high, above, unit, none=none, off=off, title=title)
     return field(default=default, metadata={_KEY: setting})
 
 
@@ -131,20 +134,21 @@ def whole(
     unit: str = "",
     none: str = "",
     off: tuple[float, str] | None = None,
+    title: str = "",
 ) -> Any:
     """Declare a setting that is a whole number; see :class:`Setting`."""
-    setting = Setting("whole", low, high, unit=unit, none=none, off=off)
+    setting = Setting("whole", low, high, unit=unit, none=none, off=off, title=title)
     return field(default=default, metadata={_KEY: setting})
 
 
-def word(default: str, words: tuple[str, ...]) -> Any:
+def word(default: str, words: tuple[str, ...], *, title: str = "") -> Any:
     """Declare a setting that is one of several words; see :class:`Setting`."""
-    return field(default=default, metadata={_KEY: Setting("word", words=words)})
+    return field(default=default, metadata={_KEY: Setting("word", words=words, title=title)})
 
 
-def flag(default: bool) -> Any:
+def flag(default: bool, *, title: str = "") -> Any:
     """Declare a setting that is True or False; see :class:`Setting`."""
-    return field(default=default, metadata={_KEY: Setting("flag")})
+    return field(default=default, metadata={_KEY: Setting("flag", title=title)})
 
 
 def redeclared(parent: type, name: str, default: Any) -> Any:

@@ -58,16 +58,21 @@ class Robot(Noun):
     """
 
     radius: float = number(0.0, 0.0, GREATEST, unit="m")
-    v_max: float = number(1.0, LEAST, GREATEST, unit="m/s")
-    a_max: float = number(0.5, LEAST, GREATEST, unit="m/s2")
-    d_max: float = number(1.0, LEAST, GREATEST, unit="m/s2")
-    a_lat_max: float = number(1.0, LEAST, GREATEST, unit="m/s2")
-    turn_radius: float = number(0.0, 0.0, GREATEST, unit="m")
-    jerk_max: float | None = number(None, LEAST, GREATEST, unit="m/s3", none="no limit")
-    drive: str = word("differential", DRIVES)
+    v_max: float = number(1.0, LEAST, GREATEST, unit="m/s", title="top speed")
+    a_max: float = number(0.5, LEAST, GREATEST, unit="m/s2", title="acceleration")
+    d_max: float = number(1.0, LEAST, GREATEST, unit="m/s2", title="braking")
+    a_lat_max: float = number(1.0, LEAST, GREATEST, unit="m/s2", title="sideways acceleration")
+    turn_radius: float = number(0.0, 0.0, GREATEST, unit="m", title="turning radius")
+    jerk_max: float | None = number(None, LEAST, GREATEST, unit="m/s3", none="no limit", title="jerk")
+    drive: str = word("differential", DRIVES, title="drive")
     footprint: Polygon | None = None
     yaw_rate_max: float | None = number(
-        None, LEAST, GREATEST, unit="rad/s", none="v_max at the farthest point, in place"
+        None,
+        LEAST,
+        GREATEST,
+        unit="rad/s",
+        none="v_max at the farthest point, in place",
+        title="yaw rate",
     )
 
     if TYPE_CHECKING:  # what is accepted; what is held is declared above

@@ -24,6 +24,8 @@ FLEET_GROUP = "lampyris.fleet_planners"
 GROUPS = MappingProxyType({"cells": GROUP, "poses": POSE_GROUP, "fleets": FLEET_GROUP})
 """Groups of entry points by kind of planner."""
 _OF_SCENES = ("cells", "poses")
+LONGEST_TITLE = 40
+"""Characters of a planner's title at most: a longer beginning of a summary is no name."""
 _T = TypeVar("_T", Traits, FleetTraits)
 
 
@@ -48,6 +50,11 @@ class PlannerInfo(Generic[_T]):
     source: str
     traits: _T
     settings: Mapping[str, Any]
+
+    @property
+    def title(self) -> str:
+        """What it is called where people read; see :func:`title_of`."""
+        return _title(self.name, self.summary)
 
 
 @cache
@@ -139,6 +146,21 @@ def _broken(entry: EntryPoint, what: str) -> InputError:
         where=f"planner {entry.name} of the installed package {package}",
         todo="repair or uninstall that package",
     )
+
+
+def title_of(name: str) -> str:
+    """What a planner is called where people read: the words of its summary before the colon, such as ``A*`` of ``astar``.
+
+    Without a colon, and if nobody has registered the name, the name itself.
+    """
+    if not any(name in _entries(group) for group in GROUPS.values()):
+        return name
+    return _title(name, any_class(name).summary)
+
+
+def _title(name: str, summary: str) -> str:
+    title, colon, _ = summary.partition(": ")
+    return title if colon and len(title) <= LONGEST_TITLE else name
 
 
 def kind_of(name: str) -> str:

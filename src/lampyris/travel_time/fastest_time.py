@@ -66,11 +66,11 @@ class FastestTime(SearchPlanner):
     SettingError : a setting out of its range.
     """
 
-    clearance: bool = flag(True)
-    zones: bool = flag(True)
-    turns: bool = flag(True)
-    blind: bool = flag(False)
-    creep: float = number(CREEP, 1e-6, 1.0)
+    clearance: bool = flag(True, title="distance to walls")
+    zones: bool = flag(True, title="speed zones")
+    turns: bool = flag(True, title="corners")
+    blind: bool = flag(False, title="blind areas")
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
     hidden_speed: float = redeclared(BlindArea, "hidden_speed", default_of(BlindArea, "hidden_speed"))
     hidden_radius: float = redeclared(BlindArea, "hidden_radius", default_of(BlindArea, "hidden_radius"))
     reaction: float = redeclared(BlindArea, "reaction", default_of(BlindArea, "reaction"))

@@ -38,7 +38,7 @@ def hello() -> dict[str, Any]:
         "planners": [_planner(row) for row in registry.list_planners().values()],
         "planners_of_poses": [_planner(row) for row in registry.list_planners("poses").values()],
         "planners_of_fleets": [  # the default first
-            {"name": row.name, "summary": row.summary}
+            {"name": row.name, "title": row.title, "summary": row.summary}
             for row in sorted(registry.list_planners("fleets").values(), key=lambda row: row.name != PLANNER)
         ],
         "laws": [_law(row) for row in laws.LAWS.values()],
@@ -64,6 +64,7 @@ def _planner(row: registry.PlannerInfo[Any]) -> dict[str, Any]:
     kind = registry.planner_class(row.name)
     return {
         "name": row.name,
+        "title": row.title,
         "summary": row.summary,
         "source": row.source,
         "traits": asdict(row.traits),
@@ -153,6 +154,7 @@ def _setting(key: str, value: Any, kind: type, name: str) -> dict[str, Any]:
         "allowed": declared.allowed,
         "unit": declared.unit,
         "none": declared.none,
+        **({"title": declared.title} if declared.title else {}),
     }
 
 

@@ -23,6 +23,7 @@ from lampyris.model.fleet.fleet_plan import FleetPlan
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.planning import registry
 from lampyris.report.data.fleets.record import fleet_record
 
 GRAIN: Final = 2.0**-10
@@ -103,7 +104,7 @@ def fleet_replay(plan: FleetPlan, fleet: Fleet, name: str = "") -> RunPage:
     end = {**fleet_ending(plan), "alone": None, "timing": {}}
     made = paths_frame(plan.paths, fleet.goals, plan.shortest) + json_frame("Z", end)
     facts = [
-        ("planner", plan.planner),
+        ("planner", named(plan.planner)),
         ("moves", plan.moves),
         ("seed", str(plan.seed)),
         ("map", _sized(fleet.grid)),
@@ -120,7 +121,13 @@ def fleet_digest(plan: FleetPlan, fleet: Fleet) -> str:
 
 
 def _called(planner: str, grid: Grid) -> str:
-    return f"{planner} on {grid.name or 'a map'}"
+    return f"{registry.title_of(planner)} on {grid.name or 'a map'}"
+
+
+def named(planner: str) -> str:
+    """A planner's title, and the name of a command line where that is another."""
+    title = registry.title_of(planner)
+    return title if title == planner else f"{title} ({planner})"
 
 
 def _sized(grid: Grid) -> str:
@@ -129,7 +136,7 @@ def _sized(grid: Grid) -> str:
 
 def _facts(scene: Scene, planner: str, law: str, seed: int) -> list[tuple[str, str]]:
     return [
-        ("planner", planner),
+        ("planner", named(planner)),
         ("speed law", law),
         ("seed", str(seed)),
         ("map", _sized(scene.grid)),

@@ -99,7 +99,7 @@ class Comparison {
     const options = (/** @type {any[]} */ some) => some.map((row) => el("option", { value: row.name }, explained(row)));
     const pick = el("select", { "aria-label": title, class: "grow" }, ...options(rows), poses.length ? el("optgroup", { label: "Planners of poses: all drive in continuous time" }, ...options(poses)) : null);
     const add = (/** @type {Who} */ who) => {
-      const label = labelOf(who);
+      const label = labelOf(this.page, who);
       if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);
       else if (list().length >= MOST) this.page.say(`At most ${MOST} at once: more is a study.`);
       else list().push({ ...who, label });
@@ -108,8 +108,8 @@ class Comparison {
     const own = button("", () => add(/** @type {Who} */ (present())), { class: "btn quiet own", title: "As it is set now" });
     const offer = () => {
       const who = present();
-      own.hidden = !who || list().some((one) => one.label === labelOf(who));
-      own.textContent = who ? `Add ${labelOf(who)}` : "";
+      own.hidden = !who || list().some((one) => one.label === labelOf(this.page, who));
+      own.textContent = who ? `Add ${labelOf(this.page, who)}` : "";
     };
     this.offers.push(offer);
     return el("div", null, el("div", { class: "row adder" }, pick, button("Add", () => add({ name: pick.value, settings: {} }))), own);

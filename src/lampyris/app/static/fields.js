@@ -37,7 +37,8 @@ export function field(setting, give) {
     : setting.choices ? choice(setting, id, give) : typed(setting, id, give);
   one.control.id = id;
   const about = setting.about;
-  const words = about && about !== setting.allowed ? about : setting.allowed;
+  const known = setting.title && setting.title !== setting.name ? ` (${setting.name})` : "";
+  const words = `${(about && about !== setting.allowed ? about : setting.allowed) || ""}${known}`;
   if (words) {
     const hint = el("p", { class: "hint about", id: `${id}-about`, hidden: true }, words);
     one.control.setAttribute("aria-describedby", hint.id);
@@ -53,7 +54,7 @@ export function field(setting, give) {
 /** @param {Setting} setting @param {string} id */
 function label(setting, id) {
   const name = (setting.title ?? setting.name.replace(/^.*\./, "").replaceAll("_", " "));
-  return el("label", { for: id }, name, setting.unit ? el("span", { class: "unit" }, ` ${setting.unit}`) : null);
+  return el("label", { for: id }, name, setting.unit ? el("span", { class: "unit" }, ` ${setting.unit.replace(/2$/, "²").replace(/3$/, "³")}`) : null);
 }
 
 /** @param {HTMLElement} row @param {Setting} setting @param {unknown} value */

@@ -380,12 +380,7 @@ export class Fleet {
     if (this.swarm.on) return this.swarm.simulate();
     const { map, page } = this;
     if (!map) return;
-    // What is painted by now is there from the start.
-    const walls = new Map();
-    for (const edit of this.edits) for (const [cell, value] of edit.cells) walls.set(cell, value);
-    this.edits = walls.size ? [{ tick: 0, cells: walls }] : [];
-    this._drop();
-    this._walls();
+    this._begin();
     const asked = this._asks();
     tell(this.words, "asking for a plan");
     /** @type {import("./fleetrun.js").Paths | null} */
@@ -395,19 +390,35 @@ export class Fleet {
     await this.job("/api/fleet", { scenario: this.scenario(map.cells), ...asked }, (kind, bytes) => {
       if (kind === "R") paths = pathsOf(bytes);
       else if (kind === "L") avoided = layerOf(bytes);
-      else if (kind === "Z") {
-        this.asked = asked;
-        this.avoided = avoided;
-        this._planned(paths, json(bytes));
-      }
+      else if (kind === "Z") this._planned(asked, paths, avoided, json(bytes));
     });
     page.map.refresh();
   }
 
-  /** @param {import("./fleetrun.js").Paths | null} paths @param {Record<string, any>} end */
-  _planned(paths, end) {
-    const { map, page, asked } = this;
+  /** What is painted by now is there from the start. */
+  _begin() {
+    const walls = new Map();
+    for (const edit of this.edits) for (const [cell, value] of edit.cells) walls.set(cell, value);
+    this.edits = walls.size ? [{ tick: 0, cells: walls }] : [];
+    this._drop();
+    this._walls();
+  }
+
+  /**
+   * A plan that a comparison has made already.
+   * @param {typeof this.asked} asked @param {import("./fleetrun.js").Paths | null} paths @param {Layer | null} avoided @param {Record<string, any>} end
+   */
+  show(asked, paths, avoided, end) {
+    this._begin();
+    this._planned(asked, paths, avoided, end);
+  }
+
+  /** @param {typeof this.asked} asked @param {import("./fleetrun.js").Paths | null} paths @param {Layer | null} avoided @param {Record<string, any>} end */
+  _planned(asked, paths, avoided, end) {
+    const { map, page } = this;
     if (!map) return;
+    this.asked = asked;
+    this.avoided = avoided;
     this.end = end;
     tell(this.words, end.sentence, !end.found);
     const name = typeof page.store.scenario.map === "string" ? page.store.scenario.map : "MAP";

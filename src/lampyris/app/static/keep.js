@@ -151,7 +151,7 @@ function beneath(page) {
 
 /** What picture and film will show, where that is not all that the screen does. @param {Page} page @param {boolean} now */
 function shows(page, now) {
-  const { name } = page.store.scenario.planner;
+  const name = page.titleOf(page.store.scenario.planner.name);
   const shown = page.map.layer?.name;
   const layer = beneath(page);
   const under = layer !== "none" ? `with ${layer} beneath` : shown ? `without a layer (they know cost and luciferin, not ${shown})` : "without a layer";

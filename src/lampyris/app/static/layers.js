@@ -158,11 +158,11 @@ export class Source {
   }
 }
 
-/** What a layer shows, in words. @param {string} name @param {{own: boolean, planner: string} | null} order */
-function aboutOf(name, order) {
+/** What a layer shows, in words. @param {Page} page @param {string} name @param {{own: boolean, planner: string} | null} order */
+function aboutOf({ titleOf }, name, order) {
   if (name !== "expanded" || !order) return KINDS[name].about;
-  if (order.own) return `In which order ${order.planner} expands the cells from the start, at the beginning.`;
-  return `Not ${order.planner}'s own order, which is not recorded: in which order a search from the goal settles the cells, until it comes to the start.`;
+  if (order.own) return `In which order ${titleOf(order.planner)} expands the cells from the start, at the beginning.`;
+  return `Not ${titleOf(order.planner)}'s own order, which is not recorded: in which order a search from the goal settles the cells, until it comes to the start.`;
 }
 
 /** Cells of the obstacles at the shown tick; null: none are shown. @param {Page} page @returns {Array<[number, number]> | null} */
@@ -223,7 +223,7 @@ class Layers {
       page.tell("layer-came", name);
       if (name !== source.shown) return;
       this._put();
-      this.about.textContent = fault || (layer ? aboutOf(name, source.order) : name === "reach" ? "Nothing moves." : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
+      this.about.textContent = fault || (layer ? aboutOf(page, name, source.order) : name === "reach" ? "Nothing moves." : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
       this.about.classList.toggle("bad", Boolean(fault));
     };
     source.onAsked = () => this._wait();
@@ -276,7 +276,7 @@ class Layers {
     const { source } = this;
     source.shown = name;
     for (const one of this.buttons) one.input.checked = one.name === name;
-    this.about.textContent = name === "none" ? "" : aboutOf(name, source.peek(name) ? source.order : null);
+    this.about.textContent = name === "none" ? "" : aboutOf(this.page, name, source.peek(name) ? source.order : null);
     this.about.classList.remove("bad");
     this.upTo.value = "255";
     source.want(name);
@@ -415,7 +415,7 @@ class Layers {
         if (!gates || !this.gates.checked || key !== this._gatesOf) continue;
         this._inMap = gates.in_map;
         this._putGates(gates.on_path);
-        if (!map.gates.length && now) page.say(`${scenario.planner.name} finds no gates in this map.`);
+        if (!map.gates.length && now) page.say(`${page.titleOf(scenario.planner.name)} finds no gates in this map.`);
       }
     } catch (error) {
       this._gatesOf = "";

@@ -70,9 +70,16 @@ export function fill(into, ...parts) {
   into.replaceChildren(...parts.filter(real));
 }
 
-/** A name with the line by which it explains itself, for lists. @param {{name: string, summary?: string}} row */
-export function explained({ name, summary }) {
-  return summary ? `${name} \u2013 ${summary.replace(/\.$/, "")}` : name;
+/** What is called by a name, for lists: its title, and the line by which it explains itself. @param {{name: string, title?: string, summary?: string}} row */
+export function explained(row) {
+  const { name, title = name, summary } = row;
+  return summary ? `${title} \u2013 ${aboutOf(row)}` : title;
+}
+
+/** The explanation alone, with the name of a command line or a file where the title is another. @param {{name: string, title?: string, summary?: string}} row */
+export function aboutOf({ name, title = name, summary = "" }) {
+  const words = (summary.startsWith(`${title}: `) ? summary.slice(title.length + 2) : summary).replace(/\.$/, "");
+  return title === name ? words : `${words} (${name})`;
 }
 
 /** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */

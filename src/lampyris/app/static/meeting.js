@@ -16,7 +16,7 @@ export function chosen(page) {
   if (!known.has(page)) linked(page);
   let found = known.get(page);
   if (!found) {
-    found = { planners: FIRST.filter((name) => isOne(page.hello.planners, name)).map((name) => entry([name, {}])), laws: [], seeds: 1 };
+    found = { planners: FIRST.filter((name) => isOne(page.hello.planners, name)).map((name) => entry(page, [name, {}])), laws: [], seeds: 1 };
     known.set(page, found);
   }
   return found;
@@ -27,10 +27,10 @@ function isOne(rows, name) {
   return rows.some((one) => one.name === name);
 }
 
-/** @param {[string, any]} who @returns {Entry} */
-function entry([name, settings]) {
+/** @param {Page} page @param {[string, any]} who @returns {Entry} */
+function entry(page, [name, settings]) {
   const who = { name, settings: settings ?? {} };
-  return { ...who, label: labelOf(who) };
+  return { ...who, label: labelOf(page, who) };
 }
 
 /**
@@ -41,7 +41,7 @@ function entry([name, settings]) {
 export function textOf(page, look) {
   const { planners, laws, seeds } = chosen(page);
   const [some, others] = [planners, laws].map((list) => list.map(({ name, settings }) => [name, settings]));
-  const first = !look && !laws.length && seeds === 1 && planners.map(({ label }) => label).join() === FIRST.join();
+  const first = !look && !laws.length && seeds === 1 && planners.map(({ name, settings }) => [name, ...Object.keys(settings)]).join() === FIRST.join();
   return first ? "" : JSON.stringify([some, others, seeds, look, look ? Math.floor(page.play.tick) : 0]);
 }
 
@@ -51,7 +51,7 @@ export function linked(page) {
   if (!text || (known.has(page) && text === page.met())) return null;
   try {
     const [planners, laws, seeds, look, tick] = JSON.parse(text);
-    const of = (/** @type {any[]} */ list, /** @type {any[]} */ rows) => list.filter(([name]) => isOne(rows, name)).slice(0, 8).map(entry);
+    const of = (/** @type {any[]} */ list, /** @type {any[]} */ rows) => list.filter(([name]) => isOne(rows, name)).slice(0, 8).map((who) => entry(page, who));
     known.set(page, { planners: of(planners, [...page.hello.planners, ...page.hello.planners_of_poses]), laws: of(laws, page.hello.laws), seeds: Math.min(Math.max(Math.round(seeds) || 1, 1), 50) });
     return { look, tick: Number(tick) || 0 };
   } catch {
@@ -65,12 +65,12 @@ export function meeting(page) {
   const { planners, laws, seeds } = chosen(page);
   const { law, preset } = page.store.scenario;
   const own = law ?? { name: preset === "dissertation" ? "dissertation" : "physical", settings: {} };
-  return { planners, laws: laws.length ? laws : [{ ...own, label: labelOf(own) }], seeds };
+  return { planners, laws: laws.length ? laws : [{ ...own, label: labelOf(page, own) }], seeds };
 }
 
-/** What a list calls somebody with settings. @param {Who} who */
-export function labelOf(who) {
+/** What a list calls somebody with settings. @param {Page} page @param {Who} who */
+export function labelOf(page, who) {
   const settings = Object.entries(who.settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join("/") : value}`);
-  const words = [who.name, ...settings].join(" ");
+  const words = [page.titleOf(who.name), ...settings].join(" ");
   return words.length <= LONGEST ? words : `${words.slice(0, LONGEST - 3)}...`;
 }

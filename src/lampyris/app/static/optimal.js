@@ -22,7 +22,7 @@ export async function askOptimal(page) {
   const [colour, dash] = LINES[1];
   show(page, { cells: Int16Array.from(cells.flat()), colour, dash, wide: 3 });
   const own = page.plan?.cost ?? null;
-  if (own !== null) page.say(`A* finds ${cost.toFixed(2)} cells${Number.isFinite(seconds) ? ` in ${(1000 * seconds).toFixed(2)} ms` : ""}; ${page.store.scenario.planner.name} ${own.toFixed(2)}, ${(100 * (own / cost - 1)).toFixed(1)} % more.`);
+  if (own !== null) page.say(`A* finds ${cost.toFixed(2)} cells${Number.isFinite(seconds) ? ` in ${(1000 * seconds).toFixed(2)} ms` : ""}; ${page.titleOf(page.store.scenario.planner.name)} ${own.toFixed(2)}, ${(100 * (own / cost - 1)).toFixed(1)} % more.`);
 }
 
 /** @param {Page} page @param {import("./marks.js").Way | null} way */

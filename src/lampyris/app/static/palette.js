@@ -4,7 +4,7 @@
 import { askRecipe } from "./recipes.js";
 import { TOOLS } from "./edit.js";
 import { brought } from "./later.js";
-import { el, fill } from "./make.js";
+import { aboutOf, el, fill } from "./make.js";
 import { open as openFirst } from "./opening.js";
 import { byId } from "./page.js";
 import { copyLink, turnTheme } from "./theme.js";
@@ -191,7 +191,7 @@ function entries(page) {
       page.tell("show-layer", name === "Reachable set" ? "reach" : name.toLowerCase());
     } })),
     ...["Contour lines", "Gates", "Inflation"].map((name) => ({ group: "Layer", name, about: "on or off", act: press("layers", name) })),
-    ...[...hello.planners, ...hello.planners_of_poses].map((/** @type {any} */ row) => ({ group: "Planner", name: row.name, about: row.summary, act: choose("Planner", row.name) })),
+    ...[...hello.planners, ...hello.planners_of_poses].map((/** @type {any} */ row) => ({ group: "Planner", name: row.title, about: aboutOf(row), act: choose("Planner", row.name) })),
     ...hello.laws.map((/** @type {any} */ row) => ({ group: "Speed law", name: row.name, about: row.summary, act: choose("Speed law", row.name) })),
     ...["PNG", "SVG", "WebP", "GIF", "WebM", "MP4", "CSV", "HTML", "Scenario", "Report"].map((name) => ({ group: "Export", name, act: press("keep", name) })),
     { group: "Example", name: "Office among people", about: "the opening scene", act: () => openFirst(page) },

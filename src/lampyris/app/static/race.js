@@ -92,7 +92,6 @@ class Race {
         if (kind === "X") throw new ServerError(200, json(data));
         if (kind === "H") {
           racer = { jumps: [], note: "", steps: 0, field: 0, expansions: 0, cost: null, gap: null, any_angle: false, ms: 0, units: "", order: new Uint32Array(0), lines: new Float32Array(0), ...json(data) };
-          if (racer) racer.title = titleOf(page, racer);
           if (racer?.outcome === "refused") this._add(racer, ground);
         }
         if (kind === "O" && racer) this._add(ordered(racer, data), ground);
@@ -264,13 +263,6 @@ class Race {
     fill(this.stage);
     this.tiles = [];
   }
-}
-
-/** What a planner is called in its own line of explanation: the words before a colon; else its label. @param {Page} page @param {Racer} racer */
-function titleOf(page, { planner, label }) {
-  const summary = String(page.hello.planners.find((/** @type {any} */ one) => one.name === planner)?.summary ?? "");
-  const name = summary.slice(0, Math.max(summary.indexOf(":"), 0)) || planner;
-  return [label.replace(planner, name), summary];
 }
 
 /** A racer with its order. @param {Racer} racer @param {Uint8Array} data */

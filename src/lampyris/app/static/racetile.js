@@ -8,7 +8,7 @@ import { swatch } from "./measures.js";
 
 /**
  * What the server says of a planner, and the order in which it expands cells (or the lines of its tree).
- * @typedef {{k: number, label: string, planner: string, title: string[], outcome: string, sentence: string, kind: string, steps: number, field: number, jumps: number[][],
+ * @typedef {{k: number, label: string, planner: string, outcome: string, sentence: string, kind: string, steps: number, field: number, jumps: number[][],
  *   note: string, expansions: number, cost: number | null, gap: number | null, any_angle: boolean, ms: number, path: number[][],
  *   t: number[], units: string, order: Uint32Array, lines: Float32Array}} Racer
  */
@@ -36,7 +36,7 @@ export class Tile {
     this.marks = { start: el("canvas", { class: "race-robot", "aria-hidden": "true" }), goal: el("canvas", { class: "race-robot", "aria-hidden": "true" }) };
     // A canvas of its own that is moved: drawing into a large one would have all of it put on the screen again.
     this.robot = el("canvas", { class: "race-robot", hidden: true, "aria-hidden": "true" });
-    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.title[0]} on the map` }, this.cells, this.lines, this.marks.start, this.marks.goal, this.robot);
+    this.map = el("div", { class: "race-map", role: "img", "aria-label": `${racer.label} on the map` }, this.cells, this.lines, this.marks.start, this.marks.goal, this.robot);
     this.state = el("b", null, "");
     this.count = el("span", null, "");
     const found = racer.cost !== null;
@@ -45,7 +45,7 @@ export class Tile {
       racer.outcome !== "refused" && `${formatted(racer.ms, 2)} ms`, found && arrival(racer),
     ].filter(Boolean).join(" · ");
     this.root = el("figure", { class: "race-tile" },
-      el("figcaption", null, el("div", { class: "row" }, swatch(racer.k), el("b", { class: "grow", title: racer.title[1] }, racer.title[0]), this.state),
+      el("figcaption", null, el("div", { class: "row" }, swatch(racer.k), el("b", { class: "grow", title: racer.planner }, racer.label), this.state),
         el("div", { class: "race-facts" }, this.count, facts && ` · ${facts}`),
         !found || racer.kind === "none" ? el("div", { class: "race-facts" }, found ? racer.note : racer.sentence) : null),
       this.map);

@@ -155,7 +155,7 @@ class Results {
       return el("label", { class: "check" }, box, title);
     }));
     const drawn = (/** @type {Found} */ { some: entrants }) => {
-      const axes = [...settingAxes(entrants, met), ...all.filter(([name]) => this.axes.has(name)).map(([name, title]) => measureAxis(name, title, entrants))];
+      const axes = [...settingAxes(this.page, entrants, met), ...all.filter(([name]) => this.axes.has(name)).map(([name, title]) => measureAxis(name, title, entrants))];
       fill(this.parallel, axes.length > 1 ? coordinates(axes, entrants, this.lit) : el("p", { class: "hint" }, "Nothing differs here: compare several planners, laws or settings, or choose two measures."));
     };
     drawn({ title: "", some, bests: {}, met });
@@ -256,13 +256,13 @@ function multiple([name, title, better], some, lit) {
     el("div", { class: "rs-line" }, el("span", null), el("div", { class: "rs-ends" }, el("span", null, formatted(scale.low)), el("span", null, scale.high > scale.low ? formatted(scale.high) : ""))));
 }
 
-/** Settings that differ among those that met, and planners and laws. @param {Entrant[]} some @param {import("./meeting.js").Meeting} met @returns {Axis[]} */
-function settingAxes(some, { planners, laws }) {
+/** Settings that differ among those that met, and planners and laws. @param {Page} page @param {Entrant[]} some @param {import("./meeting.js").Meeting} met @returns {Axis[]} */
+function settingAxes(page, some, { planners, laws }) {
   // Entrants are pairs, law by law for each planner.
   const pairs = planners.flatMap((planner) => laws.map((law) => ({ planner, law })));
   if (pairs.length !== some.length) return [];
   /** @type {Map<string, Array<unknown>>} */
-  const columns = new Map([["planner", pairs.map(({ planner }) => planner.name)], ["speed law", pairs.map(({ law }) => law.name)]]);
+  const columns = new Map([["planner", pairs.map(({ planner }) => page.titleOf(planner.name))], ["speed law", pairs.map(({ law }) => law.name)]]);
   for (const who of /** @type {const} */ (["planner", "law"])) {
     for (const key of new Set(pairs.flatMap((pair) => Object.keys(pair[who].settings)))) columns.set(key, pairs.map((pair) => pair[who].settings[key] ?? null));
   }

@@ -40,20 +40,6 @@ function limit(name, title, unit, value, least, about, none) {
   return { name, title, unit, type: "number", default: value, choices: null, least, most: 1e6, about, allowed: "", none };
 }
 
-/** What the form calls the robot's limits. @type {Record<string, string>} */
-const ROBOT_TITLES = {
-  radius: "radius", v_max: "top speed", a_max: "acceleration", d_max: "braking", a_lat_max: "sideways",
-  turn_radius: "turning radius", jerk_max: "jerk", yaw_rate_max: "yaw rate",
-};
-
-/** The robot's limits as the program declares them. @param {Setting[]} rows @returns {Setting[]} */
-function robotForm(rows) {
-  return rows.map((row) => ({
-    ...row, title: ROBOT_TITLES[row.name] ?? row.name,
-    unit: (row.unit ?? "").replace("2", "²").replace("3", "³"),
-  }));
-}
-
 const MOST_SEED = Number.MAX_SAFE_INTEGER;
 
 /** @param {string} name @param {string} title @param {unknown} value @param {number} least @param {number} most @param {string} about @param {string} [none] @returns {Setting} */
@@ -89,7 +75,7 @@ export function mount(page, into) {
   shown.push(lawPart(page, /** @type {HTMLElement} */ (block(into, "law", "Speed law"))));
   const robot = /** @type {HTMLElement} */ (block(into, "robot", "Robot"));
   shown.push(shapePart(page, robot));
-  shown.push(plainPart(page, robot, robotForm(page.hello.robot), "robot"));
+  shown.push(plainPart(page, robot, page.hello.robot, "robot"));
   shown.push(seedPart(page, /** @type {HTMLElement} */ (block(into, "seed", "Seed and end"))));
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "counted", "Moving obstacles"))));

@@ -69,7 +69,7 @@ class Study {
     const { page } = this;
     const who = meeting(page);
     const own = plansPoses(page) && page.store.scenario.planner;
-    if (own && !who.planners.some(({ name }) => name === own.name)) who.planners = [{ ...own, label: labelOf(own) }, ...who.planners];
+    if (own && !who.planners.some(({ name }) => name === own.name)) who.planners = [{ ...own, label: labelOf(this.page, own) }, ...who.planners];
     const poses = who.planners.some(({ name }) => page.hello.planners_of_poses.some((/** @type {any} */ row) => row.name === name));
     if (!who.planners.length) {
       page.say("Choose somebody to compare first.");
@@ -83,6 +83,9 @@ class Study {
       });
       remember({ job: String(job), when: Date.now(), title: `Study on ${page.ground?.name ?? "a map"}`, met: who });
       this._watch(String(job));
+      page.say("The study was sent: how far it is stands in the panel Compare.");
+      this.stop.focus();
+      this.words.scrollIntoView({ block: "nearest" });
     } catch (error) {
       tell(this.words, sentence(error), true);
       page.fault(error);

@@ -103,6 +103,7 @@
  *   turn: () => number,
  *   open: (map: unknown, turn?: number) => Promise<boolean>,
  *   adopt: (scenario: Scenario, turn?: number) => Promise<boolean>,
+ *   titleOf: (name: string) => string,
  *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string, driver: typeof import("./driven.js").driver | null,
  *   link: () => Promise<string>,
  *   show: (section: string) => void | Promise<void>,

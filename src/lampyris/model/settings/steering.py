@@ -86,7 +86,9 @@ class RegulatedPurePursuit(PurePursuit):
     summary: ClassVar[str] = "pure pursuit whose speed falls in bends, near obstacles and before the goal"
     source: ClassVar[str] = "Macenski, Singh, Martin, Gines 2023"
 
-    desired: float | None = number(None, 1e-6, 1e6, unit="m/s", none="the robot's top speed")
+    desired: float | None = number(
+        None, 1e-6, 1e6, unit="m/s", none="the robot's top speed", title="desired speed"
+    )
     min_radius: float = number(0.9, 1e-6, 1e6, unit="m")
     min_speed: float = number(0.25, 1e-6, 1e6, unit="m/s")
     scaling_distance: float = number(0.6, 1e-6, 1e6, unit="m")
@@ -137,12 +139,12 @@ class Dwa(_Sampling):
     summary: ClassVar[str] = "the best of a grid of constant commands that can be reached soon"
     source: ClassVar[str] = "Fox, Burgard, Thrun 1997"
 
-    window: float = number(0.5, 1e-3, 60.0, unit="s")
+    window: float = number(0.5, 1e-3, 60.0, unit="s", title="speed window")
     speeds: int = whole(9, 2, 200)
     yaw_rates: int = whole(21, 3, 400)
     directions: int = whole(9, 1, 100)
     steps: int = whole(20, 1, 400)
-    step: float = number(0.1, 1e-3, 10.0, unit="s")
+    step: float = number(0.1, 1e-3, 10.0, unit="s", title="step length")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,11 +168,11 @@ class Mppi(_Sampling):
     summary: ClassVar[str] = "the mean of random sequences of commands, weighted by the cost of their motions"
     source: ClassVar[str] = "Williams, Wagener, Goldfain, Drews, Rehg, Boots, Theodorou 2017"
 
-    samples: int = whole(1000, 10, 100_000)
+    samples: int = whole(1000, 10, 100_000, title="sampled motions")
     steps: int = whole(56, 2, 400)
-    step: float = number(0.05, 1e-3, 10.0, unit="s")
+    step: float = number(0.05, 1e-3, 10.0, unit="s", title="step length")
     temperature: float = number(0.3, 1e-6, 1e6)
-    hold: int = whole(4, 1, 100)
+    hold: int = whole(4, 1, 100, title="steps of a deviation")
     speed_noise: float = number(1.0, 1e-6, 10.0)
     yaw_noise: float = number(0.3, 1e-6, 10.0)
     rate_weight: float = number(0.015, 0.0, 1e6)

@@ -37,7 +37,7 @@ class Constant:
     SettingError : ``LAW_SETTING``.
     """
 
-    creep: float = number(CREEP, 1e-6, 1.0)
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("LAW_SETTING", "constant."))

@@ -96,7 +96,7 @@ class PhysicalLaw:
     SettingError : ``LAW_SETTING``.
     """
 
-    creep: float = number(CREEP, 1e-6, 1.0)
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
     curvature: bool = flag(True)
     clearance: bool = flag(True)
     zones: bool = flag(True)

@@ -55,7 +55,7 @@ class Rpp:
     SettingError : ``LAW_SETTING``.
     """
 
-    desired: float = number(0.5, 1e-6, 1e6, unit="m/s")
+    desired: float = number(0.5, 1e-6, 1e6, unit="m/s", title="desired speed")
     lookahead: float = number(0.6, 0.0, 1e6, unit="m")
     min_radius: float = number(0.9, 1e-6, 1e6, unit="m")
     min_speed: float = number(0.25, 1e-6, 1e6, unit="m/s")

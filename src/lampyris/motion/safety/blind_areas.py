@@ -56,9 +56,9 @@ class BlindArea:
     hidden_speed: float = number(1.0, 0.0, 1e3, unit="m/s")
     hidden_radius: float = number(0.2, 0.0, 1e3, unit="m")
     reaction: float = number(0.2, 0.0, 1e3, unit="s")
-    reach: float | None = number(None, 1e-6, 1e6, unit="m", none="as far as it matters")
-    unknown: Literal["dark", "map"] = word(UNKNOWN, ("dark", "map"))
-    creep: float = number(CREEP, 1e-6, 1.0)
+    reach: float | None = number(None, 1e-6, 1e6, unit="m", none="as far as it matters", title="sight")
+    unknown: Literal["dark", "map"] = word(UNKNOWN, ("dark", "map"), title="unknown cells")
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("LAW_SETTING", "physical.blind."))

@@ -90,9 +90,9 @@ class CloudModel:
     """
 
     horizon: float = number(6.0, 1e-3, 1e3, unit="s")
-    near: float = number(1.5, 1e-3, 1e3, unit="m")
-    hyper: float = number(0.1, 0.0, 1.0 / 3.0)
-    creep: float = number(CREEP, 1e-6, 1.0)
+    near: float = number(1.5, 1e-3, 1e3, unit="m", title="distance of danger")
+    hyper: float = number(0.1, 0.0, 1.0 / 3.0, title="hyper-entropy")
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("LAW_SETTING", "physical.cloud."))

@@ -56,15 +56,15 @@ class ThreeSpeed:
     """
 
     paces: tuple[int, int, int] = (1, 2, 4)
-    step: float = number(1.0, 1e-3, 1e3, unit="s")
-    depth: int = whole(3, 1, 6)
-    ahead: float = number(8.0, 0.0, 1e3, unit="s")
-    cost: float = number(10.0, 0.0, 1e6)
+    step: float = number(1.0, 1e-3, 1e3, unit="s", title="time between decisions")
+    depth: int = whole(3, 1, 6, title="decisions ahead")
+    ahead: float = number(8.0, 0.0, 1e3, unit="s", title="time ahead")
+    cost: float = number(10.0, 0.0, 1e6, title="cost of a contact")
     prior: tuple[float, float, float] = (0.8, 0.15, 0.05)
-    accuracy: float = number(0.8, 1.0 / 3.0, 1.0)
-    forget: float = number(0.1, 0.0, 1.0)
-    margin: float = number(0.1, 0.0, 1e3, unit="m")
-    near: int = whole(2, 1, 3)
+    accuracy: float = number(0.8, 1.0 / 3.0, 1.0, title="chance of seeing intent")
+    forget: float = number(0.1, 0.0, 1.0, title="share of the prior mixed in")
+    margin: float = number(0.1, 0.0, 1e3, unit="m", title="distance of a contact")
+    near: int = whole(2, 1, 3, title="obstacles weighed together")
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("LAW_SETTING", "physical.three_speed."))

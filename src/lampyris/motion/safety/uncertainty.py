@@ -39,12 +39,12 @@ class Uncertainty:
     SettingError : ``LAW_SETTING``.
     """
 
-    sigma_0: float = number(0.02, 0.0, 1e3, unit="m")
-    sigma_v: float = number(0.05, 1e-6, 1e3, unit="s")
-    k: float = number(3.0, 1e-3, 1e3)
+    sigma_0: float = number(0.02, 0.0, 1e3, unit="m", title="position error at rest")
+    sigma_v: float = number(0.05, 1e-6, 1e3, unit="s", title="position error with speed")
+    k: float = number(3.0, 1e-3, 1e3, title="standard deviations kept")
     observations: int = whole(5, 1, 1_000_000)
     period: float = number(0.1, 1e-6, 1e3, unit="s")
-    creep: float = number(CREEP, 1e-6, 1.0)
+    creep: float = number(CREEP, 1e-6, 1.0, title="share of speed always left")
 
     def __post_init__(self) -> None:
         check_settings(self, under_code("LAW_SETTING", "physical.uncertainty."))

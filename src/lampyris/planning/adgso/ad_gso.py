@@ -53,7 +53,7 @@ class AdGso(AdGsoSettings):
     # draws, but who asks must not take one seed's answer for another's. incremental: the field outlives
     # moving obstacles.
     traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, stochastic=True)
-    summary: ClassVar[str] = "Walks down the luciferin of the cost field through a growing window"
+    summary: ClassVar[str] = "AD-GSO: walks down the luciferin of the cost field through a growing window."
     source: ClassVar[str] = (
         "The dissertation's AD-GSO (algorithms 3.2-3.9). Ours: the join through accepted cells, which its "
         "Table 4.4 needs; how ties fall; repairing the field when hemmed in; choice = exact; the scales of "

@@ -74,7 +74,7 @@ class LazyThetaStar:
     SettingError : ``put_back`` is not true or false.
     """
 
-    put_back: bool = flag(True)
+    put_back: bool = flag(True, title="put blocked cells back")
 
     name: ClassVar[str] = "lazy-theta-star"
     traits: ClassVar[Traits] = Traits(optimal=False)

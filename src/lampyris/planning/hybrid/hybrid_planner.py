@@ -63,14 +63,14 @@ class HybridAStar:
     SettingError : a setting out of its range.
     """
 
-    weight: float = number(1.5, 1.0, 1e3)
-    headings: int = whole(72, 16, 360)
+    weight: float = number(1.5, 1.0, 1e3, title="weight of the heuristic")
+    headings: int = whole(72, 16, 360, title="bins of the yaw")
     motion_length: float = number(1.5, 1.42, 1e3, unit="cells")
     reverse_cost: float = number(2.0, 1.0, 100.0)
     reverse: bool = flag(True)
     turn_cost: float = number(0.5, 1e-3, 100.0, unit="m/rad")
     switch_cost: float = number(1.0, 0.0, 1e3, unit="m")
-    analytic: bool = flag(True)
+    analytic: bool = flag(True, title="exact curves to the goal")
     goal_tolerance: float = number(0.0, 0.0, 1e3, unit="m")
     goal_yaw_tolerance: float = number(0.0, 0.0, math.pi, unit="rad")
 

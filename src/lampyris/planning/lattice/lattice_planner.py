@@ -70,10 +70,10 @@ class LatticePlanner(LatticeSettings):
     SettingError : a setting out of its range.
     """
 
-    anytime: bool = flag(False)
-    cost_penalty: float = number(4.0, 0.0, 100.0)
+    anytime: bool = flag(False, title="go on improving")
+    cost_penalty: float = number(4.0, 0.0, 100.0, title="cost of terrain")
     primitives: str | MotionPrimitives | None = None
-    shortcut: bool = flag(True)
+    shortcut: bool = flag(True, title="shortcuts")
 
     name: ClassVar[str] = "lattice"
     files: ClassVar[tuple[str, ...]] = ("primitives",)

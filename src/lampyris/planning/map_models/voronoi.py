@@ -57,7 +57,7 @@ class Voronoi:
     SettingError : ``border`` is not true or false.
     """
 
-    border: bool = flag(True)
+    border: bool = flag(True, title="edge of the map is a wall")
 
     name: ClassVar[str] = "voronoi"
     traits: ClassVar[Traits] = Traits(optimal=False)

@@ -70,11 +70,11 @@ class Timed:
     SettingError : a setting out of its range.
     """
 
-    forecast: str = word("velocity", GUESSES)
-    horizon: int = whole(2, 0, MAX_HORIZON, unit="ticks")
-    growth: float = number(0.0, 0.0, 10.0, unit="cells")
-    margin: int = whole(1, 0, MAX_HORIZON, unit="ticks")
-    tracks: str = word("known", TRACKS)
+    forecast: str = word("velocity", GUESSES, title="forecast of obstacles")
+    horizon: int = whole(2, 0, MAX_HORIZON, unit="ticks", title="forecast horizon")
+    growth: float = number(0.0, 0.0, 10.0, unit="cells", title="growth of the forecast")
+    margin: int = whole(1, 0, MAX_HORIZON, unit="ticks", title="gain needed for a new path")
+    tracks: str = word("known", TRACKS, title="recorded tracks")
 
     name: ClassVar[str] = ""
 

@@ -42,13 +42,13 @@ class AntSystem(SwarmPlanner):
     guide : ``line``, ``step`` or ``rise``.
     """
 
-    alpha: int = whole(1, 0, 20)
-    beta: int = whole(5, 0, 20)
-    rho: float = number(default_of(MmasDstar, "rho"), 1e-6, 1.0)
-    guide: str = word("line", ("line", "step", "rise"))
+    alpha: int = whole(1, 0, 20, title="weight of the pheromone")
+    beta: int = whole(5, 0, 20, title="weight of the heuristic")
+    rho: float = number(default_of(MmasDstar, "rho"), 1e-6, 1.0, title="evaporation")
+    guide: str = word("line", ("line", "step", "rise"), title="heuristic")
 
     name: ClassVar[str] = "ant-system"
-    summary: ClassVar[str] = "Ant System: every ant that arrives adds pheromone"
+    summary: ClassVar[str] = "Ant System: every ant that arrives adds pheromone."
     source: ClassVar[str] = (
         "Dorigo, Maniezzo and Colorni 1996, the dissertation's equations 2.4 to 2.7. Ours: walks over cells, the "
         "fitness as C, the heuristic by the straight distance to the goal, the exact seed."

@@ -18,7 +18,9 @@ class DstarLpso(StepPlanner):
     """
 
     name: ClassVar[str] = "dstar-lpso"
-    summary: ClassVar[str] = "D* costs, one cell an iteration by a ring swarm (the dissertation's baseline)"
+    summary: ClassVar[str] = (
+        "D* with lbest PSO: one cell an iteration by a ring swarm (the dissertation's baseline)."
+    )
     source: ClassVar[str] = (
         "Sadiq and Hasan 2017 as the dissertation tells of it; paper not found. The swarm at each cell, its "
         "fitness and the passing of unavoidable gates are ours."
@@ -40,7 +42,9 @@ class Dstar16Lpso(StepPlanner):
     gates: str = redeclared(StepPlanner, "gates", "close")
 
     name: ClassVar[str] = "dstar16-lpso"
-    summary: ClassVar[str] = "D* costs, two cells in 16 directions an iteration (the improved baseline)"
+    summary: ClassVar[str] = (
+        "Improved D* with lbest PSO: two cells in 16 directions an iteration (the improved baseline)."
+    )
     source: ClassVar[str] = (
         "The improved D* with lbest PSO as the dissertation tells of it; paper not found. That 16 directions "
         "are the second ring is inferred from its tables; the rest is ours as for dstar-lpso."

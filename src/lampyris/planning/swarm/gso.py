@@ -30,16 +30,16 @@ class Gso(WaypointPlanner):
     choice : ``roulette`` or ``greedy`` (deterministic GSO).
     """
 
-    sensor: float = number(0.5, 1e-6, 1.0)
-    step: float = number(0.03, 1e-6, 1.0)
-    nt: int = whole(default_of(GSO, "nt"), 0, 2000)
-    rho: float = number(default_of(GSO, "rho"), 0.0, 1.0)
-    gamma: float = number(default_of(GSO, "gamma"), 1e-6, 1e6)
-    beta: float = number(default_of(GSO, "beta"), 0.0, 1e6)
-    choice: str = word(default_of(GSO, "choice"), CHOICES)
+    sensor: float = number(0.5, 1e-6, 1.0, title="sensor radius")
+    step: float = number(0.03, 1e-6, 1.0, title="step length")
+    nt: int = whole(default_of(GSO, "nt"), 0, 2000, title="neighbours wanted")
+    rho: float = number(default_of(GSO, "rho"), 0.0, 1.0, title="luciferin decay")
+    gamma: float = number(default_of(GSO, "gamma"), 1e-6, 1e6, title="luciferin enhancement")
+    beta: float = number(default_of(GSO, "beta"), 0.0, 1e6, title="range adaptation")
+    choice: str = word(default_of(GSO, "choice"), CHOICES, title="choice of the leader")
 
     name: ClassVar[str] = "gso"
-    summary: ClassVar[str] = "Glowworm swarm (GSO) over waypoints"
+    summary: ClassVar[str] = "GSO: a glowworm swarm over waypoints."
     source: ClassVar[str] = (
         "Krishnanand and Ghose 2009: the swarm. Ours: waypoints as glowworms, the fitness, the exact seed."
     )
@@ -73,12 +73,12 @@ class Igso(WaypointPlanner):
     wander : how far the brightest try a place, in sides of the box. 0: not at all.
     """
 
-    step: float = number(0.1, 1e-6, 1.0)
-    least: float = number(0.005, 1e-6, 1.0)
-    wander: float = number(0.05, 0.0, 1.0)
+    step: float = number(0.1, 1e-6, 1.0, title="step length")
+    least: float = number(0.005, 1e-6, 1.0, title="last step length")
+    wander: float = number(0.05, 0.0, 1.0, title="random steps of the brightest")
 
     name: ClassVar[str] = "igso"
-    summary: ClassVar[str] = "Improved glowworm swarm (IGSO) over waypoints"
+    summary: ClassVar[str] = "IGSO: an improved glowworm swarm over waypoints."
     source: ClassVar[str] = (
         "He and Huang 2016, known from its abstract alone: every formula is ours, as are the waypoints."
     )

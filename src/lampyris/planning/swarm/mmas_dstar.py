@@ -47,14 +47,14 @@ class MmasDstar(SwarmPlanner):
     guide : ``rise`` or ``cost``.
     """
 
-    rho: float = number(0.1, 1e-6, 1.0)
-    beta: int = whole(3, 0, 20)
-    spread: float = number(50.0, 1.0, 1e6)
+    rho: float = number(0.1, 1e-6, 1.0, title="evaporation")
+    beta: int = whole(3, 0, 20, title="weight of the heuristic")
+    spread: float = number(50.0, 1.0, 1e6, title="ratio of pheromone limits")
     patience: int = whole(15, 1, 100_000, unit="rounds")
-    guide: str = word("rise", ("rise", "cost"))
+    guide: str = word("rise", ("rise", "cost"), title="heuristic")
 
     name: ClassVar[str] = "mmas-dstar"
-    summary: ClassVar[str] = "Max-min ant system led by D*'s cost-to-go"
+    summary: ClassVar[str] = "MMAS with D*: a max-min ant system led by D*'s cost-to-go."
     source: ClassVar[str] = (
         "Stuetzle and Hoos 2000: MMAS. D* costs as the ants' guide after Hasan 2016, formulas not found: the "
         "heuristic by rise is ours."

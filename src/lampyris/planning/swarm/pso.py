@@ -28,9 +28,9 @@ class ParticlePlanner(WaypointPlanner):
     """
 
     inertia: float = number(0.7298, 0.0, 1.0)
-    own: float = number(default_of(PSO, "own"), 0.0, 10.0)
-    others: float = number(default_of(PSO, "others"), 0.0, 10.0)
-    clamp: float = number(default_of(PSO, "clamp"), 1e-6, 1.0)
+    own: float = number(default_of(PSO, "own"), 0.0, 10.0, title="pull to its own best")
+    others: float = number(default_of(PSO, "others"), 0.0, 10.0, title="pull to the neighbours' best")
+    clamp: float = number(default_of(PSO, "clamp"), 1e-6, 1.0, title="maximum speed")
 
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles in the unit box."""
@@ -52,7 +52,7 @@ class Pso(ParticlePlanner):
     """
 
     name: ClassVar[str] = "pso"
-    summary: ClassVar[str] = "Particle swarm (PSO, one best for all) over waypoints"
+    summary: ClassVar[str] = "PSO: a particle swarm with one best for all, over waypoints."
     source: ClassVar[str] = (
         "Kennedy and Eberhart 1995, inertia after Shi and Eberhart 1998: the swarm. Ours: waypoints, "
         "fitness, the exact seed."
@@ -68,10 +68,10 @@ class LPso(ParticlePlanner):
     ring : neighbours seen on each side, 1 to 1000.
     """
 
-    ring: int = whole(1, 1, 1000)
+    ring: int = whole(1, 1, 1000, title="neighbours on each side")
 
     name: ClassVar[str] = "lpso"
-    summary: ClassVar[str] = "Particle swarm with a ring neighbourhood (lbest) over waypoints"
+    summary: ClassVar[str] = "Lbest PSO: a particle swarm with a ring neighbourhood, over waypoints."
     source: ClassVar[str] = (
         "Kennedy and Eberhart 1995, ring neighbourhood: the swarm. Ours: waypoints, fitness, the exact seed."
     )
@@ -102,11 +102,11 @@ class APso(WaypointPlanner):
     """
 
     clearance: float = redeclared(SwarmPlanner, "clearance", 0.3)
-    low: float = number(default_of(SuccessInertia, "low"), 0.0, 1.0)
-    high: float = number(default_of(SuccessInertia, "high"), 0.0, 1.0)
+    low: float = number(default_of(SuccessInertia, "low"), 0.0, 1.0, title="least inertia")
+    high: float = number(default_of(SuccessInertia, "high"), 0.0, 1.0, title="greatest inertia")
 
     name: ClassVar[str] = "apso"
-    summary: ClassVar[str] = "Adaptive particle swarm (APSO) over waypoints"
+    summary: ClassVar[str] = "APSO: an adaptive particle swarm over waypoints."
     source: ClassVar[str] = (
         "APSO (X. Li), paper not found: the adaptation (inertia follows success) and the weights are ours."
     )
@@ -131,12 +131,14 @@ class DiversityPso(ParticlePlanner):
     groups : of particles, each with its own diversity and its own best, 1 to 100; never more than there are particles.
     """
 
-    low: float = number(default_of(DiversityRule, "low"), 0.0, 1.0)
-    high: float = number(default_of(DiversityRule, "high"), 0.0, 1.0)
-    groups: int = whole(3, 1, 100)
+    low: float = number(default_of(DiversityRule, "low"), 0.0, 1.0, title="least diversity")
+    high: float = number(default_of(DiversityRule, "high"), 0.0, 1.0, title="greatest diversity")
+    groups: int = whole(3, 1, 100, title="groups of particles")
 
     name: ClassVar[str] = "diversity-pso"
-    summary: ClassVar[str] = "Particle swarm of groups that are driven apart where their diversity is low"
+    summary: ClassVar[str] = (
+        "Diversity PSO: groups of particles that are driven apart where their diversity is low."
+    )
     source: ClassVar[str] = (
         "Riget and Vesterstroem 2002: attraction and repulsion by diversity. Groups after what the dissertation (2.4.3) "
         "says of an adaptive PSO for unconstrained optimisation, paper not found. Ours: waypoints, fitness, the seed."
@@ -173,7 +175,7 @@ class IPso(ParticlePlanner):
     iterations: int = redeclared(SwarmPlanner, "iterations", 20)
 
     name: ClassVar[str] = "ipso"
-    summary: ClassVar[str] = "Particle swarm whose waypoints slide along grid lines"
+    summary: ClassVar[str] = "IPSO: a particle swarm whose waypoints slide along grid lines."
     source: ClassVar[str] = (
         "IPSO (Dewang) and grid-line sampling (Shahab) as the dissertation tells of them; papers not found, "
         "the rest is ours."
@@ -200,12 +202,14 @@ class PsoApf(ParticlePlanner):
     reach : d0 in cells, > 0.5 to 50.
     """
 
-    attract: float = number(0.05, 0.0, 1.0)
-    repel: float = number(0.5, 0.0, 100.0)
-    reach: float = number(3.0, 0.5, 50.0, unit="cells")
+    attract: float = number(0.05, 0.0, 1.0, title="pull to the middle")
+    repel: float = number(0.5, 0.0, 100.0, title="repulsion from walls")
+    reach: float = number(3.0, 0.5, 50.0, unit="cells", title="reach of the repulsion")
 
     name: ClassVar[str] = "pso-apf"
-    summary: ClassVar[str] = "Particle swarm over waypoints, pushed from walls by a potential field"
+    summary: ClassVar[str] = (
+        "PSO-APF: a particle swarm over waypoints, pushed from walls by a potential field."
+    )
     source: ClassVar[str] = (
         "Khatib 1986: the repulsion. PSO-APF (Girija and Joshi 2019), paper not found: the coupling and the "
         "attraction are ours."

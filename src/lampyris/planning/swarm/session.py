@@ -67,15 +67,17 @@ class SwarmPlanner:
     SettingError : a setting out of its range.
     """
 
-    swarm: int = whole(30, 1, 2000)
-    iterations: int = whole(40, 1, 100_000)
-    seeded: bool = flag(True)
-    slack: float = number(0.0, 0.0, 10.0)
-    repair: bool = flag(False)
-    terrain: float = number(default_of(Weights, "terrain"), 0.0, 1e6)
-    blocked: float = number(default_of(Weights, "blocked"), 0.0, 1e6, above=True)
-    clearance: float = number(default_of(Weights, "clearance"), 0.0, 1e6)
-    turns: float = number(default_of(Weights, "turns"), 0.0, 1e6)
+    swarm: int = whole(30, 1, 2000, title="swarm size")
+    iterations: int = whole(40, 1, 100_000, title="iterations")
+    seeded: bool = flag(True, title="start with the exact path")
+    slack: float = number(0.0, 0.0, 10.0, title="extra length allowed")
+    repair: bool = flag(False, title="repair blocked legs")
+    terrain: float = number(default_of(Weights, "terrain"), 0.0, 1e6, title="weight of terrain")
+    blocked: float = number(
+        default_of(Weights, "blocked"), 0.0, 1e6, above=True, title="weight of blocked cells"
+    )
+    clearance: float = number(default_of(Weights, "clearance"), 0.0, 1e6, title="weight of clearance")
+    turns: float = number(default_of(Weights, "turns"), 0.0, 1e6, title="weight of turns")
 
     name: ClassVar[str]
     traits: ClassVar[Traits] = Traits(optimal=False, stochastic=True)

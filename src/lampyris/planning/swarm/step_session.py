@@ -115,10 +115,10 @@ class StepPlanner:
         gates they are passed, and the plan says so.
     """
 
-    particles: int = whole(8, 1, 1000)
-    rounds: int = whole(4, 1, 1000)
-    obstacles: float = number(0.1, 0.0, 100.0, unit="cells")
-    gates: str = word("replan", ("ignore", "close", "replan"))
+    particles: int = whole(8, 1, 1000, title="particles at each cell")
+    rounds: int = whole(4, 1, 1000, title="iterations at each cell")
+    obstacles: float = number(0.1, 0.0, 100.0, unit="cells", title="weight of blocked neighbours")
+    gates: str = word("replan", ("ignore", "close", "replan"), title="narrow openings")
 
     name: ClassVar[str]
     # The costs are solved from scratch where cells were closed, so nothing is reused after a Change.

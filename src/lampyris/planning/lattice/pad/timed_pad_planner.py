@@ -59,7 +59,7 @@ class PadSipp(LatticeSipp):
     name: ClassVar[str] = "pad-sipp"
     traits: ClassVar[Traits] = Traits(optimal=False, sees_traffic=True, plans_headings=True)
     summary: ClassVar[str] = (
-        "Adaptive dimensionality among known tracks: poses and times only where they matter."
+        "Adaptive dimensionality in time: poses and times only where known tracks ask for them."
     )
     source: ClassVar[str] = (
         "Gochev et al. 2011; Vemula, Muelling, Oh 2016; Phillips, Likhachev 2011; the bound and its proof are ours."
