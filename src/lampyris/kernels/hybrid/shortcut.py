@@ -27,7 +27,7 @@ INNER, OUTER, RADIUS, REVERSE, TURN_COST, GAIN = range(6)
 
 
 @kernel(out=("segments", "goal", "lengths", "kinds"))
-def _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
+def node_curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
     """Write the segments of the cheapest curve from node i to node j; returns its cost, infinite if it is of no use."""
     for k in range(3):
         goal[u64(k)] = nodes[u64(3 * j + k)]
@@ -61,7 +61,7 @@ def _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
 
 
 @kernel()
-def _base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
+def base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
     """Whether the base is on the map and not nearer to a wall than the footprint allows, at places of a curve."""
     for k in range(5):
         length = segments[u64(3 * k)]
@@ -139,7 +139,7 @@ def shortcut(
                     i = k
             if i < 0:
                 break
-            cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
+            cost = node_curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
             if known[u64(i)] == 0:
                 known[u64(i)] = 1
                 count[u64(0)] += 1
@@ -151,7 +151,7 @@ def shortcut(
             x = nodes[u64(3 * i)]
             y = nodes[u64(3 * i + 1)]
             yaw = nodes[u64(3 * i + 2)]
-            if _base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
+            if base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
                 wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments
             ):
                 kept = least
