@@ -155,14 +155,14 @@ def test_ends_within_the_tolerances_and_at_states_are_those_of_the_lattice() -> 
 def test_a_pose_in_a_wall_is_not_joined() -> None:
     """The nearest state is taken, and a note says so; where there is none, the start is occupied."""
     walls = np.zeros((30, 30), dtype=bool)
-    walls[:, 10] = True
+    walls[:, 10:13] = True
     robot = Robot(footprint=((0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4), (0.4, -0.4)), drive="differential")
     goal = (25.3, 20.2, 0.3)
-    scene = Scene(Grid(walls), start_pose=(11.3, 15.5, 0.1), goal_pose=goal, robot=robot)
+    scene = Scene(Grid(walls), start_pose=(13.3, 15.5, 0.1), goal_pose=goal, robot=robot)
     plan = lampyris.plan(scene, "lattice")
     assert check_plan(plan, scene) is None
     assert plan.notes
     assert "start" in plan.notes[0]
     assert misses(plan, scene)[1] < BESIDE
-    inside = Scene(Grid(walls), start_pose=(10.4, 15.5, 0.1), goal_pose=goal, robot=robot)
+    inside = Scene(Grid(walls), start_pose=(11.4, 15.5, 0.1), goal_pose=goal, robot=robot)
     assert lampyris.plan(inside, "lattice").status is Status.START_OCCUPIED
