@@ -117,7 +117,7 @@ def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: C
     bordered : the map; its border is at least 3 cells wider than the robot reaches.
     """
     at = first + np.array([bordered.border, bordered.border, 0.0])
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if len(segments) else 0):
         checkpoint()
         cost = float(robot.costs(segments).sum())
         better = _round(at, segments, robot, bordered)

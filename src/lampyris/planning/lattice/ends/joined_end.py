@@ -27,6 +27,8 @@ _TURNS = 2
 """Cells on each side in which states are tried, for robots that turn in place."""
 _LEAST, _FARTHEST = 3, 8
 """The same for cars, at least and at most."""
+_SAME = 1e-9
+"""Cells, and radians, by which two poses may differ that count as one."""
 _SWING = math.radians(70.0)
 """Angle between the headings of a car at a pose and at a state, at most."""
 
@@ -55,8 +57,12 @@ class JoinedEnd:
 
     def only(self, kept: list[int]) -> JoinedEnd:
         """The same with some of the states, by their numbers."""
-        parts = ([part[k] for k in kept] for part in (self.states, self.costs, self.curves))
-        return JoinedEnd(self.pose, *parts)
+        return JoinedEnd(
+            self.pose,
+            [self.states[k] for k in kept],
+            [self.costs[k] for k in kept],
+            [self.curves[k] for k in kept],
+        )
 
 
 class Ends(NamedTuple):
@@ -77,6 +83,8 @@ class Ends(NamedTuple):
         ----------
         first, segments : of the path between states.
         """
+        if self.start is not None and self.goal is not None and _same(self.start.pose, self.goal.pose):
+            return self.start.pose, segments[:0]
         parts = [segments]
         if self.start is not None:
             begin = found.states[0] if found.states else found.last
@@ -84,6 +92,12 @@ class Ends(NamedTuple):
         if self.goal is not None:
             parts.append(self.goal.curve(found.last))
         return first, np.concatenate(parts)
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    """Whether two poses are one."""
+    turned = abs(difference(one[2], other[2]))
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]), turned) < _SAME
 
 
 AT_STATES = Ends(None, None)
