@@ -15,13 +15,12 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.robot import DRIVES, Polygon, Robot
 from lampyris.model.scene import Scene
-from lampyris.planning.hybrid.hybrid_planner import HybridAStar
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
 from lampyris.planning.lattice.map import ClearanceMap
+from lampyris.planning.lattice.poses import states_near
 from lampyris.planning.lattice.primitives import angles
 from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
 from lampyris.referee import check_plan
-from lampyris.sim.continuous.pose_replanner import without_shortcuts
 from sizes import sized
 
 FOOTPRINTS: dict[str, Polygon] = {
@@ -36,7 +35,16 @@ def scene_of(seed: int, drive: str, footprint: Polygon, side: int = 32) -> Scene
     walls = rng.random((side, side)) < rng.choice([0.0, 0.01, 0.03, 0.05])
     ends = [(*(rng.random(2) * side).tolist(), float(rng.uniform(-math.pi, math.pi))) for _ in range(2)]
     robot = Robot(drive=drive, footprint=footprint, turn_radius=float(rng.choice([1.0, 2.5])))
-    return Scene(Grid(walls), start_pose=ends[0], goal_pose=ends[1], robot=robot)
+    grid = Grid(walls)
+    start, goal = (at_a_state(grid, pose) for pose in ends)
+    return Scene(grid, start_pose=start, goal_pose=goal, robot=robot)
+
+
+def at_a_state(grid: Grid, pose: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The nearest pose of the lattice, so that what shortcuts do is told from what curves to other poses cost."""
+    (cell, heading), *_ = states_near(grid, 16, pose)
+    x, y = grid.to_metres(cell).tolist()
+    return x, y, math.remainder(angles(16)[heading], 2 * math.pi)
 
 
 def planned(scene: Scene, **settings: object) -> Plan:
@@ -140,7 +148,7 @@ def test_a_curve_that_costs_less_but_hits_a_wall_is_not_taken() -> None:
     assert 1.02 * shortest < robot.costs(kept).sum() <= robot.costs(detour).sum()
 
 
-def test_terrain_primitives_of_files_and_drives_take_no_shortcuts() -> None:
+def test_terrain_and_primitives_of_files_take_no_shortcuts() -> None:
     scene = scene_of(3, "ackermann", FOOTPRINTS["car"])
     scene = replace(scene, grid=Grid(np.zeros((32, 32), dtype=bool)))
     assert "lattice_cost" in planned(scene).attributes
@@ -150,7 +158,3 @@ def test_terrain_primitives_of_files_and_drives_take_no_shortcuts() -> None:
         (scene, {"primitives": given}),
     ):
         assert planned(there, **settings).pose_path == planned(there, shortcut=False, **settings).pose_path
-    planner = without_shortcuts(LatticePlanner(weight=1.2))
-    assert planner == LatticePlanner(weight=1.2, shortcut=False)
-    other = HybridAStar()
-    assert without_shortcuts(other) is other

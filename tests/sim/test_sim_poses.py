@@ -235,7 +235,7 @@ def test_a_robot_follows_its_poses_and_arrives(kind: str) -> None:
     made = lampyris.drive(scene, "lattice", weight=1.5)
     assert made.arrived
     assert made.optimum is not None
-    path = lampyris.plan(scene, "lattice", weight=1.5, shortcut=False).pose_path
+    path = lampyris.plan(scene, "lattice", weight=1.5).pose_path
     assert path is not None
     t = np.linspace(0, made.duration, 400)
     driven = made.poses(t)

@@ -29,7 +29,7 @@ INNER, OUTER, RADIUS, REVERSE, TURN_COST, GAIN = range(6)
 
 
 @kernel(out=("segments", "goal", "lengths", "kinds"))
-def _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
+def node_curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
     """Write the segments of the cheapest curve from node i to node j; returns its cost, infinite if it is of no use."""
     for k in range(3):
         goal[u64(k)] = nodes[u64(3 * j + k)]
@@ -63,7 +63,7 @@ def _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
 
 
 @kernel()
-def _base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
+def base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
     """Whether the base is on the map and not nearer to a wall than the footprint allows, at places of a curve."""
     for k in range(5):
         length = segments[u64(3 * k)]
@@ -145,7 +145,7 @@ def shortcut(
             if i < 0:
                 break
             if known[u64(i)] == 0:
-                cost = _curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
+                cost = node_curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds)
                 known[u64(i)] = 1
                 for k in range(15):
                     drawn[u64(15 * i + k)] = segments[u64(k)]
@@ -160,7 +160,7 @@ def shortcut(
             x = nodes[u64(3 * i)]
             y = nodes[u64(3 * i + 1)]
             yaw = nodes[u64(3 * i + 2)]
-            if _base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
+            if base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
                 wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments
             ):
                 kept = least

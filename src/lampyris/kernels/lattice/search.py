@@ -82,11 +82,25 @@ def is_goal(goals, state):
     return goals[u64(left)] == state
 
 
+@kernel(inline=True)
+def _goal_index(goals, state):
+    """The index of a state among the goal states, which rise; -1: it is none of them. There is at least one."""
+    left = 0
+    right = len(goals) - 1
+    while left < right:
+        middle = (left + right) >> 1
+        if goals[u64(middle)] < state:
+            left = middle + 1
+        else:
+            right = middle
+    return left if goals[u64(left)] == state else -1
+
+
 @kernel(out=("mark", "parent", "closed", "keys", "states", "aside", "count", "best"), of="closed", each=10)
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     disc_first, disc, disc_radius,
-    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,
+    goals, ends, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside, count, best,
     price, price_first, price_cell, price_weight, halt,
 ):  # fmt: skip
     """Search until a goal state is taken out, nothing waits, or the budget is used.
@@ -104,6 +118,7 @@ def search(
     sweep_first, sweep : int32 (primitives + 1,), int32 (k,): cells that a primitive sweeps, as offsets.
     disc_first, disc, disc_radius : int32 (primitives + 1,), int32 (k,), float32 (k,): discs that cover a sweep.
     goals : int64 (g,): goal states, rising, at least one.
+    ends : int64 (g,): what it costs to get from each to the goal; no heuristic of a goal state is greater than that.
     near : no goal state has a greater heuristic.
     weight : keys are cost + weight * heuristic.
     limit : greatest number of expansions; negative: none.
@@ -113,7 +128,7 @@ def search(
     keys, states : the heap; int64 and int32 of one length.
     aside : int32: states that were closed when their cost fell.
     count : int64 (5,): waiting, set aside, expanded, generated, swept cells looked at.
-    best : int64 (2,): cost of the best goal state, and the state; -1: none yet.
+    best : int64 (2,): cost of the best path to the goal, and its goal state; -1: none yet.
     price : uint8 (cells,): terrain; empty: there is none.
     price_first : int32 (primitives + 1,): where the cells begin that the base passes through during a primitive.
     price_cell, price_weight : int32, int64 (k,): each as an offset, and what a terrain value of 1 there adds to the cost.
@@ -190,9 +205,12 @@ def search(
             if new:
                 closed[u64(to)] = 0
             if h <= near:
-                if is_goal(goals, to):
-                    best[u64(0)] = g_to
-                    best[u64(1)] = to
+                k = _goal_index(goals, to)
+                if k >= 0:
+                    whole = g_to + ends[u64(k)]
+                    if best[u64(0)] < 0 or whole < best[u64(0)]:
+                        best[u64(0)] = whole
+                        best[u64(1)] = to
             if closed[u64(to)] == round_ and weight > 1.0:
                 aside[u64(aside_n)] = to
                 aside_n += 1

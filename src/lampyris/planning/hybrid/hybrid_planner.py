@@ -23,10 +23,10 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.hybrid.map import HybridMap
 from lampyris.planning.hybrid.motions import HybridShape
-from lampyris.planning.hybrid.poses import pose_path_of, to_cells
+from lampyris.planning.hybrid.poses import pose_path_of
 from lampyris.planning.hybrid.search import HybridPath, HybridSearch, Pose, PoseQuery
 from lampyris.planning.lattice.lattice_planner import outline
-from lampyris.planning.lattice.poses import difference
+from lampyris.planning.lattice.poses import difference, to_cells
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.typing import Cell, Cells, Floats
 
@@ -83,6 +83,10 @@ class HybridAStar:
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
+
+    def begins_anywhere(self, scene: Scene) -> bool:
+        """Whether paths in a scene begin at exactly the pose that is asked for: always."""
+        return True
 
     def judged_by(self, resolution: float) -> dict[str, float]:
         """Attributes of a plan by which the referee judges its poses: what settings and the resolution alone decide."""

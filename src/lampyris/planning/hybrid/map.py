@@ -8,8 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core import elementary
-from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.planning.hybrid.motions import HybridShape
 from lampyris.planning.lattice.map import ClearanceMap, cost_to_any
@@ -44,21 +42,7 @@ class HybridMap(ClearanceMap):
 
     def stands(self, x: float, y: float, yaw: float) -> bool:
         """Whether the footprint at a pose (cells, y down) touches no wall, and the base is on the map."""
-        grid = self.grid
-        if not (-0.5 < x < grid.width - 0.5 and -0.5 < y < grid.height - 0.5):
-            return False
-        reach = math.ceil(self.shape.outer) + 2
-        side = 2 * reach + 1
-        column, row = math.floor(x + 0.5), math.floor(y + 0.5)
-        touched = np.zeros(side * side, dtype=np.uint8)
-        px, py = (np.array(one) for one in zip(*self.shape.footprint, strict=True))
-        cos, sin = elementary.direction(yaw)
-        pose = (np.array([one]) for one in (x - column + reach, y - row + reach, cos, sin))
-        sweep(px, -py, *pose, 0.0, touched, side, side)
-        rows = self.walls.reshape(-1, self.stride)[
-            row + self.border - reach :, column + self.border - reach :
-        ]
-        return not (touched.reshape(side, side) & rows[:side, :side]).any()
+        return self.stands_free(self.shape.footprint, (x, y, yaw))
 
     def cost_to_go(self, goals: Iterable[Vertex]) -> Floats:
         """A cost from each corner of a cell to the nearest of some corners; float64 (height + 1, width + 1).

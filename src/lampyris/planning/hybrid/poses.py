@@ -11,12 +11,6 @@ from lampyris.planning.lattice.poses import path_along
 from lampyris.typing import Cells
 
 
-def to_cells(grid: Grid, x: float, y: float, yaw: float) -> tuple[float, float, float]:
-    """A pose in metres of the map frame as cells, y down, with the yaw from x to y."""
-    column, row = grid.frame.to_points(x, y).tolist()
-    return column, row, grid.origin[2] - yaw
-
-
 def pose_path_of(found: HybridPath, lower_bound: float, grid: Grid, arm: float) -> tuple[PosePath, Cells]:
     """The poses of a path, and the cells that its base passes through.
 

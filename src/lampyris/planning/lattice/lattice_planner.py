@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,6 +24,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
+from lampyris.planning.lattice.ends.joined_end import AT_STATES, Ends, JoinedEnd, joined_end, lowered
 from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
@@ -36,9 +37,10 @@ from lampyris.planning.lattice.poses import (
     pose_path_of,
     segments_of,
     states_near,
+    to_cells,
 )
 from lampyris.planning.lattice.search import Found, LatticeSearch
-from lampyris.planning.lattice.session import PoseSession
+from lampyris.planning.lattice.session import NEAR, PoseSession
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.shortcut import LEAST_SAVING, ShortcutShape, shortened
 from lampyris.typing import Cell, Cells, Floats
@@ -62,8 +64,8 @@ class LatticePlanner(LatticeSettings):
         ``.mprim`` (:func:`lampyris.load_primitives`, whose result is taken too).
     cost_penalty : ground of the highest terrain value, 252, costs so many times its length more; 4 is what planners
         on cells pay, 0 ignores terrain.
-    shortcut : whether pieces of the path are replaced by exact curves that cost less: it then leaves the lattice between
-        its ends. Not on terrain that costs, and not with ``primitives``.
+    shortcut : whether the path may leave the lattice along exact curves: it then begins and ends at exactly the poses asked
+        for, and pieces of it are replaced by curves that cost less. Not on terrain that costs, and not with ``primitives``.
 
     Raises
     ------
@@ -102,6 +104,11 @@ class LatticePlanner(LatticeSettings):
     def promised_bound(self) -> float:
         """A path that is found costs at most so many times its lower bound."""
         return self.weight
+
+    def begins_anywhere(self, scene: Scene) -> bool:
+        """Whether paths in a scene begin at exactly the pose that is asked for, where a curve to the lattice is free."""
+        priced = scene.grid.terrain is not None and self.cost_penalty > 0
+        return self.shortcut and self.primitives is None and not priced
 
     def judged_by(self, resolution: float) -> dict[str, float]:
         """See :class:`lampyris.planning.lattice.settings.LatticeSettings`."""
@@ -186,6 +193,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         super().__init__(settings.name, scene)
         self._settings, self._cost_penalty, self._shortcut = settings, cost_penalty, shortcut
         self._lattice = lattice_for(scene, settings, primitives)
+        self._goal_end: tuple[LatticeMap, JoinedEnd | None] | None = None
         self._field = GoalField()
 
     def drop(self, anywhere: bool) -> str:
@@ -194,14 +202,92 @@ class LatticeSession(PoseSession[LatticeSearch]):
         return PoseSession.drop(self, anywhere)
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
+        limit = None if budget is None else budget.expansions
+        ends, spent = self._joined_ends(search.lattice_map), 0
+        if ends is not None:
+            plan = self._between(search, ends, limit)
+            if plan.status is not Status.NO_PATH:
+                return plan
+            # Curves that are free lead to few of the states: the nearest ones may be in another part of the lattice.
+            spent = plan.expansions
+            limit = None if limit is None else max(limit - spent, 0)
+        plan = self._between(search, AT_STATES, limit)
+        return replace(plan, expansions=plan.expansions + spent)
+
+    def _between(self, search: LatticeSearch, ends: Ends, limit: int | None) -> Plan:
+        """The answer between poses that are joined to the lattice, or else the states nearest to them."""
         name, lattice_map = self._settings.name, search.lattice_map
-        starts = self.starts(lattice_map)
-        if not starts:
+        starts = [] if ends.start is not None else self.starts(lattice_map)
+        if not starts and ends.start is None:
             return Plan(Status.START_OCCUPIED, name, detail=_occupied("start"))
-        goals = self.goals(lattice_map)
-        if not goals:
+        goals = [] if ends.goal is not None else self.goals(lattice_map)
+        if not goals and ends.goal is None:
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
-        return self._searched(search, starts, goals, None if budget is None else budget.expansions)
+        if ends.start is None and ends.goal is None:
+            return self._searched(search, starts, goals, limit)
+        return self._searched_joined(search, starts, goals, ends, limit)
+
+    def _joined_ends(self, lattice_map: LatticeMap) -> Ends | None:
+        """The poses at both ends that are no states of the lattice, joined to it; None: there are none."""
+        if not self._leaves_lattice(lattice_map):
+            return None
+        grid, robot = self._scene.grid, self.curves()
+        start = goal = None
+        if self._pose is not None and grid.contains(self._robot) and self._is_beside(self._pose):
+            start = joined_end(to_cells(grid, *self._pose), robot, lattice_map)
+        asked = self._scene.goal_pose
+        if asked is not None and self._is_beside(asked) and not self._within(lattice_map, asked):
+            if self._goal_end is None or self._goal_end[0] is not lattice_map:
+                self._goal_end = (
+                    lattice_map,
+                    joined_end(to_cells(grid, *asked), robot, lattice_map, into=True),
+                )
+            goal = self._goal_end[1]
+        return Ends(start, goal) if start is not None or goal is not None else None
+
+    def _leaves_lattice(self, lattice_map: LatticeMap) -> bool:
+        """Whether paths may leave the lattice along exact curves."""
+        return self._shortcut and not len(lattice_map.price) and self._lattice.shape.primitives is None
+
+    def _is_beside(self, pose: Pose) -> bool:
+        """Whether a pose is farther from every state of the lattice than a note would say."""
+        turns, grid = self._lattice.angles, self._scene.grid
+        x, y = grid.frame.to_points(pose[0], pose[1]).tolist()
+        yaw = pose[2] - grid.origin[2]
+        turned = abs(difference(turns[headings_near(turns, yaw)[0]], yaw))
+        return turned >= NEAR or distance((x, y), (math.floor(x + 0.5), math.floor(y + 0.5))) >= NEAR
+
+    def _searched_joined(
+        self, search: LatticeSearch, starts: list[State], goals: list[State], ends: Ends, limit: int | None
+    ) -> Plan:
+        """The answer between states at one end that are free, and a pose at the other, or between two poses."""
+        name, lattice_map = self._settings.name, search.lattice_map
+        start, goal = ends
+        begins = [(lattice_map.index(cell), h) for cell, h in starts] if start is None else start.states
+        if goal is None:
+            known, goal_costs = self._known_goals(search, goals), None
+        else:
+            goal = self._known_end(search, goal)
+            known, goal_costs = goal.states, goal.costs
+        if not known:
+            return Plan(Status.NO_PATH, name, detail=_NO_PATH)
+        assert self._heuristic is not None
+        search.begin(self._heuristic[1], begins, known, None if start is None else start.costs, goal_costs)
+        answer = self._improve(search, limit)
+        return (
+            answer
+            if isinstance(answer, Plan)
+            else self._plan_of(*answer, search=search, ends=Ends(start, goal))
+        )
+
+    def _known_end(self, search: LatticeSearch, goal: JoinedEnd) -> JoinedEnd:
+        """Of the states that lead to the goal those that the heuristic, which is made where it is not there, is known at."""
+        lattice_map = search.lattice_map
+        if self._heuristic is None or self._heuristic[0] is not goal:
+            base = lattice_map.heuristic((lattice_map.cell(goal.states[0][0]),), self._field)
+            self._heuristic = goal, lowered(base, goal)
+        heuristic = self._heuristic[1]
+        return goal.only([k for k, (cell, _) in enumerate(goal.states) if heuristic[cell] >= 0])
 
     def stand(self, cell: Cell, pose: Pose | None) -> None:
         """Put the robot on a cell, in a pose if it is known."""
@@ -229,7 +315,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
     ) -> Plan:
         """The answer between states that are free."""
         answer = self._search_states(search, starts, goals, limit)
-        return answer if isinstance(answer, Plan) else self._plan_of(answer[0], search, answer[1])
+        return answer if isinstance(answer, Plan) else self._plan_of(*answer, search=search)
 
     def _search_states(
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
@@ -251,6 +337,11 @@ class LatticeSession(PoseSession[LatticeSearch]):
             tried = search.expansions
         search.begin(heuristic, begins, known)
         search.charge(tried)
+        return self._improve(search, limit)
+
+    def _improve(self, search: LatticeSearch, limit: int | None) -> tuple[Found, str] | Plan:
+        """The path of a search that has begun, and what is said of it; or the answer that there is none."""
+        assert isinstance(self._settings, LatticePlanner)
         outcome = search.improve(self._settings.weight, limit)
         found = search.result()
         if found is None:
@@ -312,55 +403,78 @@ class LatticeSession(PoseSession[LatticeSearch]):
             return found, "Stopped improving at the time limit."
         return found, ""
 
-    def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
+    def _plan_of(self, found: Found, detail: str, search: LatticeSearch, ends: Ends = AT_STATES) -> Plan:
         scene = self._scene
         arm = scene.robot.radius / scene.grid.resolution
-        shorter = self._shortened(found, search.lattice_map, arm) if self._shortcut and not detail else None
-        path, cells = pose_path_of(found, search.lattice_map, arm) if shorter is None else shorter
-        ends = tuple(
+        path, cells, is_shorter = self._driven(found, search.lattice_map, arm, ends, shorten=not detail)
+        beside = tuple(
             self._note(what, path.poses[k], "the nearest pose of the lattice")
             for what, k in (("start", 0), ("goal", -1))
         )
         ignored = scene.grid.terrain is not None and self._cost_penalty == 0
         terrain = "terrain is ignored" if ignored else ""
-        notes = tuple(filter(None, (*ends, terrain)))
+        notes = tuple(filter(None, (*beside, terrain)))
         attributes = self._settings.judged_by(scene.grid.resolution)
-        if shorter is not None:
+        if is_shorter:
             attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
+        if ends != AT_STATES and not any(beside):
+            attributes["end_error"] = NEAR * scene.grid.resolution
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes=attributes,
         )  # fmt: skip
 
-    def _shortened(self, found: Found, lattice_map: LatticeMap, arm: float) -> tuple[PosePath, Cells] | None:
-        """The path with shortcuts, and the cells that its base passes through; None: there are none.
+    def _driven(
+        self, found: Found, lattice_map: LatticeMap, arm: float, ends: Ends, *, shorten: bool
+    ) -> tuple[PosePath, Cells, bool]:
+        """The path with its ends and shortcuts, the cells that its base passes through, and whether shortcuts made it shorter.
 
-        The lower bound, which holds in the lattice alone, is at most the cost.
+        The lower bound, which holds in the lattice and along the curves to it alone, is at most the cost.
         """
+        shorten = (
+            shorten and self._leaves_lattice(lattice_map) and (bool(found.primitives) or ends != AT_STATES)
+        )
+        if not shorten and ends == AT_STATES:
+            return *pose_path_of(found, lattice_map, arm), False
+        robot = self.curves()
+        first, segments = ends.around(found, *segments_of(found, lattice_map))
+        if shorten:
+            shorter = self._shortened(first, segments, robot, lattice_map)
+            cost = math.fsum(robot.costs(shorter).tolist())
+            shorten = cost < found.cost / UNIT - LEAST_SAVING
+        if shorten:
+            segments = shorter
+        elif ends == AT_STATES:
+            return *pose_path_of(found, lattice_map, arm), False
+        else:
+            cost = math.fsum(robot.costs(segments).tolist())
+        gears = np.sign(segments[:, 0]).astype(np.int8)
+        least = found.lower_bound / UNIT
+        return *path_along(first, segments, gears, cost, least, lattice_map.grid, arm), shorten
+
+    def _shortened(
+        self, first: Pose, segments: Floats, robot: ShortcutShape, lattice_map: LatticeMap
+    ) -> Floats:
+        """The segments with shortcuts, or as they are where the time is out."""
+        try:
+            return shortened(np.array(first), segments, robot, lattice_map)
+        except Cancelled:
+            scope = cancellation.watch()
+            if scope is None or any(stop.is_set for stop in scope.stops):
+                raise
+            return segments
+
+    def curves(self) -> ShortcutShape:
+        """The robot and its prices, as exact curves have them."""
         shape = self._lattice.shape
-        if len(lattice_map.price) or shape.primitives is not None or not found.primitives:
-            return None
-        robot = ShortcutShape(
+        return ShortcutShape(
             shape.footprint,
             shape.drive,
             max(shape.turn_radius, 1.0),
             shape.reverse_cost if self._settings.reverse and shape.drive != "omnidirectional" else 0.0,
             shape.turn_cost,
         )
-        first, segments = segments_of(found, lattice_map)
-        try:
-            segments = shortened(np.array(first), segments, robot, lattice_map)
-        except Cancelled:
-            scope = cancellation.watch()
-            if scope is None or any(stop.is_set for stop in scope.stops):
-                raise
-            return None  # the time is out: the path as it is
-        cost = math.fsum(robot.costs(segments).tolist())
-        if cost >= found.cost / UNIT - LEAST_SAVING:
-            return None
-        gears = np.sign(segments[:, 0]).astype(np.int8)
-        return path_along(first, segments, gears, cost, found.lower_bound / UNIT, lattice_map.grid, arm)
 
     @property
     def lattice_map(self) -> LatticeMap:
@@ -400,23 +514,35 @@ class LatticeSession(PoseSession[LatticeSearch]):
         """The states that count as the goal: all within the tolerances, or the nearest that is free."""
         turns, scene = self._lattice.angles, self._scene
         pose = scene.goal_pose
-        x, y = scene.goal if pose is None else scene.grid.frame.to_points(pose[0], pose[1]).tolist()
-        reach = self._settings.goal_tolerance / scene.grid.resolution
-        width, height = scene.grid.width, scene.grid.height
         headings = list(range(len(turns)))
-        if pose is not None:
-            yaw = pose[2] - scene.grid.origin[2]
-            most = self._settings.goal_yaw_tolerance
-            near = [k for k in headings if abs(difference(turns[k], yaw)) <= most]
-            headings = near or headings_near(turns, yaw)[:1]
-        cells = [
-            (cx, cy)
-            for cx in range(max(0, math.ceil(x - reach)), min(width - 1, math.floor(x + reach)) + 1)
-            for cy in range(max(0, math.ceil(y - reach)), min(height - 1, math.floor(y + reach)) + 1)
-            if distance((cx, cy), (x, y)) <= reach
-        ]
-        states = lattice_map.free_states(cells, headings)
-        if states or pose is None:
+        if pose is None:
+            return lattice_map.free_states([scene.goal], headings)
+        yaw = pose[2] - scene.grid.origin[2]
+        near = self._headings_within(yaw) or headings_near(turns, yaw)[:1]
+        states = lattice_map.free_states(self._cells_within(pose), near)
+        if states:
             return states
         around = [one for one in states_near(scene.grid, turns, pose) if lattice_map.is_free(*one)]
         return around[:1]
+
+    def _within(self, lattice_map: LatticeMap, pose: Pose) -> bool:
+        """Whether a state within the tolerances of the goal is free."""
+        near = self._headings_within(pose[2] - self._scene.grid.origin[2])
+        return bool(lattice_map.free_states(self._cells_within(pose), near))
+
+    def _headings_within(self, yaw: float) -> list[int]:
+        """Headings within the tolerance of a yaw in the frame of the cells."""
+        most = self._settings.goal_yaw_tolerance
+        return [k for k, turn in enumerate(self._lattice.angles) if abs(difference(turn, yaw)) <= most]
+
+    def _cells_within(self, pose: Pose) -> list[Cell]:
+        """Cells whose centres are within the tolerance of the goal."""
+        grid = self._scene.grid
+        x, y = grid.frame.to_points(pose[0], pose[1]).tolist()
+        reach = self._settings.goal_tolerance / grid.resolution
+        return [
+            (cx, cy)
+            for cx in range(max(0, math.ceil(x - reach)), min(grid.width - 1, math.floor(x + reach)) + 1)
+            for cy in range(max(0, math.ceil(y - reach)), min(grid.height - 1, math.floor(y + reach)) + 1)
+            if distance((cx, cy), (x, y)) <= reach
+        ]

@@ -9,9 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import elementary
 from lampyris._core.cancellation import checkpoint
+from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
+from lampyris.model.path import Pose
+from lampyris.model.robot import Polygon, circumscribed_radius
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.goal_field import GoalField
@@ -70,6 +74,30 @@ class ClearanceMap:
         """The cells of some indices, int32 (n, 2); they may lie in the border."""
         y, x = np.divmod(indices, self.stride)
         return np.stack((x - self.border, y - self.border), axis=-1).astype(np.int32)
+
+    def stands_free(self, footprint: Polygon, pose: Pose) -> bool:
+        """Whether a footprint touches no wall, and the base is on the map.
+
+        Parameters
+        ----------
+        footprint : vertices (x ahead, y to the left), cells; the border is 3 cells wider than it reaches.
+        pose : x, y (cells, y down) and yaw (from x to y).
+        """
+        (x, y, yaw), grid = pose, self.grid
+        if not (-0.5 < x < grid.width - 0.5 and -0.5 < y < grid.height - 0.5):
+            return False
+        reach = math.ceil(circumscribed_radius(footprint)) + 2
+        side = 2 * reach + 1
+        column, row = math.floor(x + 0.5), math.floor(y + 0.5)
+        touched = np.zeros(side * side, dtype=np.uint8)
+        px, py = (np.array(one) for one in zip(*footprint, strict=True))
+        cos, sin = elementary.direction(yaw)
+        at = (np.array([one]) for one in (x - column + reach, y - row + reach, cos, sin))
+        sweep(px, -py, *at, 0.0, touched, side, side)
+        rows = self.walls.reshape(-1, self.stride)[
+            row + self.border - reach :, column + self.border - reach :
+        ]
+        return not (touched.reshape(side, side) & rows[:side, :side]).any()
 
 
 def cost_to_any(free: NDArray[np.bool_], goals: Iterable[Cell]) -> Floats:

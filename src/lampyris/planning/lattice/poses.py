@@ -50,6 +50,12 @@ def states_near(grid: Grid, headings: int | tuple[float, ...], pose: Pose) -> li
     return [(cell, heading) for cell in cells]
 
 
+def to_cells(grid: Grid, x: float, y: float, yaw: float) -> tuple[float, float, float]:
+    """A pose in metres of the map frame as cells, y down, with the yaw from x to y."""
+    column, row = grid.frame.to_points(x, y).tolist()
+    return column, row, grid.origin[2] - yaw
+
+
 def _around(value: float) -> tuple[int, int]:
     low = math.floor(value)
     return low, low + 1

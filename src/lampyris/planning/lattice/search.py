@@ -79,29 +79,55 @@ class LatticeSearch:
         return int(self._count[kernel.EXPANDED])
 
     def begin(
-        self, heuristic: NDArray[np.int64], starts: list[tuple[int, int]], goals: list[tuple[int, int]]
+        self,
+        heuristic: NDArray[np.int64],
+        starts: list[tuple[int, int]],
+        goals: list[tuple[int, int]],
+        start_costs: list[int] | None = None,
+        goal_costs: list[int] | None = None,
     ) -> None:
-        """A new search from any of the starts to any of the goals, pairs of cell index and heading."""
+        """A new search from any of the starts to any of the goals, pairs of cell index and heading.
+
+        Parameters
+        ----------
+        heuristic : of a goal state at most what it costs to get from there to the goal.
+        start_costs, goal_costs : what it costs to get to each start, and from each goal state to the goal; by default nothing.
+        """
         self._run += 1
         if self._run >> (62 - kernel.SHIFT):
             self._mark[:], self._run = 0, 1
         self._round = 0
         self._weight, self._complete = math.inf, False
         self._heuristic = heuristic
-        self._goals = np.array(sorted({cell * self._stride + h for cell, h in goals}), dtype=np.int64)
+        self._start_costs = self._least(starts, start_costs)
+        self._goal_costs = self._least(goals, goal_costs)
+        self._goals = np.array(sorted(self._goal_costs), dtype=np.int64)
+        self._ends = np.array([self._goal_costs[state] for state in self._goals.tolist()], dtype=np.int64)
         self._near = int(max(heuristic[cell] for cell, _ in goals))
         self._count[:] = 0
         self._best[:] = -1
-        goal_states = set(self._goals.tolist())
-        waiting = sorted({cell * self._stride + h for cell, h in starts if heuristic[cell] >= 0})
+        waiting = sorted(state for state in self._start_costs if heuristic[state // self._stride] >= 0)
         for state in waiting:
-            self._mark[state] = self._run << kernel.SHIFT
+            cost = self._start_costs[state]
+            self._mark[state] = (self._run << kernel.SHIFT) + cost
             self._closed[state] = 0
             self._parent[state] = -1
-            if state in goal_states:
-                self._best[:] = 0, state
+            if state in self._goal_costs:
+                cost += self._goal_costs[state]
+                if self._best[0] < 0 or cost < self._best[0]:
+                    self._best[:] = cost, state
+        while waiting and len(waiting) > len(self._keys) - 128:
+            self._enlarge()
         self._states[: len(waiting)] = waiting
         self._count[kernel.WAITING] = len(waiting)
+
+    def _least(self, states: list[tuple[int, int]], costs: list[int] | None) -> dict[int, int]:
+        """The least cost that is given for each state."""
+        least: dict[int, int] = {}
+        for (cell, heading), cost in zip(states, costs or [0] * len(states), strict=True):
+            state = cell * self._stride + heading
+            least[state] = min(cost, least.get(state, cost))
+        return least
 
     def charge(self, expansions: int) -> None:
         """Count states that were expanded for the same query before :meth:`begin`."""
@@ -143,7 +169,7 @@ class LatticeSearch:
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,
-                self._goals, self._near, weight, limit, self._run, self._mark, self._parent,
+                self._goals, self._ends, self._near, weight, limit, self._run, self._mark, self._parent,
                 self._closed, self._round, self._keys, self._states, self._aside, self._count, self._best,
                 lattice_map.price, lattice_map.price_first, lattice_map.price_cell, lattice_map.price_weight,
             )
@@ -190,7 +216,9 @@ class LatticeSearch:
         if self._best[0] < 0:
             return None
         states, primitives, last = self._followed()
+        first, end = (cell * self._stride + h for cell, h in (states[0] if states else last, last))
         cost = self.lattice_map.cost_of([cell for cell, _ in states], primitives)
+        cost += self._start_costs.get(first, 0) + self._goal_costs.get(end, 0)
         _, costs, heuristics = self._open()
         # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
         # with a consistent heuristic no search finds a path of more than its weight times the least cost.

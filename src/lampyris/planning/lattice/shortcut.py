@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.curves.sampling import sample
@@ -87,6 +88,24 @@ def covering_discs(footprint: Polygon) -> Floats:
     return np.column_stack((discs[:, 0], -discs[:, 1], np.full(count, radius)))
 
 
+def kernel_numbers(robot: ShortcutShape, bordered: ClearanceMap) -> tuple[NDArray[np.int64], Floats]:
+    """``whole`` and ``numbers`` of :func:`lampyris.kernels.hybrid.shortcut.shortcut`."""
+    whole = np.array(
+        [
+            bordered.stride, bordered.walls.size // bordered.stride, bordered.border,
+            REEDS_SHEPP if robot.reverse_cost > 0 else DUBINS, DRIVES[robot.drive],
+        ],
+        dtype=np.int64,
+    )  # fmt: skip
+    numbers = np.array(
+        [
+            inscribed_radius(robot.footprint), circumscribed_radius(robot.footprint), robot.radius,
+            robot.reverse_cost, robot.turn_cost, LEAST_SAVING,
+        ]
+    )  # fmt: skip
+    return whole, numbers
+
+
 def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: ClearanceMap) -> Floats:
     """The segments of a path that begins and ends at the same poses, is free as well and costs as much or less.
 
@@ -98,7 +117,7 @@ def shortened(first: Floats, segments: Floats, robot: ShortcutShape, bordered: C
     bordered : the map; its border is at least 3 cells wider than the robot reaches.
     """
     at = first + np.array([bordered.border, bordered.border, 0.0])
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if len(segments) else 0):
         checkpoint()
         cost = float(robot.costs(segments).sum())
         better = _round(at, segments, robot, bordered)
@@ -166,19 +185,7 @@ def _cheapest(
     """
     nodes, n = poses.ravel(), len(poses)
     vertices = np.array(robot.footprint)
-    whole = np.array(
-        [
-            bordered.stride, bordered.walls.size // bordered.stride, bordered.border,
-            REEDS_SHEPP if robot.reverse_cost > 0 else DUBINS, DRIVES[robot.drive],
-        ],
-        dtype=np.int64,
-    )  # fmt: skip
-    numbers = np.array(
-        [
-            inscribed_radius(robot.footprint), circumscribed_radius(robot.footprint), robot.radius,
-            robot.reverse_cost, robot.turn_cost, LEAST_SAVING,
-        ]
-    )  # fmt: skip
+    whole, numbers = kernel_numbers(robot, bordered)
     before, known, curves = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.uint8), np.zeros(15 * n)
     count, best = np.zeros(2, dtype=np.int64), np.zeros(n)
     kernel.shortcut(

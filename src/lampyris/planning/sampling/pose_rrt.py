@@ -23,9 +23,8 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.hybrid.map import HybridMap
 from lampyris.planning.hybrid.motions import HybridShape
-from lampyris.planning.hybrid.poses import to_cells
 from lampyris.planning.lattice.lattice_planner import outline
-from lampyris.planning.lattice.poses import path_along
+from lampyris.planning.lattice.poses import path_along, to_cells
 from lampyris.planning.lattice.session import PoseSession
 from lampyris.planning.lattice.shortcut import ShortcutShape, shortened
 from lampyris.planning.sampling import settings
@@ -93,6 +92,10 @@ class PoseRrtConnect:
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
+
+    def begins_anywhere(self, scene: Scene) -> bool:
+        """Whether paths in a scene begin at exactly the pose that is asked for: always."""
+        return True
 
     def judged_by(self, resolution: float) -> dict[str, float]:
         """Attributes of a plan by which the referee judges its poses."""

@@ -1,8 +1,10 @@
 """The replanner of a robot with a heading: begins new paths at poses of the planner, and joins them to the present one.
 
-A planner of poses begins a path at one of its own states, such as the centre of a cell with one of 16 headings. A robot
-that has stopped between two of them reaches one along the path that it is on: the next one ahead, or the last one behind,
-backing up. Both parts are of a path whose walls have been checked, and the robot follows them exactly.
+Some planners begin a path at any pose (``begins_anywhere``), and are asked for one from where the robot stands. Others begin
+at one of their own states, the centre of a cell with one of 16 headings: a robot that has stopped between two of them
+reaches one along the path that it is on, the next one ahead, or the last one behind, backing up. So does a robot that stands
+where no curve to the states around it is free. Both parts are of a path whose walls have been checked, and the robot follows
+them exactly.
 """
 
 from __future__ import annotations
@@ -12,11 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from lampyris._core.defaults import Smooth
 from lampyris.model.change import Change
 from lampyris.model.curve import Curve, PoseCurve
 from lampyris.model.path import Pose
-from lampyris.model.plan import Plan
+from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import disc
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.pose_curve import (
@@ -28,7 +29,6 @@ from lampyris.motion.geometry.pose_curve import (
     pose_at,
     standing_at,
 )
-from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous.leg import Ceiling, Leg, comfort, leg_of, squares_near
 from lampyris.sim.continuous.replanner import Replanner
 from lampyris.sim.sensor import ObstacleMessage
@@ -47,31 +47,12 @@ _BESIDE = 0.75
 _HERE = 1e-9
 """Metres along the path within which a robot is at a state."""
 
-
-def without_shortcuts(planner: Planner) -> Planner:
-    """The planner with ``shortcut=False``, if it has that setting: a new path begins at a state of the present one."""
-    if not getattr(planner, "shortcut", False):
-        return planner
-    plain: Planner = replace(planner, shortcut=False)  # type: ignore[type-var]
-    return plain
+_ASIDE = (1.0, 2.0, 4.0)
+"""Cells along the path, ahead and back, of poses where a path is asked for if none begins where the robot stands."""
 
 
 class PoseReplanner(Replanner):
-    """A session of a planner of poses with what it has cost; see :class:`Replanner`.
-
-    Paths with shortcuts do not pass through states of the planner, so that it plans without them.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        planner: Planner,
-        seed: int,
-        smooth: Smooth,
-        spacing: float | None,
-        budget: Budget | None = None,
-    ) -> None:
-        super().__init__(scene, without_shortcuts(planner), seed, smooth, spacing, budget)
+    """A session of a planner of poses with what it has cost; see :class:`Replanner`."""
 
     def first(self, message: ObstacleMessage) -> Plan:
         """The first plan, with the obstacles where they are."""
@@ -124,6 +105,8 @@ class PoseReplanner(Replanner):
                 if plan and plan.pose_path is not None and self._same(pose, plan.pose_path.poses[0]):
                     curve = curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
                     return plan, curve if lead is None else joined(lead, curve)
+                if self._begins_anywhere and not plan and plan.status is not Status.START_OCCUPIED:
+                    break  # nor will there be one from a pose a little farther on
         if plan is None:
             plan = self._ask_from(pose_at(route.poses, s, self.scene.grid), squares_near(self.scene, message))
         return plan, None
@@ -152,17 +135,38 @@ class PoseReplanner(Replanner):
     def _joins(
         self, route: PoseLookup, s: float, message: ObstacleMessage | None
     ) -> list[tuple[float, PoseCurve | None]]:
-        """Distances of states at which a new path may begin, and the path there from ``s``; None: the robot is there."""
+        """Distances at which a new path may begin, and the path there from ``s``; None: the robot is there."""
         curve, states = route.poses, route.poses.states
+        if self._begins_anywhere:
+            steps = np.array(_ASIDE) * curve.resolution
+            near = [one for step in steps.tolist() for one in (s + step, s - step)]
+            return [
+                (s, None),
+                *self._along(route, s, [at for at in near if 0.0 <= at <= curve.length], message),
+            ]
         here = states[np.abs(states - s) <= _HERE]
         if len(here) or not len(states):
             return [(float(here[0]) if len(here) else s, None)]
+        near = [*states[states > s][:1].tolist(), *states[states < s][-1:].tolist()]
+        return self._along(route, s, near, message)
+
+    @property
+    def _begins_anywhere(self) -> bool:
+        """Whether the planner begins a path at exactly the pose that it is asked for."""
+        asked = getattr(self.planner, "begins_anywhere", None)
+        return asked is not None and bool(asked(self.scene))
+
+    def _along(
+        self, route: PoseLookup, s: float, near: list[float], message: ObstacleMessage | None
+    ) -> list[tuple[float, PoseCurve | None]]:
+        """Of the distances near ``s`` those that the robot can reach along the path, and the path there."""
+        curve = route.poses
         found: list[tuple[float, PoseCurve | None]] = []
-        ahead, behind = states[states > s], states[states < s]
-        if len(ahead):
-            found.append((float(ahead[0]), part_of(curve, s, float(ahead[0]))))
-        if len(behind) and self._may_back(curve, float(behind[-1]), s):
-            found.append((float(behind[-1]), backwards(part_of(curve, float(behind[-1]), s))))
+        for at in near:
+            if at > s:
+                found.append((at, part_of(curve, s, at)))
+            elif self._may_back(curve, at, s):
+                found.append((at, backwards(part_of(curve, at, s))))
         return [(at, lead) for at, lead in found if self._clear(route, s, at, message)]
 
     def _may_back(self, curve: PoseCurve, low: float, high: float) -> bool:

@@ -16,6 +16,7 @@ def least_costs(
     motions: Mapping[int, Sequence[Motion]],
     starts: Iterable[State],
     more: Callable[[int, int, int, int], int] = lambda x, y, heading, place: 0,
+    begun: Mapping[State, int] | None = None,
 ) -> dict[State, int]:
     """The least cost of every state that can be reached; cells off the map are no walls, but no base stands there.
 
@@ -25,10 +26,11 @@ def least_costs(
     motions : of each heading.
     starts : states with cost 0.
     more : what a motion costs besides, by the cell and heading that it begins at and its place among their motions.
+    begun : states with the cost at which the search begins there, besides ``starts``.
     """
     height, width = len(walls), len(walls[0])
-    best = dict.fromkeys(starts, 0)
-    heap = [(0, state) for state in best]
+    best = {**(begun or {}), **dict.fromkeys(starts, 0)}
+    heap = [(cost, state) for state, cost in best.items()]
     heapq.heapify(heap)
     done: set[State] = set()
     while heap:

@@ -44,9 +44,17 @@ class RegionalHeadingSearch(LatticeSearch):
     def _states_of_a_cell(self) -> int:
         return self.lattice_map.lattice.shape.headings + 1
 
-    def begin(self, heuristic: NDArray[np.int64], starts: list[State], goals: list[State]) -> None:
+    def begin(
+        self,
+        heuristic: NDArray[np.int64],
+        starts: list[State],
+        goals: list[State],
+        start_costs: list[int] | None = None,
+        goal_costs: list[int] | None = None,
+    ) -> None:
         """See :meth:`LatticeSearch.begin`; a state outside all regions stands for its cell."""
-        super().begin(heuristic, [self._seen(one) for one in starts], [self._seen(one) for one in goals])
+        begun, ended = ([self._seen(one) for one in states] for states in (starts, goals))
+        super().begin(heuristic, begun, ended, start_costs, goal_costs)
 
     def _seen(self, state: State) -> State:
         return state if self.inside[state[0]] else (state[0], self._stride - 1)

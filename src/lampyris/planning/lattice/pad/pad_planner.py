@@ -176,7 +176,7 @@ class PadSession(LatticeSession):
         tunnel = rounds.tunnel
         self._tunnel = tunnel
         self._spheres = tuple(one for one in spheres.all if tunnel is not None and tunnel.meets(one))
-        plan = self._plan_of(found, search, "" if rounds.enough() else AT_BUDGET)
+        plan = self._plan_of(found, "" if rounds.enough() else AT_BUDGET, search)
         record = tuple(recorded(one, lattice_map) for one in rounds.records)
         return replace(plan, expansions=rounds.expansions, iterations=len(record), rounds=record)
 

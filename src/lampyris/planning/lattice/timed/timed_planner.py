@@ -128,7 +128,7 @@ class LatticeSippSession(LatticeSession):
     def _timed_plan(self, found: TimedFound, search: LatticeSearch, detail: str = "") -> Plan:
         """The plan of a path with its times."""
         assert found.path is not None
-        plan = self._plan_of(found.path, search, detail)
+        plan = self._plan_of(found.path, detail, search)
         assert plan.pose_path is not None
         scene, lattice = self._scene, self._lattice
         tick = scene.grid.resolution / scene.robot.v_max

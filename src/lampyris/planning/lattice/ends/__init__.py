@@ -1,0 +1,1 @@
+"""Ends of paths at poses that are no states of the lattice."""

@@ -1,0 +1,168 @@
+"""Paths of the lattice that begin and end at any pose: exactly there, free, and within the bound that is stated."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from lattice_scenes import FOOTPRINTS, motions_of, scene_of
+
+import lampyris
+from lampyris import curves
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import DRIVES, Robot
+from lampyris.model.scene import Scene
+from lampyris.planning.lattice.ends.joined_end import joined_end
+from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
+from lampyris.planning.lattice.poses import to_cells
+from lampyris.referee import check_plan
+from lampyris_selfcheck.reference.paths.lattice import least_costs
+from sizes import sized
+
+BESIDE = 1e-6
+
+
+def session_of(scene: Scene, **settings: Any) -> LatticeSession:
+    return LatticePlanner(**settings).open(scene, np.random.default_rng(0))
+
+
+def misses(plan: Plan, scene: Scene) -> list[float]:
+    """Metres and radians by which the ends of a path miss the poses that are asked for."""
+    assert plan.pose_path is not None
+    found = []
+    for pose, asked in zip(plan.pose_path.poses[[0, -1]], (scene.start_pose, scene.goal_pose), strict=True):
+        assert asked is not None
+        turned = abs(math.remainder(float(pose[2]) - asked[2], 2 * math.pi))
+        found.append(max(float(np.abs(pose[:2] - asked[:2]).max()), turned))
+    return found
+
+
+@pytest.mark.commit(2)
+@sized("maps", 4, 300)
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize("drive", DRIVES)
+def test_costs_and_bounds_are_those_of_an_exhaustive_search_with_the_curves(
+    drive: str, footprint: str, maps: int
+) -> None:
+    """Of all curves to the states around the start, motions, and curves from the states around the goal."""
+    exact = 0
+    for seed in range(200, 200 + maps):
+        scene = scene_of(seed, drive, FOOTPRINTS[footprint])
+        session = session_of(scene, weight=1.0)
+        plan, lattice_map = session.plan(), session.lattice_map
+        plain = session_of(scene, weight=1.0, shortcut=False).plan()
+        if plain:
+            assert plan
+        if not plan:
+            continue
+        assert check_plan(plan, scene) is None, seed
+        robot = session.curves()
+        assert scene.start_pose is not None
+        assert scene.goal_pose is not None
+        start, goal = (
+            joined_end(to_cells(scene.grid, *pose), robot, lattice_map, into=into)
+            for pose, into in ((scene.start_pose, False), (scene.goal_pose, True))
+        )
+        if start is None or goal is None:
+            continue
+        assert max(misses(plan, scene)) < BESIDE
+        begun = {
+            (*lattice_map.cell(cell), h): cost
+            for (cell, h), cost in zip(start.states, start.costs, strict=True)
+        }
+        best = least_costs(scene.grid.blocked.tolist(), motions_of(lattice_map.lattice), (), begun=begun)
+        ends = [
+            best[(*lattice_map.cell(cell), h)] + cost
+            for (cell, h), cost in zip(goal.states, goal.costs, strict=True)
+            if (*lattice_map.cell(cell), h) in best
+        ]
+        if not ends:
+            continue  # then the nearest states are tried
+        exact += 1
+        least, path = min(ends) / UNIT, plan.pose_path
+        assert path is not None
+        told = plan.attributes.get("lattice_cost", path.cost_m)
+        assert told == pytest.approx(least, abs=1e-4)
+        assert path.cost_m <= least + 1e-4
+        assert path.lower_bound_m <= least + 1e-9
+        for weight in (1.4, 3.0):
+            other = session_of(scene, weight=weight).plan()
+            assert check_plan(other, scene) is None
+            assert other.bound is not None
+            assert other.pose_path is not None
+            assert other.bound <= weight * (1 + 1e-5)
+            assert other.pose_path.lower_bound_m <= least + 1e-9
+            assert max(misses(other, scene)) < BESIDE
+    assert exact > 0
+
+
+def test_the_curve_to_a_state_is_the_shortest_and_leads_there() -> None:
+    robot = Robot(
+        footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)), drive="ackermann", turn_radius=2.5
+    )
+    scene = Scene(
+        Grid(np.zeros((40, 40), dtype=bool)),
+        start_pose=(20.3, 19.8, 0.7),
+        goal_pose=(5.0, 5.0, 0.0),
+        robot=robot,
+    )
+    session = session_of(scene, reverse_cost=1.0)
+    grid, lattice_map = scene.grid, session.lattice_map
+    assert scene.start_pose is not None
+    for into in (False, True):
+        end = joined_end(to_cells(grid, *scene.start_pose), session.curves(), lattice_map, into=into)
+        assert end is not None
+        assert end.costs == sorted(end.costs)
+        for (index, heading), cost in zip(end.states, end.costs, strict=True):
+            state = (*grid.to_metres(lattice_map.cell(index)).tolist(), lattice_map.lattice.angles[heading])
+            ends = (state, scene.start_pose) if into else (scene.start_pose, state)
+            assert cost / UNIT == pytest.approx(curves.reeds_shepp(*ends, 2.5).length, abs=1e-5)
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_session_begins_where_the_robot_is(drive: str) -> None:
+    grid = Grid(np.pad(np.zeros((38, 58), dtype=bool), 1, constant_values=True), resolution=0.1)
+    box = ((0.3, 0.15), (-0.1, 0.15), (-0.1, -0.15), (0.3, -0.15))
+    robot = Robot(footprint=box, drive=drive, turn_radius=0.4)
+    goal = (5.013, 3.027, 1.234)
+    session = session_of(Scene(grid, start_pose=(0.55, 0.55, 0.0), goal_pose=goal, robot=robot))
+    for pose in ((0.613, 0.871, 0.3), (2.31, 2.04, -2.9), (4.77, 1.02, 1.5)):
+        plan = session.plan(Change(pose=pose))
+        assert max(misses(plan, Scene(grid, start_pose=pose, goal_pose=goal, robot=robot))) < BESIDE
+        assert not plan.notes
+        assert plan.attributes["end_error"] == pytest.approx(1e-4)
+
+
+def test_ends_within_the_tolerances_and_at_states_are_those_of_the_lattice() -> None:
+    grid = Grid(np.zeros((30, 40), dtype=bool), resolution=0.1)
+    robot = Robot(radius=0.1, drive="differential")
+    start, goal = (0.55, 0.55, 0.0), (3.03, 2.02, 0.4)
+    scene = Scene(grid, start_pose=start, goal_pose=goal, robot=robot)
+    assert max(misses(lampyris.plan(scene, "lattice"), scene)) < BESIDE
+    near = lampyris.plan(scene, "lattice", goal_tolerance=0.1, goal_yaw_tolerance=0.3)
+    assert near.pose_path is not None
+    x, y = grid.frame.to_points(*near.pose_path.poses[-1, :2].tolist()).tolist()
+    assert max(abs(x - round(x)), abs(y - round(y))) < BESIDE
+    plain = lampyris.plan(scene, "lattice", shortcut=False)
+    assert any("nearest pose of the lattice" in note for note in plain.notes)
+
+
+def test_a_pose_in_a_wall_is_not_joined() -> None:
+    """The nearest state is taken, and a note says so; where there is none, the start is occupied."""
+    walls = np.zeros((30, 30), dtype=bool)
+    walls[:, 10:13] = True
+    robot = Robot(footprint=((0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4), (0.4, -0.4)), drive="differential")
+    goal = (25.3, 20.2, 0.3)
+    scene = Scene(Grid(walls), start_pose=(13.3, 15.5, 0.1), goal_pose=goal, robot=robot)
+    plan = lampyris.plan(scene, "lattice")
+    assert check_plan(plan, scene) is None
+    assert plan.notes
+    assert "start" in plan.notes[0]
+    assert misses(plan, scene)[1] < BESIDE
+    inside = Scene(Grid(walls), start_pose=(11.4, 15.5, 0.1), goal_pose=goal, robot=robot)
+    assert lampyris.plan(inside, "lattice").status is Status.START_OCCUPIED
