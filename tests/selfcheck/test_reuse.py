@@ -130,3 +130,9 @@ def test_a_swarm_that_plans_on_the_ground_of_before(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(Memory, "_see", see)
     assert lives("pso", "dstar-lpso", each=2).failed
+
+
+def test_a_session_that_repairs_a_shared_field_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not reuse.run(Ask(), Part("shared", 0, 3)).failed
+    monkeypatch.setattr(FieldRepairer, "copy_on_write", lambda self: self)
+    assert reuse.run(Ask(), Part("shared", 0, 3)).failed

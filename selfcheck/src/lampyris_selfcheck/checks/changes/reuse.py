@@ -8,6 +8,7 @@ from lampyris.planning import registry
 from lampyris.planning.base import Planner
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.changes.reuse_life import ALL, ARRIVAL, COST, NOTHING, SINCE, STEPS, Life
+from lampyris_selfcheck.checks.changes.reuse_shared import CALLS, SESSIONS, sharing
 
 KINDS = {
     "sessions": Kind(
@@ -17,7 +18,14 @@ KINDS = {
         nightly=10_000,
         release=100_000,
         chunk=50,
-    )
+    ),
+    "shared": Kind(
+        f"{SESSIONS} sessions that share a map, each compared with one that shares nothing, {CALLS} calls among edits",
+        commit=20,
+        nightly=5_000,
+        release=50_000,
+        chunk=100,
+    ),
 }
 
 SMALL = {"swarm": 3, "iterations": 1, "waypoints": 2, "particles": 2, "rounds": 1}
@@ -63,6 +71,8 @@ def _small(name: str, settings: dict[str, object]) -> Planner:
 def run(ask: Ask, part: Part) -> Outcome:
     """Judge some lives."""
     tally = Tally(part)
+    if part.kind == "shared":
+        return _shared(ask, part, tally)
     planners = who()
     for number in part.numbers:
         planner, alike = planners[number % len(planners)]
@@ -77,6 +87,17 @@ def run(ask: Ask, part: Part) -> Outcome:
             tally.fail(number, f"{planner}: {wrong}", life=life.told if life else [])
         for word, times in sorted(life.seen.items()) if life else ():
             tally.count(word, times)
+    return tally.outcome()
+
+
+def _shared(ask: Ask, part: Part, tally: Tally) -> Outcome:
+    for number in part.numbers:
+        try:
+            wrong = sharing(number, ask.rng("reuse", part.kind, number), tally)
+        except Exception as error:
+            wrong = f"{type(error).__name__}: {error}"
+        if wrong:
+            tally.fail(number, wrong)
     return tally.outcome()
 
 
