@@ -16,6 +16,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -119,9 +120,30 @@ def at_every_sight(trace: lampyris.Trace) -> int:
     return spent
 
 
+def published_grids() -> Iterator[tuple[str, lampyris.Grid]]:
+    """The published maps that are there."""
+    shared = Path(os.environ.get("LAMPYRIS_SHARED") or Path(__file__).resolve().parents[2] / "shared")
+    for name in PUBLISHED:
+        file = shared / "maps" / "movingai" / f"{name}.map"
+        if file.exists():
+            yield name, lampyris.load_grid(file)
+        else:
+            print(f"{name} is not there", file=sys.stderr)
+
+
+def published_unseen(sensor: lampyris.Sensor) -> None:
+    """On published maps, one drive each, for a robot to which unseen cells cost more."""
+    print("| map | moves | replans | D* Lite expands | A* again | A* again / D* Lite |")
+    print("|---|---|---|---|---|---|")
+    for name, grid in published_grids():
+        scene = lampyris.Scene(grid, *ends(grid, np.random.default_rng(2), 0.5))
+        first, anew = (driven(scene, registry.make(one, {}), sensor) for one in ("dstar-lite", "astar"))
+        work = f"{first.expansions:,} | {anew.expansions:,} | {anew.expansions / first.expansions:.2g}"
+        print(f"| {name} | {first.ticks:,} | {first.replans:,} | {work} |", flush=True)
+
+
 def published(sensor: lampyris.Sensor) -> None:
     """The same on published maps, several pairs of ends each, and sums."""
-    shared = Path(os.environ.get("LAMPYRIS_SHARED") or Path(__file__).resolve().parents[2] / "shared")
     some = [(name, registry.make(name, {})) for name in ("dstar-lite", "dijkstra", "astar")]
     print(
         "| map | moves | replans | D* Lite expands | A* again | Dijkstra again | A* at every sight "
@@ -129,12 +151,8 @@ def published(sensor: lampyris.Sensor) -> None:
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
     every = np.zeros(4, dtype=np.int64)
-    for name in PUBLISHED:
-        file = shared / "maps" / "movingai" / f"{name}.map"
-        if not file.exists():
-            print(f"{name} is not there", file=sys.stderr)
-            continue
-        grid, rng = lampyris.load_grid(file), np.random.default_rng(2)
+    for name, grid in published_grids():
+        rng = np.random.default_rng(2)
         moves, replans, spent = 0, 0, np.zeros(4, dtype=np.int64)
         for _ in range(PAIRS):
             scene = lampyris.Scene(grid, *ends(grid, rng, 0.5))
@@ -164,6 +182,8 @@ if __name__ == "__main__":
     for what in asked:
         if what == "published":
             published(lampyris.Sensor(RANGE))
+            print()
+            published_unseen(lampyris.Sensor(RANGE, unseen_cost=2.0))
             print()
             continue
         price = {"free": 1.0, "unseen": 2.0}[what]

@@ -127,6 +127,23 @@ def test_events_flash_around_the_robot() -> None:
     assert (late[0] == late[1]).all()
 
 
+def test_via_points_are_marked_in_their_order() -> None:
+    trace = sample_trace()
+    cell = (3, 5)
+    marked = TraceRenderer(replace(trace, via=(cell, (4, 7)), via_ticks=()), None)
+    stage = TraceRenderer(trace, None)
+    x, y = (round(v) for v in marked._sheet.at(*cell))
+    before, after = (one.frame(0.0)[y - 8 : y + 9, x - 8 : x + 9] for one in (stage, marked))
+    assert count(after, (255, 255, 255), 1) > 80
+    assert count(after, sprites.INK, 60) > 10, "a rim and a number"
+    assert (before != after).any()
+    u, v = (round(v) for v in marked._sheet.at(4, 7))
+    second = marked.frame(0.0)[v - 8 : v + 9, u - 8 : u + 9]
+    assert (after != second).any(), "numbers differ"
+    legend = [one.frame(0.0)[-40:] for one in (stage, marked)]
+    assert legend[0].shape != legend[1].shape or (legend[0] != legend[1]).any()
+
+
 def test_obstacles_appear_when_they_appear() -> None:
     stage = TraceRenderer(sample_trace(), None, 1)
     colour = sprites.KINDS["recorded"][1]

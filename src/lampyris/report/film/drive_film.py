@@ -83,7 +83,7 @@ class DriveRenderer:
         kinds, senses = [b.kind for b in drive.obstacle_specs], drive.seen is not None
         self._sheet = sheet = Sheet(
             scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, outlined=with_footprint(drive),
-            planner=drive.planner,
+            planner=drive.planner, via=drive.via,
         )  # fmt: skip
         self._range = None
         if drive.sensor is not None:
@@ -117,6 +117,7 @@ class DriveRenderer:
         ]
         robot = sheet.at(*drive.at(np.array([moment]))[0][0].tolist())
         self._shade(canvas, moment, robot)
+        sheet.places(canvas)
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *place)

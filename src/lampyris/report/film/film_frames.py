@@ -60,6 +60,7 @@ class TraceRenderer:
             own_goal=trace.seen is not None or trace.goal_track is not None,
             unseen=trace.seen is not None,
             planner=trace.planner,
+            via=trace.via,
         )
         self._range = None
         if trace.sensor is not None:
@@ -118,6 +119,7 @@ class TraceRenderer:
         places = [_place(t, moment - t0) for t, t0 in zip(self.trace.tracks, self.trace.appears, strict=True)]
         robot = sheet.at(*_between(self.trace.robot, moment))
         self._shade(canvas, moment, robot)
+        sheet.places(canvas)
         for place, disc in zip(places, self._discs, strict=True):
             if place is not None and disc is not None:
                 blend(canvas, disc, *sheet.at(*place))

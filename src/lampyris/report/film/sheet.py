@@ -6,7 +6,7 @@ A stage draws the moments of a run on it: :mod:`lampyris.report.film.film_frames
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -81,6 +81,7 @@ class Sheet:
     outlined : whether the robot has a footprint, which the legend shows by a square.
     unseen : whether the legend names the shade of :meth:`shade`.
     planner : whose robot it is, for the legend.
+    via : cells in the order in which they are visited, for :meth:`places`.
     """
 
     def __init__(
@@ -96,8 +97,9 @@ class Sheet:
         unseen: bool = False,
         outlined: bool = False,
         planner: str = "",
+        via: Sequence[tuple[int, int]] = (),
     ) -> None:
-        self.grid, self._goal = grid, None if own_goal else goal
+        self.grid, self._goal, self._via = grid, None if own_goal else goal, via
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
         self._colours = None if layer is None else landscape_colours()
         raster = draw_map(grid, self._long, layer, self._colours)
@@ -110,6 +112,8 @@ class Sheet:
             entries[0] = (*entries[0][:3], f"robot, {planner}")
         if unseen:
             entries.append(("square", _UNSEEN, "", "unseen"))
+        if via:
+            entries.append(("square", PAPER, "", "via point"))
         # Even sizes: some players of films refuse others.
         legend = sum(_ICON + _length(name, 13) + _GAP for *_, name in entries)
         self.width = _even(max(_WIDE, columns + 2 * MARGIN, legend + 2 * MARGIN))
@@ -141,6 +145,12 @@ class Sheet:
         """Draw the goal at a place in cells."""
         star = sprites.sprite("star", sprites.GOAL, "", max(LEAST + 6, round(self.scale * 0.95)))
         blend(canvas, star, *self.at(x, y))
+
+    def places(self, canvas: Rgb) -> None:
+        """Draw the via points, numbered in the order in which they are visited."""
+        size = max(LEAST + 6, round(self.scale * 0.95))
+        for k, (x, y) in enumerate(self._via, 1):
+            blend(canvas, sprites.sprite("square", PAPER, f"{k}", size, sprites.INK), *self.at(x, y))
 
     def shade(self, canvas: Rgb, cells: BoolGrid) -> None:
         """Shade cells, bool (height, width), as not yet seen; what lies on them shows through."""

@@ -54,8 +54,8 @@ def kind_of(kind: str) -> tuple[str, Colour, str, str]:
 
 
 @lru_cache(maxsize=64)
-def sprite(shape: str, colour: Colour, letter: str, size: int) -> Sprite:
-    """A filled shape with a dark rim in a square of ``size`` pixels."""
+def sprite(shape: str, colour: Colour, letter: str, size: int, ink: Colour = (255, 255, 255)) -> Sprite:
+    """A filled shape with a dark rim in a square of ``size`` pixels, and a letter in the colour ``ink``."""
     from PIL import Image, ImageDraw
 
     big = size * _FINE
@@ -69,7 +69,7 @@ def sprite(shape: str, colour: Colour, letter: str, size: int) -> Sprite:
 
         font = ImageFont.load_default(size=big * 0.5)
         at = (big / 2, big * (0.6 if shape == "triangle" else 0.5))
-        draw.text(at, letter, font=font, fill=(255, 255, 255, 255), anchor="mm")
+        draw.text(at, letter, font=font, fill=(*ink, 255), anchor="mm")
     small = np.asarray(image.resize((size, size), Image.Resampling.BOX), dtype=np.float64)
     return Sprite(np.round(small[..., :3]).astype(np.uint8), small[..., 3] / 255)
 
