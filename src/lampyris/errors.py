@@ -222,7 +222,7 @@ class LimitError(LampyrisError):
 
 
 class InternalFault(LampyrisError):
-    """The referee refused one of our own results. A bug of ours, never the user's mistake."""
+    """The referee refused a result of lampyris. A fault of lampyris, never the user's mistake."""
 
     exit_code = 6
 

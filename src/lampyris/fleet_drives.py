@@ -74,7 +74,7 @@ def simulate_fleet(
         trace = lampyris.simulate_fleet(fleet, delays=lampyris.Delays(0.1, duration=3.0), seed=1)
         trace.contacts, trace.arrivals.max(), trace.lateness.mean(), trace.wait_totals()
 
-        lampyris.simulate_fleet(fleet, faults=[(3, 20.0)])  # robot 3 stops for good after 20 s
+        lampyris.simulate_fleet(fleet, faults=[(3, 20.0)])  # robot 3 stops permanently after 20 s
         lampyris.simulate_fleet(fleet, policy="orca")
 
     Parameters
@@ -84,7 +84,7 @@ def simulate_fleet(
     planner : where there is no plan, and after a fault; see :func:`lampyris.plan_fleet`.
     robot : of agents without one; None: a disc of 0.35 of a cell, of 0.22 with an octile plan, with the usual limits.
     delays : random delays; None: none.
-    faults : pairs (robot, seconds): each stops for good then, and the others get a new plan around it.
+    faults : pairs (robot, seconds): each stops permanently then, and the others get a new plan around it.
     tracks : of moving obstacles, discs; None: as many random ones as the setting ``obstacles`` says.
     seed : of all random draws: the same seed gives the same trace, unless seconds end the call.
     budget : ``seconds`` and ``stop`` end the call: what was driven so far is not returned, its status is.
@@ -235,9 +235,9 @@ class _Run:
             status = Status.LIMIT if stage.limited else Status.NO_PATH
             detail = detail if status is Status.NO_PATH else ""
         elif done:
-            detail = f"All other robots arrived; {len(done)} stopped for good."
+            detail = f"All other robots arrived; {len(done)} stopped permanently."
             if len(done) == n:
-                detail = f"All {n} robots stopped for good." if n > 1 else "The robot stopped for good."
+                detail = f"All {n} robots stopped permanently." if n > 1 else "The robot stopped permanently."
         notes = []
         if waiting:
             notes.append(late_faults(waiting, "s", stage.end))
@@ -254,7 +254,7 @@ class _Run:
     def _arrivals(
         self, columns: tuple[NDArray[Any], ...], on_path: NDArray[np.bool_], failed: list[int]
     ) -> Floats:
-        """When each robot came to its goal for good; NaN: it did not, or it failed.
+        """When each robot came to its goal permanently; NaN: it did not, or it failed.
 
         A robot that is under way may stand on its goal: its path may pass it, to let others through.
         """

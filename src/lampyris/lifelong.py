@@ -68,7 +68,7 @@ def lifelong_fleet(
     fleet : the map and the starts; each robot's goal is its first task.
     ticks : how many to drive.
     tasks : released over time; the oldest goes to the nearest free robot. None: a robot without a task gets a random
-        cell of the largest region, without end.
+        cell of the largest region.
     planner : ``pibt``: fastest, plans for one window at a time; ``lacam``: plans complete paths to the goals, or near
         them where two robots have the same goal.
     window : ticks driven before it plans again; None: 1 with ``pibt``, 5 with ``lacam``.

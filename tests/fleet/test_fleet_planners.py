@@ -378,7 +378,7 @@ def test_what_is_refused() -> None:
         lampyris.plan_fleet(fleet, sample=3)
     with pytest.raises(SettingError, match="samples 0"):
         lampyris.plan_fleet(fleet, samples=0)
-    with pytest.raises(SettingError, match="beside a planner object"):
+    with pytest.raises(SettingError, match="together with a planner object"):
         lampyris.plan_fleet(fleet, Lacam(), samples=2)
     with pytest.raises(SettingError, match="no planner of fleets"):
         lampyris.plan_fleet(fleet, Lacam)

@@ -76,7 +76,7 @@ def test_all_robots_may_fail_at_once() -> None:
     fleet = lampyris.random_fleet(lampyris.load_grid("rooms-20"), 8)
     trace = lampyris.simulate_fleet(fleet, faults=[(k, 0.0) for k in range(8)])
     assert trace.faults == tuple((k, 0.0) for k in range(8))
-    assert trace.sentence == "All 8 robots stopped for good."
+    assert trace.sentence == "All 8 robots stopped permanently."
     assert np.array_equal(places(trace, np.array([100.0]))[0], fleet.grid.to_metres(fleet.starts))
     assert trace.notes == ()
 

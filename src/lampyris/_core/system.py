@@ -190,7 +190,7 @@ def ran_out_of_seconds(code: int | None) -> bool:
 
 
 def has_parent(parent: int) -> bool:
-    """Whether the process that started this one is there. Windows keeps its number for good: there it always is."""
+    """Whether the process that started this one is there. Windows keeps its number permanently: there it always is."""
     return os.name == "nt" or os.getppid() == parent
 
 

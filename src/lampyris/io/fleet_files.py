@@ -107,7 +107,7 @@ def read_agents(
         (:mod:`lampyris.io.league_files`) of this map.
     grid : the map.
     robots : how many; None: all.
-    lifelong : whether the fleet has tasks without end: of a League problem the tasks are then used, and no note says that
+    lifelong : whether the fleet is lifelong: of a League problem the tasks are then used, and no note says that
         they are not.
 
     Raises

@@ -72,7 +72,7 @@ class FieldCache:
                 self._kept.append(kept)
         if kept is None:
             kept = self._new()
-        self._kept.remove(kept)  # for good, if repairing it is stopped half way
+        self._kept.remove(kept)  # permanently, if repairing it is stopped half way
         self._bring(kept, cells)
         self._kept.append(kept)
         return kept.repairer.padded

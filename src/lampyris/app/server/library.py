@@ -296,7 +296,7 @@ class Library:
         os.replace(fresh, self._spool / name)
 
     def _room(self, size: int, keep: str = "") -> None:
-        """Make room for so many bytes more: what was deleted goes for good when there is none beside it."""
+        """Make room for so many bytes more: what was deleted goes permanently when there is none beside it."""
         there = self._uploads()
         held = sum(entry.stat(follow_symlinks=False).st_size for entry in there.values())
         if len(there) >= self._most_files or held + size > self._most_bytes:
@@ -316,7 +316,7 @@ class Library:
         return _regular(self._spool, lambda name: name.startswith(f"{AWAY}up-") and name.endswith(".json"))
 
     def _forget(self, before: float = float("inf"), keep: str = "") -> None:
-        """Remove what was deleted before that time for good."""
+        """Remove what was deleted before that time permanently."""
         for name, entry in self._away().items():
             if name != keep and entry.stat(follow_symlinks=False).st_mtime < before:
                 os.unlink(entry.path)

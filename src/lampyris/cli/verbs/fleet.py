@@ -158,7 +158,7 @@ def fleet(
 
     The robots are those of a file, or drawn at random (`--robots N`). A robot fits in a cell; each tick it steps to a
     neighbouring cell or waits. With --execute they drive the plan in continuous time, with --lifelong they get new tasks
-    without end. Exit code 4: not solved, or not all arrived.
+    continually. Exit code 4: not solved, or not all arrived.
     """
     from lampyris.cli.option_groups import MapOptions
     from lampyris.cli.request import budget_of, load_document, parse_settings

@@ -17,7 +17,7 @@ from lampyris.model.grid import Grid
 PLANNER = "lacam"
 """The planner where none is named."""
 LIFELONG_PLANNER = "pibt"
-"""The same of fleets with tasks without end."""
+"""The same of lifelong fleets."""
 MOVES = "four-connected"
 MAX_ITERATIONS = 10**12
 MAX_TIME = 1e12
@@ -32,7 +32,7 @@ class Lifelong:
     ----------
     ticks : how long.
     window : ticks that are driven before planning again; None: the planner's own default.
-    tasks : see :func:`lampyris.lifelong_fleet`; None: random cells without end.
+    tasks : see :func:`lampyris.lifelong_fleet`; None: random cells.
     """
 
     ticks: int
@@ -67,7 +67,7 @@ class FleetScenario:
     iterations, seconds : limits of the planner; None: none. See :func:`lampyris.plan_fleet`.
     execution : settings of the drive in continuous time; None: the plan is not driven.
     lifelong : settings of lifelong tasks; None: there are none. Not together with ``execution``.
-    faults : pairs (robot, time): robots that stop for good, at a second of the drive or a tick of the lifelong fleet.
+    faults : pairs (robot, time): robots that stop permanently, at a second of the drive or a tick of the lifelong fleet.
     name : what to call it.
     map : where the map comes from; None: from its cells. Left out of comparisons, like the last two.
     ground : the map before its cells were made larger; None: the fleet's own.

@@ -136,7 +136,7 @@ class LifelongTable(WindowsTable):
     """Robots that have arrived get new tasks."""
 
     tasks: Annotated[list[TaskTable] | None, Rule("TASK", "a list of {stops: [[x, y]]}, or null")] = Field(
-        None, description="The tasks; null: those of the fleet's file, or random cells without end."
+        None, description="The tasks; null: those of the fleet's file, or random cells."
     )
     tasks_file: FileName | None = Field(
         None, description="A table of tasks (.csv) instead, relative to the scenario file's folder."
@@ -144,7 +144,7 @@ class LifelongTable(WindowsTable):
 
 
 class FaultTable(Table):
-    """A robot that stops for good."""
+    """A robot that stops permanently."""
 
     robot: Annotated[int, Field(ge=0), Rule("FAULTS", "the number of a robot, from 0")] = Field(
         description="Its number, from 0."
@@ -202,7 +202,7 @@ class FleetScenarioFile(ScenarioHead):
         None, description="Present: robots that have arrived get new tasks. Not beside `execute`."
     )
     faults: Annotated[list[FaultTable], Rule("FAULTS", "a list of {robot: K, time: T}")] = Field(
-        [], description="Robots that stop for good, with `execute` or `lifelong`."
+        [], description="Robots that stop permanently, with `execute` or `lifelong`."
     )
 
 

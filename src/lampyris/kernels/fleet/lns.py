@@ -86,7 +86,7 @@ def _find(
     edge, degree, table, held, busy, start, goal, robot, span, limit, state_cell, state_tick, state_end, state_from,
     state_next, bucket, mark, marked, stamp, shift, haste, count,
 ):  # fmt: skip
-    """The state that is the earliest arrival at the goal for good, at tick ``limit`` at the latest, or -1.
+    """The state that is the earliest arrival at the goal permanently, at tick ``limit`` at the latest, or -1.
 
     Safe interval path planning (M. Phillips, M. Likhachev, ICRA 2011): a state is a cell and an interval in which nobody else is
     there, with the earliest arrival. ``bucket[f]`` is the stack of those whose path arrives at tick f at the earliest.

@@ -445,7 +445,7 @@ def _halt_all(
     base, vert, link, real, whole, tree, log, count, gfirst, gmember, greal, ready, obs, many, period, quick, size,
     known, faulty, t,
 ):  # fmt: skip
-    """Robot ``faulty`` brakes for good; all others that do not yet do so stop at the first vertex that they can."""
+    """Robot ``faulty`` brakes permanently; all others that do not yet do so stop at the first vertex that they can."""
     for i in range(len(base) - 1):
         r = i * REAL
         w = i * WHOLE
@@ -497,7 +497,7 @@ def run(
     gfirst, gmember, greal, ready : groups of robots that move in a ring, how many of each are ready.
     obs, many, period, quick, size, known : places of obstacles every ``period`` seconds, float64 (samples * many * 2,); their top
         speed and radius; whether their tracks are known to the robots.
-    fault, faulty : float64 (f + 1,), int64 (f + 1,): when robots stop for good, rising, and which; NEVER, -1 at the end.
+    fault, faulty : float64 (f + 1,), int64 (f + 1,): when robots stop permanently, rising, and which; NEVER, -1 at the end.
     limit : seconds after which to give up.
     clock : float64 (4,): the time; the next look at the obstacles; 1 after the beginning, and 1 more after each fault; how many
         events may follow each other before the time must have moved on by NEAR.

@@ -129,7 +129,7 @@ class FleetPlan(Value):
 
     @property
     def sum_of_costs(self) -> int | None:
-        """Sum over the robots of the ticks until each stays at its goal for good, waiting included (the convention of
+        """Sum over the robots of the ticks until each stays at its goal permanently, waiting included (the convention of
         the MovingAI benchmark); None when not found."""
         return sum(len(path) - 1 for path in self.paths) if self else None
 

@@ -58,7 +58,7 @@ class FleetTrace(Value):
     tick : seconds of a tick of the plan: a step at the speed of the slowest robot.
     plans : the plans that were driven one after another: paths of all robots, a cell a tick. Empty with ``orca``.
     plan_times : float64 (plans,), seconds at which each began.
-    faults : robots that stopped for good, and when: pairs (robot, seconds).
+    faults : robots that stopped permanently, and when: pairs (robot, seconds).
     obstacles : tracks of the moving obstacles.
     contacts : pairs of robots that touched (``order``: none, by construction).
     obstacle_contacts : pairs of a robot and an obstacle that touched; the robot stood, unless ``moving_contacts`` says so.

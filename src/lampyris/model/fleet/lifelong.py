@@ -91,7 +91,7 @@ class LifelongTrace(Value):
     robot : int32 (k,): who had each task; -1: nobody.
     assigned, done : int32 (k,), ticks; -1: not.
     stop_ticks : for each task the ticks at which its stops were visited, as far as they were.
-    faults : robots that stopped for good, and the tick: pairs.
+    faults : robots that stopped permanently, and the tick: pairs.
     windows, fallbacks : how often was planned, and how often of these by PIBT, because the
         planner had found nothing within its limit.
     notes : notes for the user.

@@ -40,7 +40,7 @@ class SwarmSettings:
     noise : standard deviation of a measurement, as a share of the strongest source.
     rho, gamma : decay and renewal of luciferin.
     beta : how fast the decision range adapts, metres for each neighbour missing or too many.
-    nt : neighbours aimed at.
+    nt : desired number of neighbours.
     luciferin : at first.
     capture_radius : robots nearer to a source than this count for it.
     capture_robots : a source is held if at least so many robots are within the capture radius.

@@ -262,7 +262,7 @@ class AdGsoSession(SessionBase):
             shut[self._walker.flat(cell)] |= bit
 
     def _take(self, change: Change) -> None:
-        """Take in where the robot is and what of the map has changed for good."""
+        """Take in where the robot is and what of the map has changed permanently."""
         altered = self._map.take(change)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))

@@ -84,7 +84,7 @@ class IncrementalSession(SessionBase):
 
         What is counted as expanded is what this call expanded, which is little where little changed; on
         failure, also the searches that tell walls from obstacles and the size of the two regions. After
-        ``limit`` the next call goes on where this one stopped.
+        ``limit`` the next call continues where this one stopped.
 
         Raises
         ------

@@ -25,7 +25,7 @@ class Gso(WaypointPlanner):
     ----------
     sensor : r_s as a share of the box's diagonal, > 0 to 1.
     step : length of a move in the unit box, > 0 to 1.
-    nt : neighbours aimed at, 0 to 2000.
+    nt : desired number of neighbours, 0 to 2000.
     rho, gamma, beta : decay and renewal of luciferin, and how fast ranges adapt.
     choice : ``roulette`` or ``greedy`` (deterministic GSO).
     """

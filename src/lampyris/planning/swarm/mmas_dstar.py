@@ -172,7 +172,7 @@ class Ants(ABC):
             checkpoint()
             self._seen[who, left + ground.jump[taken]] = False
             own = slice(None) if seed is None else who > 0
-            place = first[who[own]] + turn[own]  # an ant goes on until it stops for good
+            place = first[who[own]] + turn[own]  # an ant goes on until it stops permanently
             at[place], step[place] = left[own], taken[own]
         short = np.maximum(ground.to_go[last] // int(self._scale), 1)
         missing = np.where(last == self._goal, 0, short)

@@ -34,7 +34,7 @@ def fleet_drive_film(
     """Draw the drive of a fleet as a film, WebP (lossless) or GIF by the file's suffix; the same trace gives the same bytes.
 
     Robots are discs of their size, their goals small squares of the same colour, moving obstacles dark discs, and robots that
-    have stopped for good bear a cross; below stand the time, how many robots have arrived, and a key.
+    have stopped permanently bear a cross; below stand the time, how many robots have arrived, and a key.
 
     Raises
     ------
@@ -100,7 +100,7 @@ class DiscRenderer:
     size, obstacle_size : diameters, cells.
     places : the cells of robots and obstacles at a moment, float64 (n, 2) and (m, 2).
     caption : the words at a moment.
-    faults : robots that stop for good, and when: they bear a cross from then on.
+    faults : robots that stop permanently, and when: they bear a cross from then on.
     """
 
     def __init__(

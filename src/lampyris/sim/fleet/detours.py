@@ -1,4 +1,4 @@
-"""Where the robots of a fleet go when others have stopped for good."""
+"""Where the robots of a fleet go when others have stopped permanently."""
 
 from __future__ import annotations
 

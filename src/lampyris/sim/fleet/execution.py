@@ -100,7 +100,7 @@ def drive_plan(
     delays, rng : random delays, and their generator.
     hazards : moving obstacles.
     begin, limit : seconds at which the drive begins, and at which it is cut off.
-    faults : robots and seconds, rising, at which they stop for good. With the first one all others stop at the first cell that
+    faults : robots and seconds, rising, at which they stop permanently. With the first one all others stop at the first cell that
         they can, and the drive ends when all stand; faults after that are not part of it.
 
     Raises

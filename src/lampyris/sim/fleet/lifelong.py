@@ -47,7 +47,7 @@ class LifelongRun:
     starts : of the robots.
     queue : their tasks.
     planner, window, seed : of each window: a name of PLANNERS, ticks driven, seed.
-    faults : robot and tick at which it stops for good.
+    faults : robot and tick at which it stops permanently.
     """
 
     def __init__(

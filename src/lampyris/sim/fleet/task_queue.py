@@ -17,7 +17,7 @@ Reach = Callable[[Cell, Cell], bool]
 
 @dataclass(slots=True, eq=False)
 class TaskQueue:
-    """Tasks that are given, or drawn without end where ``region`` is.
+    """Tasks that are given, or drawn as needed where ``region`` is.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class TaskQueue:
         return True
 
     def fail(self, robot: int) -> None:
-        """A robot stops for good: another one begins its task from the start."""
+        """A robot stops permanently: another one begins its task from the start."""
         k = self.has[robot]
         if k >= 0:
             self.has[robot] = -1

@@ -43,7 +43,7 @@ SAFETY = (
 ON_FLEET = (
     Measure(
         "sum_of_costs", "sum of costs", "less",
-        "ticks until each robot stays at its goal for good, waiting included, summed over the robots",
+        "ticks until each robot stays at its goal permanently, waiting included, summed over the robots",
     ),
     Measure(
         "ratio", "cost / shortest", "less", "the sum of costs over the sum of the robots' own shortest paths on the bare map, "

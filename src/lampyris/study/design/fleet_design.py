@@ -1,7 +1,7 @@
 """Studies of fleets: maps x fleets x numbers of robots x seeds x planners of fleets, from a study file.
 
 A fleet is a list of robots; each number of robots is the first so many of it, as the MovingAI benchmark has it. Robots may
-drive their plans (``execute``), or get new tasks without end (``lifelong``); sizes of cells, radii and chances of delays are
+drive their plans (``execute``), or get new tasks continually (``lifelong``); sizes of cells, radii and chances of delays are
 swept as numbers of robots are.
 """
 

@@ -93,7 +93,7 @@ class Finished:
     ran : rows stored now: ``total - before`` when nothing stopped it.
     failed, refused, timeouts : of ``ran``, those that ended so.
     died : workers that died, or left the cluster.
-    seconds : it took, by the clock.
+    seconds : wall time.
     """
 
     total: int

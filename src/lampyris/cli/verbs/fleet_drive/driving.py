@@ -110,7 +110,7 @@ def _print_drive(trace: FleetTrace) -> None:
     if trace.rotations:
         rows.append(("rotations", f"{trace.rotations} rings of robots that exchanged their cells at once"))
     for robot, when in trace.faults:
-        rows.append(("fault", f"robot {robot} stopped for good at {when:g} s"))
+        rows.append(("fault", f"robot {robot} stopped permanently at {when:g} s"))
     if trace.obstacles:
         met = (
             f"{trace.obstacle_contacts} touched robots that stood, {trace.moving_contacts} robots that drove"
@@ -139,7 +139,7 @@ def _print_lifelong(trace: LifelongTrace) -> None:
         )
         rows.append(("service", words))
     for robot, when in trace.faults:
-        rows.append(("fault", f"robot {robot} stopped for good at tick {when}"))
+        rows.append(("fault", f"robot {robot} stopped permanently at tick {when}"))
     _timed(rows, trace.timing)
     text.facts("", rows)
 

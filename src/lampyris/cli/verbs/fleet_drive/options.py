@@ -249,7 +249,7 @@ def delays_of(given: FleetDriveOptions) -> Delays:
 
 
 def faults_of(given: FleetDriveOptions) -> list[tuple[int, float]]:
-    """Robots that stop for good, and when.
+    """Robots that stop permanently, and when.
 
     Raises
     ------

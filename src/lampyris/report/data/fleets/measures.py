@@ -16,7 +16,7 @@ FLEET_METRICS = (
 """In the order of the columns.
 
 * ``outcome``: the word of the status. ``found``: every robot reaches its goal and stays there.
-* ``sum_of_costs``: ticks until each robot stays at its goal for good, summed. ``shortest``: the sum of the robots' own shortest
+* ``sum_of_costs``: ticks until each robot stays at its goal permanently, summed. ``shortest``: the sum of the robots' shortest
   paths on the bare map. ``lower_bound``: that, or more if the planner proved more. ``ratio``: ``sum_of_costs / shortest``, in
   which all planners can be compared. ``makespan``: the tick of the last arrival.
 * ``first_cost``: the sum of costs of the first plan. ``improvements``: how it fell, as ``iteration:cost`` apart by spaces, at
