@@ -21,7 +21,7 @@ from lampyris.planning.lattice.search import Found
 from lampyris.planning.lattice.shortcut import ShortcutShape, covering_discs, kernel_numbers
 from lampyris.typing import Floats
 
-MOST = 32
+KEPT = 32
 """States that a pose is joined to, at most."""
 _TURNS = 2
 """Cells on each side in which states are tried, for robots that turn in place."""
@@ -133,7 +133,7 @@ def joined_end(
     kernel.join_costs(flat, into, whole, numbers, costs, *room)
     order = np.argsort(costs, kind="stable")
     order = order[np.isfinite(costs[order])] + 1
-    curves, taken = np.zeros(15 * MOST), np.zeros(MOST, dtype=np.int64)
+    curves, taken = np.zeros(15 * KEPT), np.zeros(KEPT, dtype=np.int64)
     vertices = np.array(robot.footprint)
     kernel.free_joins(
         lattice_map.walls, lattice_map.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
@@ -142,7 +142,7 @@ def joined_end(
     taken = taken[taken > 0] - 1
     if not len(taken):
         return None
-    rows = curves.reshape(MOST, -1, 3)[: len(taken)]
+    rows = curves.reshape(KEPT, -1, 3)[: len(taken)]
     return JoinedEnd(
         pose,
         [(lattice_map.index((x, y)), h) for x, y, h in states[taken].tolist()],
