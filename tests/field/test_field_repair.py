@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from lampyris._core.defaults import GAMMA, RHO
 from lampyris.errors import SceneError, SettingError
 from lampyris.kernels.field import repair as kernels
 from lampyris.model.field import Field
@@ -148,7 +149,7 @@ def test_costs_that_were_worked_out_alone_are_taken_over(moves: str, is_free: bo
     free = rng.random((23, 31)) > 0.3
     free[9, 12] = is_free
     free.flags.writeable = False
-    shares = (1.0 - repair.RHO, repair.GAMMA, float(MOVES[moves].unit))
+    shares = (1.0 - RHO, GAMMA, float(MOVES[moves].unit))
     solved = fill(free, None, MOVES[moves], (12, 9), shares, glows=False)
     one = FieldRepairer(free, MOVES[moves], (12, 9), solved=solved)
     other = FieldRepairer(free, MOVES[moves], (12, 9))

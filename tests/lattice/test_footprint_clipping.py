@@ -97,7 +97,7 @@ def drawn_footprint(rng: np.random.Generator) -> Polygon:
 
 
 def drawn_map(rng: np.random.Generator) -> np.ndarray:
-    blocked = rng.random((SIDE, SIDE)) < rng.choice([0.01, 0.03, 0.06])
+    blocked: np.ndarray = rng.random((SIDE, SIDE)) < rng.choice([0.01, 0.03, 0.06])
     blocked[rng.integers(SIDE), rng.integers(SIDE)] = True
     return blocked
 

@@ -20,6 +20,7 @@ import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -141,7 +142,7 @@ class Moves(Noun):
 
     def values(self, exact: IntGrid) -> FloatGrid:
         """The same for a whole array; negative entries (no cost) become infinity."""
-        e = np.asarray(exact)
+        e: Any = np.asarray(exact)
         out = np.empty(e.shape)
         if e.ndim != 2:
             self._write_values(e, out)

@@ -136,8 +136,8 @@ class SimulatedMotions:
             apart = self.shape.robot.v_max * self.step
             stride = max(int(apart / max(float(one.s[-1] - one.s[0]) / (len(one.s) - 1), 1e-9)), 1)
             left = float(one.s[-1]) - one.s
-            table = np.stack((one.x, one.y, elementary.cos(one.yaw), elementary.sin(one.yaw), left))
-            self._section = (one, list(table), stride)
+            columns = (one.x, one.y, elementary.cos(one.yaw), elementary.sin(one.yaw), left)
+            self._section = (one, list(np.stack(columns)), stride)
         _, table, stride = self._section
         k = max(progress.at, 0)
         last = min(int(one.s.searchsorted(progress.s + far, side="right")), len(one.s) - 1)
