@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris import referee
 from lampyris._core import cancellation
@@ -244,6 +243,8 @@ def _faults(given: Any, robots: int) -> list[tuple[int, int]]:
 
 def _region(grid: Grid) -> Cells:
     """The cells (x, y) of the largest connected region."""
+    from scipy import ndimage  # bits: labels, whole numbers
+
     labels = ndimage.label(~grid.blocked)[0]
     sizes = np.bincount(index_array(labels.ravel()))[1:]
     y, x = np.nonzero(labels == 1 + int(sizes.argmax()))

@@ -35,7 +35,7 @@ from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
 
 (
-    ANSWERS, REFUSED, PENDING, FROM, EXPANSIONS, SWITCHES, LIMIT, HEMMED_AT, KNOWN, ROUTE_CELLS, SPENT, CLOCK_ASKED,
+    ANSWERS, REFUSED, PENDING, FROM, EXPANSIONS, SWITCHES, PER_ANSWER, HEMMED_AT, KNOWN, ROUTE_CELLS, SPENT, CLOCK_ASKED,
     CLOCK_ALL,
 ) = range(13)  # fmt: skip
 """Places in ``asked``. Answers given, whether the last question is left to the caller, whether the next call answers it (where
@@ -116,7 +116,7 @@ def advance_adgso(
                 ring_dx, ring_dy, ring_at, near, far, price, wall, toll, mark, dist, queue, queued, sub_path,
                 known, lower, wanted, halt,
             )  # fmt: skip
-            within = asked[LIMIT] < 0 or tally[LOOKED] <= asked[LIMIT]
+            within = asked[PER_ANSWER] < 0 or tally[LOOKED] <= asked[PER_ANSWER]
             if ending == ARRIVED and within:
                 asked[REFUSED] = 0
                 asked[HEMMED_AT] = -1
@@ -185,13 +185,13 @@ def advance_sipp(
         asked[REFUSED] = 1
         obstacles = st[OBSTACLES]
         now = st[NOW]
-        if 0 < obstacles <= len(stood_at) and now > st[BASE] and asked[LIMIT] != 0:
+        if 0 < obstacles <= len(stood_at) and now > st[BASE] and asked[PER_ANSWER] != 0:
             before = (now - 1 - st[BASE]) * st[CAPACITY]
             for k in range(obstacles):
                 new[k] = tracks[before + k] == 0
             live_search(
                 where, step_x, step_y, new, obstacles, now, now - 1, asked[KNOWN], stood_at, since, horizon, velocity,
-                most_stays, margin, asked[LIMIT], st[ROBOT], walkable, inside, stride, kind_of,
+                most_stays, margin, asked[PER_ANSWER], st[ROBOT], walkable, inside, stride, kind_of,
                 free, offset, via, across, price, toll, steps_left, rest, goal,
                 slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
                 arrive, paid, came, done, heap, place, key, tie, path, enter, asked[ROUTE_CELLS], result, halt,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lampyris.kernels.adgso import walk as w
 from lampyris.kernels.adgso.lookahead_walk import KNOWN
 from lampyris.kernels.adgso.next_steps import next_steps
-from lampyris.kernels.simulation.asking import ASKED_STATE, HEMMED_AT, LIMIT, advance_adgso
+from lampyris.kernels.simulation.asking import ASKED_STATE, HEMMED_AT, PER_ANSWER, advance_adgso
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
@@ -63,7 +63,7 @@ class StepFinder:
             asked = np.zeros(ASKED_STATE, dtype=np.int64)
             rest = (self._pairs, *self._field, *self._rest)
             self._answers = AnswersInTicks(advance_adgso, asked, rest, self._path)
-        self._answers.asked[HEMMED_AT], self._answers.asked[LIMIT] = hemmed, limit
+        self._answers.asked[HEMMED_AT], self._answers.asked[PER_ANSWER] = hemmed, limit
         return self._answers
 
     def find(self, robot: int, closed: NDArray[np.int64], count: int) -> NextSteps | None:

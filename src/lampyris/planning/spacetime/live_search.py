@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels.simulation.asking import ASKED_STATE, KNOWN, LIMIT, ROUTE_CELLS, SPENT, advance_sipp
+from lampyris.kernels.simulation.asking import (
+    ASKED_STATE,
+    KNOWN,
+    PER_ANSWER,
+    ROUTE_CELLS,
+    SPENT,
+    advance_sipp,
+)
 from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
 from lampyris.model.change import Change
@@ -140,7 +147,7 @@ class LiveSearch:
             asked = np.zeros(ASKED_STATE, dtype=np.int64)
             self._answers = AnswersInTicks(advance_sipp, asked, rest, self._route, self._enter)
         asked = self._answers.asked
-        asked[LIMIT], asked[KNOWN], asked[ROUTE_CELLS] = limit, self._known, self._length
+        asked[PER_ANSWER], asked[KNOWN], asked[ROUTE_CELLS] = limit, self._known, self._length
         return self._answers
 
     def answered(self, asked: NDArray[np.int64]) -> None:

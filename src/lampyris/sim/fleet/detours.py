@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
-from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris.typing import BoolGrid, Cell
 
@@ -26,6 +25,8 @@ def goals_around(
     -------
     The goals by robot, and the robots that cannot come to their own.
     """
+    from scipy import ndimage  # bits: labels, whole numbers
+
     labels = ndimage.label(~np.asarray(blocked))[0]
     made: dict[int, Cell] = {}
     lost = []

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris.kernels.fleet import lacam as lacam_kernels
 from lampyris.model.fleet.fleet import Agent, Fleet
@@ -202,6 +201,8 @@ class LifelongRun:
             blocked[self.places[k][1], self.places[k][0]] = True
         self._blocked = blocked
         self._walled = replace(self._grid, blocked=blocked)
+        from scipy import ndimage  # bits: labels, whole numbers
+
         self._labels = ndimage.label(~blocked)[0]
         self._active = [i for i in range(len(self.places)) if i not in self._gone]
         if not self._active:

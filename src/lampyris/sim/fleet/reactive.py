@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage  # bits: a shortcut that changes no result
 
 from lampyris._core.limits import MEMORY
 from lampyris.kernels.fleet_motion import orca as kernels
@@ -117,6 +116,8 @@ def _close(grid: Grid, reach: float) -> NDArray[np.uint8]:
     """Cells in which a robot may have a wall or the edge of the map within reach, metres; uint8 (cells,)."""
     free = np.pad(~grid.blocked, 1)
     # From the centre of a cell to that of the nearest wall: each may be half a diagonal nearer.
+    from scipy import ndimage  # bits: a shortcut that changes no result
+
     far = ndimage.distance_transform_edt(free)[1:-1, 1:-1] - math.sqrt(2.0) - 1e-9
     return np.ascontiguousarray(far * grid.resolution < reach).view(np.uint8).ravel()
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import ndimage  # bits: labels, whole numbers
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
@@ -39,6 +38,8 @@ def walkers(
     if count == 0:
         return ()
     blocked = ~free_cells(grid, radius)
+    from scipy import ndimage  # bits: labels, whole numbers
+
     labels, regions = ndimage.label(~blocked)
     if regions == 0:
         raise SettingError.of(
