@@ -556,12 +556,39 @@ def _cross_sides(
             )  # fmt: skip
 
 
+@kernel(out=("points",))
+def _bends(nodes, last, points):
+    """Write the roots on the chain of parents down, the last first, without those where the path goes straight on;
+    return how many."""
+    count = 0
+    at = int(last)
+    while at >= 0:
+        x = nodes[u64(FIELDS * at)] + 0
+        y = nodes[u64(FIELDS * at + 1)] + 0
+        at = int(nodes[u64(FIELDS * at + 8)])
+        if count > 0:
+            bx = points[u64(2 * count - 2)]
+            by = points[u64(2 * count - 1)]
+            if bx == x and by == y:
+                continue
+            if (
+                count > 1
+                and _side_of(points[u64(2 * count - 4)], points[u64(2 * count - 3)], bx, by, x, y) == 0
+            ):
+                count -= 1
+        points[u64(2 * count)] = x
+        points[u64(2 * count + 1)] = y
+        count += 1
+    return count
+
+
 @kernel(
-    out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "state"), each=600
+    out=("open_to", "best", "seen", "port_best", "port_seen", "nodes", "f", "h", "g", "heap", "place", "points", "state"),
+    each=600,
 )  # fmt: skip
 def polyanya(
     owner, corner, stride, rects, first, sides, port_first, ports, out, open_to, sx, sy, gx, gy, budget, run,
-    best, seen, port_best, port_seen, nodes, f, h, g, heap, place, state, halt,
+    best, seen, port_best, port_seen, nodes, f, h, g, heap, place, points, state, halt,
 ):  # fmt: skip
     """The shortest path in the plane between two lattice points that are no blocked square's inside.
 
@@ -575,8 +602,8 @@ def polyanya(
     best, seen, port_best, port_seen : float64 and int32 (n,), scratch, ``seen`` 0 before the first run.
     nodes : int64 (10 m,); f, h, g : float64 (m,); heap, place : int32 (m + 1,), (m,): scratch, heap[0] is 0. Where m
         nodes are too few, FULL is returned.
-    state : int64 (5,): nodes made; scratch; the ending; nodes expanded; the last node. Turning points, the goal first,
-        are the roots on the chain of parents.
+    points : int64 (2 m,): x and y of the turning points, the goal first, the start last.
+    state : int64 (5,): nodes made; turning points; the ending; nodes expanded; the last node.
     """
     heap[0] = 0
     state[0] = 0
@@ -713,6 +740,7 @@ def polyanya(
         hand = _sort_in(made, state[0], nodes, f, h, heap, place)
     state[2] = ending
     state[3] = expanded
+    state[1] = _bends(nodes, int(state[4]), points) if ending == FOUND else 0
 
 
 @kernel(out=("path",), each=2000, of=PATH)
