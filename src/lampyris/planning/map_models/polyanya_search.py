@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels import loading
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE
-from lampyris.kernels.map_models.polyanya import (
-    FIELDS,
-    FOUND,
-    FULL,
-    TOWARDS_X,
-    TOWARDS_Y,
-    TURN,
-    polyanya,
-    rectangles,
-    walk_along,
-)
+from lampyris.kernels.map_models.polyanya import FIELDS, FOUND, FULL, polyanya, walk_along
+from lampyris.kernels.map_models.rectangle_mesh import TOWARDS_X, TOWARDS_Y, TURN, rectangles
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
 from lampyris.planning.graph.any_angle_search import AnyAngleSearch
@@ -52,7 +43,7 @@ def searching(
 
 
 class Mesh:
-    """Rectangles of free squares, and where paths may turn; see :mod:`lampyris.kernels.map_models.polyanya`.
+    """Rectangles of free squares, and where paths may turn; see :mod:`lampyris.kernels.map_models.rectangle_mesh`.
 
     Memory: 7 bytes a cell, and 60 to 150 a rectangle.
 
@@ -181,13 +172,13 @@ class PolyanyaSearch:
                 -1 if budget is None else budget, self._runs, self._best, self._seen, self._port_best,
                 self._port_seen, self._nodes, *self._keys, self._heap, self._place, self._points, self._state,
             )  # fmt: skip
-            _, bends, ending, expanded, _ = self._state.tolist()
+            _, turns, ending, expanded, _ = self._state.tolist()
             if ending != FULL:
                 break
             self._room(4 * len(self._place))
         if ending != FOUND:
             return ending, expanded, None
-        points: _Ints = self._points[: 2 * bends].reshape(-1, 2)[::-1].copy()
+        points: _Ints = self._points[: 2 * turns].reshape(-1, 2)[::-1].copy()
         return ending, expanded, points
 
     def _find(self, start: Cell, goal: Cell, budget: int | None, shut: list[Cell]) -> SearchResult:
