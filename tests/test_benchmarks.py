@@ -92,7 +92,7 @@ def test_the_page_tells_claims_tables_and_figures() -> None:
     one = section(figure(1.0, 9.0), verdicts=claims, tables=(table,), about={"python": "3"})
     two = section(figure(2.0, 50.0, asked=30), name="query", title="Queries, all of them")
     text = page([json.loads(json.dumps(s.record())) for s in (one, two)])
-    assert "- [Fields](#fields): 1 hold, **1 short**" in text
+    assert "- [Fields](#fields): 1 hold, **1 short** (0 with the limit shown)" in text
     assert "(#queries-all-of-them)" in text
     assert "- holds: quick" in text
     assert "- **SHORT**: small" in text
@@ -101,6 +101,50 @@ def test_the_page_tells_claims_tables_and_figures() -> None:
     # A section with tables of its own gets no other; one without shows its figures.
     assert "9 x" not in text
     assert "| 25 x (asked: 30) |" in text
+
+
+def test_a_short_claim_has_its_limit_below_it_or_says_that_none_is_known() -> None:
+    from benchmarks.figures import Figure, Spread, Verdict
+    from benchmarks.limits import limit_of
+    from benchmarks.page import page
+
+    def one(middle: float) -> Spread:
+        return Spread(middle, middle, middle, 1)
+
+    task = "repair, 128 octile, 1 anywhere"
+    figures = (
+        Figure(f"{task}, cold", "us", one(90.0), "solving anew", one(180.0)),
+        Figure(f"{task}, warm", "us", one(10.0), "solving anew", one(100.0)),
+    )
+    claims = (
+        Verdict(False, f"{task}, cold: at least 3 times as quick as solving anew: 2.0"),
+        Verdict(False, "another: 1"),
+    )
+    record = section(*figures, name="repair", verdicts=claims).record()
+    limit = limit_of(record, claims[0].text)
+    assert "90 us with caches cold, 10 of them with caches warm" in limit
+    assert "at least 3 times as quick as solving anew: 10, holds" in limit
+    assert limit_of({**record, "name": "query"}, claims[0].text) == ""
+    text = page([record])
+    assert "**2 short** (1 with the limit shown)" in text
+    assert text.count("No limit of it has been measured.") == 1
+
+
+def test_fields_are_limited_by_the_same_loops_in_native_code_on_the_maps_that_fall_short() -> None:
+    from benchmarks.figures import Figure, Spread
+    from benchmarks.limits import NATIVE, limit_of
+
+    def one(middle: float) -> Spread:
+        return Spread(middle, middle, middle, 1)
+
+    figures = (
+        Figure("stages, 512 maze, dissertation", "ns a cell", one(16.0), NATIVE, one(16.0)),
+        Figure("stages, 512 open, dissertation", "ns a cell", one(9.0), NATIVE, one(3.0)),
+    )
+    record = section(*figures, name="field").record()
+    claim = "beside tcod, every map: at least 18 times as good: 6 to 20, in 1 of 2; short of it: 512 maze, dissertation (6)"
+    assert "16.0 ns a cell on these maps, ours 16.0" in limit_of(record, claim)
+    assert limit_of(record, "beside tcod, every map: at least 18 times as good: 512 rooms, octile (6)") == ""
 
 
 def test_comparing_finds_what_got_worse_and_only_that() -> None:

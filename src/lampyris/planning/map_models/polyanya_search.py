@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels import loading
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE
-from lampyris.kernels.map_models.polyanya import (
-    FIELDS,
-    FOUND,
-    FULL,
-    TOWARDS_X,
-    TOWARDS_Y,
-    TURN,
-    polyanya,
-    rectangles,
-    walk_along,
-)
+from lampyris.kernels.map_models.polyanya import FIELDS, FOUND, FULL, polyanya, walk_along
+from lampyris.kernels.map_models.rectangle_mesh import TOWARDS_X, TOWARDS_Y, TURN, rectangles
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
 from lampyris.planning.graph.any_angle_search import AnyAngleSearch
@@ -52,7 +43,7 @@ def searching(
 
 
 class Mesh:
-    """Rectangles of free squares, and where paths may turn; see :mod:`lampyris.kernels.map_models.polyanya`.
+    """Rectangles of free squares, and where paths may turn; see :mod:`lampyris.kernels.map_models.rectangle_mesh`.
 
     Memory: 7 bytes a cell, and 60 to 150 a rectangle.
 
@@ -96,7 +87,7 @@ class Mesh:
 class PolyanyaSearch:
     """Shortest paths in the plane on one map.
 
-    Memory: 31 bytes a cell, 115 a node of the largest search, and see :class:`Mesh`.
+    Memory: 31 bytes a cell, 131 a node of the largest search, and see :class:`Mesh`.
 
     Parameters
     ----------
@@ -122,6 +113,7 @@ class PolyanyaSearch:
 
     def _room(self, nodes: int) -> None:
         self._nodes = np.empty(FIELDS * nodes, dtype=np.int64)
+        self._points = np.empty(2 * nodes, dtype=np.int64)
         self._keys = [np.empty(nodes) for _ in range(3)]
         self._heap, self._place = np.zeros(nodes + 1, dtype=np.int32), np.zeros(nodes, dtype=np.int32)
 
@@ -178,26 +170,16 @@ class PolyanyaSearch:
             polyanya(
                 m.owner, m.corner, m.stride, m.rects, m.first, m.sides, m.port_first, m.ports, m.out, m.open_to, *ends,
                 -1 if budget is None else budget, self._runs, self._best, self._seen, self._port_best,
-                self._port_seen, self._nodes, *self._keys, self._heap, self._place, self._state,
+                self._port_seen, self._nodes, *self._keys, self._heap, self._place, self._points, self._state,
             )  # fmt: skip
-            _, _, ending, expanded, at = self._state.tolist()
+            _, turns, ending, expanded, _ = self._state.tolist()
             if ending != FULL:
                 break
             self._room(4 * len(self._place))
         if ending != FOUND:
             return ending, expanded, None
-        points: list[tuple[int, int]] = []
-        nodes = self._nodes
-        while at >= 0:
-            x, y, at = int(nodes[FIELDS * at]), int(nodes[FIELDS * at + 1]), int(nodes[FIELDS * at + 8])
-            if points and points[-1] == (x, y):
-                continue
-            if len(points) > 1:
-                (ax, ay), (bx, by) = points[-2:]
-                if (bx - ax) * (y - by) == (by - ay) * (x - bx):
-                    points.pop()
-            points.append((x, y))
-        return ending, expanded, np.array(points[::-1], dtype=np.int64)
+        points: _Ints = self._points[: 2 * turns].reshape(-1, 2)[::-1].copy()
+        return ending, expanded, points
 
     def _find(self, start: Cell, goal: Cell, budget: int | None, shut: list[Cell]) -> SearchResult:
         ending, expanded, points = self.turning_points(start, goal, budget)
