@@ -37,7 +37,7 @@ export function field(setting, give) {
     : setting.choices ? choice(setting, id, give) : typed(setting, id, give);
   one.control.id = id;
   const about = setting.about;
-  const known = setting.title && setting.title !== setting.name ? ` (${setting.name})` : "";
+  const known = setting.title && setting.allowed && setting.title !== setting.name ? ` (${setting.name})` : "";
   const words = `${(about && about !== setting.allowed ? about : setting.allowed) || ""}${known}`;
   if (words) {
     const hint = el("p", { class: "hint about", id: `${id}-about`, hidden: true }, words);

@@ -549,7 +549,7 @@ export class Fleet {
     if (tool === "wall") return this.swarm.on ? "Paint walls, then simulate." : "Paint a wall: the fleet is planned again around it.";
     if (tool === "free") return "Erase walls.";
     if (tool === "pan") return "Drag the map. Wheel or pinch zooms.";
-    if (this.swarm.on) return this.swarm.last ? "Play (Space)." : "Choose a number of robots and simulate.";
+    if (this.swarm.on) return this.swarm.last ? "Play it." : "Choose a number of robots and simulate.";
     return this.run ? "Click a robot: its path, where it waits, its goal." : "Choose a number of robots and plan.";
   }
 

@@ -10,6 +10,8 @@ import { button, el } from "./make.js";
 import { nodesPart } from "./nodes.js";
 import { mark } from "./timeline.js";
 
+/** Fingers, and hardly a keyboard. */
+const TOUCH = matchMedia("(pointer: coarse)");
 /** Milliseconds between two changes of what is seen. */
 const SELDOM = 100;
 /** Milliseconds between two sentences that are read aloud while it plays. */
@@ -160,6 +162,7 @@ class Status {
     else this._now(page.driver?.turned(run, tick) || going(run, tick, cause));
     const drive = run.step !== undefined;
     set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+      : TOUCH.matches ? `${drive ? "" : "Paint a wall, and it replans. "}Drag the line under the map to another moment.`
       : drive ? "Space pauses, the keys , and . step by a twentieth of a second."
       : "Paint a wall (B), and it replans. Space pauses, the keys , and . step by a tick.");
 
