@@ -76,14 +76,22 @@ sphinx_gallery_conf = {
 suppress_warnings = ["config.cache", "etoc.toctree"]
 
 EMPTY_HEAD = re.compile(r'<th class="head[^"]*"><p></p></th>')
+LONG_SIGNATURE = re.compile(r'<dl>\s*((?:<dd><em class="sig-param">.*?</em>,?</dd>\s*)+)</dl>', re.DOTALL)
 
 
-def _plain_corners(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
-    """An empty cell in a table's head becomes a plain cell: a screen reader would announce an empty heading."""
+def _readable(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """What a screen reader would announce wrongly: an empty heading of a table becomes a plain cell, and a
+    signature of several lines, a list of definitions without terms, becomes lines."""
     if "body" in context:
-        context["body"] = EMPTY_HEAD.sub("<td></td>", context["body"])
+        body = EMPTY_HEAD.sub("<td></td>", context["body"])
+        context["body"] = LONG_SIGNATURE.sub(_lines, body)
+
+
+def _lines(found: re.Match[str]) -> str:
+    lines = found[1].replace("<dd>", '<span class="sig-line">').replace("</dd>", "</span>")
+    return f'<span class="sig-lines">{lines}</span>'
 
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
-    app.connect("html-page-context", _plain_corners)
+    app.connect("html-page-context", _readable)

@@ -1,6 +1,12 @@
 // What the theme leaves out for those who use a screen reader or the keyboard alone.
 
 document.addEventListener("DOMContentLoaded", () => {
+  // The search page has none.
+  if (!document.querySelector("h1")) {
+    const heading = document.createElement("h1");
+    heading.textContent = document.title.split(" - ")[0];
+    document.querySelector("article")?.prepend(heading);
+  }
   for (const caption of document.querySelectorAll(".caption[role=heading]")) caption.setAttribute("aria-level", "2");
   for (const [place, name] of [["sidebar-drawer", "All pages"], ["toc-drawer", "This page"]]) {
     document.querySelector(`aside.${place}`)?.setAttribute("aria-label", name);

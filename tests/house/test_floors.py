@@ -43,7 +43,7 @@ def test_the_pinned_versions_are_not_below_the_floors(tool: ModuleType) -> None:
 @pytest.mark.parametrize(
     ("name", "python", "least", "why"),
     [
-        ("typer", "3.11", "0.15.4", "with earlier ones `plan --help` is an exit 6 beside click 8.2"),
+        ("typer", "3.11", "0.20", "with earlier ones `study` is an exit 6"),
         ("pyyaml", "3.12", "6.0.1", "6.0 has no wheel for it, and does not build"),
         ("pyyaml", "3.13", "6.0.2", "6.0.1 has no wheel for it"),
         ("numba", "3.13", "0.61", "0.60 has no wheel for it"),

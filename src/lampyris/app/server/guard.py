@@ -122,6 +122,10 @@ class Guard:
         self._large = asyncio.Semaphore(LARGE_AT_ONCE)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket":
+            # There are none; older versions of Starlette would take this for a fault of their own.
+            await send({"type": "websocket.close", "code": 1000, "reason": ""})
+            return
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return

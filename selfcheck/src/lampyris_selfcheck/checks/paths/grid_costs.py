@@ -78,8 +78,9 @@ def costs_to(
         legal[:, k] = here
         entered[:, k] = prices[kind] * weights[at]
     back = np.array([-(dy * width + dx) for (dx, dy), _ in table])
-    other = (np.arange(at.size)[:, None] + back)[legal]
-    pointers = np.concatenate(([0], np.cumsum(legal.sum(axis=1))))
+    # int32: SciPy before 1.14 takes no others here.
+    other = (np.arange(at.size)[:, None] + back)[legal].astype(np.int32)
+    pointers = np.concatenate(([0], np.cumsum(legal.sum(axis=1)))).astype(np.int32)
     graph = csr_array((entered[legal], other, pointers), shape=(at.size, at.size))
     found = dijkstra(graph, directed=True, indices=[y * width + x for x, y in goals])
     reached = np.isfinite(found)
