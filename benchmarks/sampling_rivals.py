@@ -35,14 +35,11 @@ class OmplPlane:
     ----------
     planner : its name.
     room : of :func:`room_for`.
-    seconds : its limit.
+    seconds : its limit, of processor time.
     checked : cells between two points of a line that it looks at.
-    of_processor : whether its limit is of processor time, which Python looks up, or by the clock.
     """
 
-    def __init__(
-        self, planner: str, room: np.ndarray, seconds: float, checked: float, *, of_processor: bool = True
-    ) -> None:
+    def __init__(self, planner: str, room: np.ndarray, seconds: float, checked: float) -> None:
         from ompl import base, geometric, util
 
         util.noOutputHandler()
@@ -54,7 +51,7 @@ class OmplPlane:
             bounds.setLow(axis, 0.0)
             bounds.setHigh(axis, end / PARTS - 1e-9)
         self._space.setBounds(bounds)
-        self._room, self._of_processor = room, of_processor
+        self._room = room
         free = room.astype(np.uint8).tobytes()
 
         def is_free(state: Any) -> bool:
@@ -90,7 +87,7 @@ class OmplPlane:
         )
         setup.setPlanner(getattr(self._geometric, self._planner)(setup.getSpaceInformation()))
         begin = time.thread_time_ns()
-        solve_within(setup, self._seconds, of_processor=self._of_processor)
+        solve_within(setup, self._seconds, of_processor=True)
         spent = (time.thread_time_ns() - begin) / 1e9
         if not setup.haveExactSolutionPath():
             return Judged(max(spent, self._seconds), None)
