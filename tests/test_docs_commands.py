@@ -31,6 +31,7 @@ NOT_RUN = {
     "lampyris study unknown-maps": "minutes",
     "lampyris study fleets.yaml": "minutes; the file is tested by test_docs_studies.py",
     "lampyris study export": "an extra (--parquet)",
+    "lampyris warm": "minutes; tested by test_warming.py",
     "lampyris reproduce": "minutes; `make check-nightly` runs it",
     "lampyris selfcheck": "hours; `make check-nightly` runs the checks",
     "lampyris tune": "an extra, and a study file of the reader's",
@@ -38,6 +39,7 @@ NOT_RUN = {
     "lampyris fleet random-64-64-10.map": "files of Moving AI Lab",
     "lampyris fleet floor.png --agents robots.yaml": "files of the reader's",
     "lampyris fleet floor.png --robots 20 --lifelong 500 --tasks": "files of the reader's",
+    "lampyris plan map.yaml --start 3,4": "a photograph of the reader's",
     "lampyris plan floor.yaml --keepout mask.yaml": "a mask of the reader's",
     "lampyris simulate env-1 --planner sipp --goal-track": "a track of the reader's",
     "lampyris simulate env-1 --planner dstar-lite --goal-track": "a track of the reader's",
@@ -134,10 +136,13 @@ def test_reasons_name_commands_of_the_docs() -> None:
 )
 def test_the_commands_of_a_page_run(page: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
+    if page.stem == "steering":
+        # Its robot is that of the other page.
+        text += "".join((ROOT / "docs/poses.md").read_text(encoding="utf-8").partition("`car.yaml`:")[1:])
     for name in ("floor.jpg", "photo.jpg"):
         shutil.copy(ROOT / "docs/img/photo.jpg", tmp_path / name)
     for name, block in re.findall(
-        r"^(?:.*`([\w.]+)`:\n\n)?```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL
+        r"^(?:[^\n]*`([\w.]+)`:\n\n)?```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL
     ):
         named = name or "".join(re.findall(r"\A# (\S+\.yaml)", block))
         if named:
