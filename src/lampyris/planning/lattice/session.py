@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -51,6 +52,10 @@ class PoseSession(SessionBase, Generic[M]):
     def _answer(self, search: M, budget: Budget | None) -> Plan:
         """Search from where the robot is to the goal."""
 
+    def _judged_by(self) -> Mapping[str, float]:
+        """Attributes by which the referee judges an answer of the planner."""
+        return {}
+
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""
         self._search, self._heuristic = None, None
@@ -88,8 +93,8 @@ class PoseSession(SessionBase, Generic[M]):
         if plan.status is Status.NO_PATH and obstacles:
             free = self._new_search()
             if self._answer(free, None).status is Status.FOUND:
-                return Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
-        return plan
+                plan = Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
+        return plan if plan.pose_path is not None else replace(plan, attributes=self._judged_by())
 
     def _forget_map(self) -> None:
         """The map is no longer what the search has."""
