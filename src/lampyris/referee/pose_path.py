@@ -63,14 +63,14 @@ def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
 
 def exact_ends_violation(plan: Plan, scene: Scene) -> str:
     """What of the ends contradicts a plan without a path, by its attributes (see :func:`check_pose_path`); empty: nothing."""
-    grid, told = scene.grid, plan.attributes
+    grid, stated = scene.grid, plan.attributes
     start, goal = scene.start_pose, scene.goal_pose
-    error = told.get("end_error", 1.5 * grid.resolution)
+    error = stated.get("end_error", 1.5 * grid.resolution)
     is_exact = error < 0.5 * grid.resolution
     for status, what, pose in ((Status.START_OCCUPIED, "start", start), (Status.GOAL_OCCUPIED, "goal", goal)):
         if pose is None or not is_exact:
             continue
-        reach = told.get("goal_tolerance", 0.0) if what == "goal" else 0.0
+        reach = stated.get("goal_tolerance", 0.0) if what == "goal" else 0.0
         if plan.status is status and _stands(pose, scene, 1 + EDGE):
             return f"the footprint is free of walls at the {what}"
         if plan.status is Status.NO_PATH and reach == 0.0 and not _stands(pose, scene, 1 - EDGE):
@@ -78,7 +78,9 @@ def exact_ends_violation(plan: Plan, scene: Scene) -> str:
     if plan.status is Status.NO_PATH and start is not None and goal is not None:
         away = math.hypot(start[0] - goal[0], start[1] - goal[1])
         turned = abs(math.remainder(start[2] - goal[2], 2 * math.pi)) + (1e-3 if is_exact else 0.3)
-        if away + error <= told.get("goal_tolerance", 0.0) and turned <= told.get("goal_yaw_tolerance", 0.0):
+        if away + error <= stated.get("goal_tolerance", 0.0) and turned <= stated.get(
+            "goal_yaw_tolerance", 0.0
+        ):
             return "the start is within the tolerances of the goal"
     return ""
 
