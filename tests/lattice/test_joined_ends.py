@@ -86,8 +86,8 @@ def test_costs_and_bounds_are_those_of_an_exhaustive_search_with_the_curves(
         exact += 1
         least, path = min(ends) / UNIT, plan.pose_path
         assert path is not None
-        told = plan.attributes.get("lattice_cost", path.cost_m)
-        assert told == pytest.approx(least, abs=1e-4)
+        stated = plan.attributes.get("lattice_cost", path.cost_m)
+        assert stated == pytest.approx(least, abs=1e-4)
         assert path.cost_m <= least + 1e-4
         assert path.lower_bound_m <= least + 1e-9
         for weight in (1.4, 3.0):

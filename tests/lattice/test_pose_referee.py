@@ -12,9 +12,10 @@ from shapely import affinity
 from shapely.geometry import MultiPolygon, box
 from shapely.geometry import Polygon as Shape
 
+import lampyris
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
-from lampyris.model.plan import Plan
+from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
@@ -153,3 +154,32 @@ def test_footprints_on_the_map_agree_with_shapely(cases: int) -> None:
             assert walls[hit[1], hit[0]]
             assert shape.intersects(box(hit[0] - 0.5, hit[1] - 0.5, hit[0] + 0.5, hit[1] + 0.5))
     assert cases // 10 < hits < cases
+
+
+@pytest.mark.parametrize("name", ["lattice", "hybrid-astar", "pose-rrt-connect", "pad"])
+def test_answers_without_a_path_state_what_they_are_judged_by(name: str) -> None:
+    """True ones are accepted; a planner whose ends are exact is held to the footprint there."""
+    walls = np.zeros((40, 60), dtype=bool)
+    walls[:, 30] = True
+    walls[:4, :4] = True
+    robot = Robot(footprint=CAR, drive="differential", turn_radius=0.8)
+    free, inside, beyond = (1.537, 1.512, 0.7), (0.15, 3.85, 0.0), (4.52, 2.03, 0.2)
+    exact = name in ("hybrid-astar", "pose-rrt-connect")
+    for start, goal, status in (
+        (free, beyond, Status.NO_PATH),
+        (inside, free, Status.START_OCCUPIED),
+        (free, inside, Status.GOAL_OCCUPIED),
+    ):
+        scene = Scene(Grid(walls, resolution=0.1), start_pose=start, goal_pose=goal, robot=robot)
+        plan = lampyris.plan(scene, name)
+        assert plan.status is status
+        assert plan.attributes["reverse_cost"] >= 1.0
+        assert check_plan(plan, scene) is None
+        for other in (Status.START_OCCUPIED, Status.GOAL_OCCUPIED, Status.NO_PATH):
+            wrong = other is not status and exact
+            assert (check_plan(replace(plan, status=other), scene) is not None) >= wrong
+    scene = Scene(Grid(walls, resolution=0.1), start_pose=free, goal_pose=(1.6, 1.5, 0.75), robot=robot)
+    lie = Plan(Status.NO_PATH, name, attributes={"goal_tolerance": 0.5, "goal_yaw_tolerance": 0.6})
+    broken = check_plan(lie, scene)
+    assert broken is not None
+    assert "tolerances" in broken.sentence

@@ -41,7 +41,7 @@ def scene_of(seed: int, drive: str, footprint: Polygon, side: int = 32) -> Scene
 
 
 def at_a_state(grid: Grid, pose: tuple[float, float, float]) -> tuple[float, float, float]:
-    """The nearest pose of the lattice, so that what shortcuts do is told from what curves to other poses cost."""
+    """The nearest pose of the lattice, so that what shortcuts do is apart from what curves to other poses cost."""
     (cell, heading), *_ = states_near(grid, 16, pose)
     x, y = grid.to_metres(cell).tolist()
     return x, y, math.remainder(angles(16)[heading], 2 * math.pi)

@@ -20,7 +20,7 @@ from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, st
 from lampyris.referee.plans.any_angle import lines_violation
 from lampyris.referee.plans.schedule import schedule_violation
 from lampyris.referee.plans.via_points import via_violation
-from lampyris.referee.pose_path import check_pose_path
+from lampyris.referee.pose_path import check_pose_path, exact_ends_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 
@@ -348,10 +348,14 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
 def _pose_ends_violation(plan: Plan, scene: Scene) -> Violation | None:
     """What no planner may say of ends that are poses.
 
-    Planners of the disc around the robot and of its footprint differ, a lattice moves an end by up to a cell, and a plan without
-    a path does not state how near to the goal it would have ended. So what is certain is judged: an end is not occupied where the
-    disc and two cells more are free; and no path is sought from where the base's cell and all around it are walls.
+    Planners of the disc around the robot and of its footprint differ, and a lattice moves an end by up to a cell. So what is
+    certain is judged: an end is not occupied where the disc and two cells more are free; and no path is sought from where the
+    base's cell and all around it are walls. A planner whose paths end exactly where they are asked to
+    (``attributes["end_error"]``) is held to the footprint at the pose; and nobody misses a goal whose tolerances the start is in.
     """
+    strict = exact_ends_violation(plan, scene)
+    if strict:
+        return Violation("status", "plan", f"{plan.status.value}, but {strict}")
     occupied = {Status.START_OCCUPIED: ("start", scene.start), Status.GOAL_OCCUPIED: ("goal", scene.goal)}
     stated = ""
     if plan.status in occupied:

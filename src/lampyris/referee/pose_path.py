@@ -9,7 +9,7 @@ import numpy as np
 
 from lampyris.model.grid import MAX_TERRAIN
 from lampyris.model.path import Pose, PosePath
-from lampyris.model.plan import Plan
+from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.referee.geometry.footprint import along_arc, overlapped, placed
 from lampyris.referee.geometry.pose_times import check_pose_times
@@ -31,6 +31,8 @@ TERRAIN_SLACK = 2e-3
 SAMPLED_DRIFT, SAMPLED_LOOSE, SAMPLED_DIGIT = 0.16, 0.021, 1.1e-4
 """Paths of primitives given by poses with few digits (``attributes["sampled"]``): radians that the direction of travel
 may miss the heading by, share of a turning radius, and metres or radians of the last digit."""
+EDGE = 2e-3
+"""Share by which a footprint is larger or smaller where its touching a wall is to be beyond doubt."""
 CHORDS = 8
 """Chords of a step that terrain is looked up along."""
 
@@ -57,6 +59,46 @@ def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
         k = int(outside.any(axis=1).argmax())
         return Violation("outside", f"pose {k}", f"the base at {path.poses[k, :2].tolist()} is off the map")
     return None
+
+
+def exact_ends_violation(plan: Plan, scene: Scene) -> str:
+    """What of the ends contradicts a plan without a path, by its attributes (see :func:`check_pose_path`); empty: nothing."""
+    grid, stated = scene.grid, plan.attributes
+    start, goal = scene.start_pose, scene.goal_pose
+    error = stated.get("end_error", 1.5 * grid.resolution)
+    is_exact = error < 0.5 * grid.resolution
+    for status, what, pose in ((Status.START_OCCUPIED, "start", start), (Status.GOAL_OCCUPIED, "goal", goal)):
+        if pose is None or not is_exact:
+            continue
+        reach = stated.get("goal_tolerance", 0.0) if what == "goal" else 0.0
+        if plan.status is status and _stands(pose, scene, 1 + EDGE):
+            return f"the footprint is free of walls at the {what}"
+        if plan.status is Status.NO_PATH and reach == 0.0 and not _stands(pose, scene, 1 - EDGE):
+            return f"the footprint touches a wall at the {what}"
+    if plan.status is Status.NO_PATH and start is not None and goal is not None:
+        away = math.hypot(start[0] - goal[0], start[1] - goal[1])
+        turned = abs(math.remainder(start[2] - goal[2], 2 * math.pi)) + (1e-3 if is_exact else 0.3)
+        if away + error <= stated.get("goal_tolerance", 0.0) and turned <= stated.get(
+            "goal_yaw_tolerance", 0.0
+        ):
+            return "the start is within the tolerances of the goal"
+    return ""
+
+
+def _stands(pose: Pose, scene: Scene, scale: float) -> bool:
+    """Whether the footprint, made larger or smaller around its base, touches no wall at a pose."""
+    grid = scene.grid
+    x, y = grid.frame.to_points(pose[0], pose[1]).tolist()
+    return overlapped(placed(_polygon(scene) * scale, x, y, pose[2] - grid.origin[2]), grid.blocked) is None
+
+
+def _polygon(scene: Scene) -> Floats:
+    """The footprint, or a polygon within the disc of the robot; cells."""
+    grid, robot = scene.grid, scene.robot
+    if robot.footprint is not None:
+        return np.array(robot.footprint) / grid.resolution
+    turns = 2 * math.pi * np.arange(DISC_VERTICES) / DISC_VERTICES
+    return np.column_stack((np.cos(turns), np.sin(turns))) * (robot.radius / grid.resolution)
 
 
 def _angle(turn: Floats) -> Floats:
@@ -130,11 +172,7 @@ def _check_steps(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
 def _check_footprint(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
     """The footprint at every pose and between them."""
     grid, robot = scene.grid, scene.robot
-    if robot.footprint is not None:
-        polygon = np.array(robot.footprint) / grid.resolution
-    else:
-        turns = 2 * math.pi * np.arange(DISC_VERTICES) / DISC_VERTICES
-        polygon = np.column_stack((np.cos(turns), np.sin(turns))) * (robot.radius / grid.resolution)
+    polygon = _polygon(scene)
     points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
     yaws = path.poses[:, 2] - grid.origin[2]
     turn = _angle(np.diff(yaws))

@@ -136,6 +136,10 @@ class HybridSession(PoseSession[HybridSearch]):
         self._settings = settings
         self._shape = shape_for(scene, settings)
 
+    def _judged_by(self) -> dict[str, float]:
+        """See :class:`PoseSession`."""
+        return self._settings.judged_by(self._scene.grid.resolution)
+
     def _new_search(self, obstacles: Iterable[Cell] = ()) -> HybridSearch:
         """The memory of a search on the map as it is now.
 

@@ -483,6 +483,10 @@ class LatticeSession(PoseSession[LatticeSearch]):
             self._search = self._new_search()
         return self._search.lattice_map
 
+    def _judged_by(self) -> dict[str, float]:
+        """See :class:`PoseSession`."""
+        return self._settings.judged_by(self._scene.grid.resolution)
+
     def _new_search(self, obstacles: Iterable[Cell] = ()) -> LatticeSearch:
         """The memory of a search on the map as it is now.
 

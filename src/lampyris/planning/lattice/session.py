@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -64,6 +65,10 @@ class PoseSession(SessionBase, Generic[M]):
         self._answer(search, None)
         return np.concatenate((np.zeros((0, 2), dtype=np.int32), *parts))
 
+    def _judged_by(self) -> Mapping[str, float]:
+        """Attributes by which the referee judges an answer of the planner."""
+        return {}
+
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""
         self._search, self._heuristic = None, None
@@ -101,8 +106,8 @@ class PoseSession(SessionBase, Generic[M]):
         if plan.status is Status.NO_PATH and obstacles:
             free = self._new_search()
             if self._answer(free, None).status is Status.FOUND:
-                return Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
-        return plan
+                plan = Plan(Status.HEMMED_IN, self._name, expansions=plan.expansions)
+        return plan if plan.pose_path is not None else replace(plan, attributes=self._judged_by())
 
     def _forget_map(self) -> None:
         """The map is no longer what the search has."""

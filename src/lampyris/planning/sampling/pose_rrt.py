@@ -171,6 +171,10 @@ class PoseRrtSession(PoseSession[HybridMap]):
         )
         self._cells: np.ndarray | None = None
 
+    def _judged_by(self) -> dict[str, float]:
+        """See :class:`PoseSession`."""
+        return self._settings.judged_by(self._scene.grid.resolution)
+
     def _new_search(self, obstacles: Iterable[Cell] = ()) -> HybridMap:
         """The map as it is now."""
         self._cells = None
