@@ -99,7 +99,7 @@ class PackedMap:
         """
         turn_bits(
             self.words, self.columns, self.east, self.west, self.south, self.north, self.stride, self.rise,
-            int(self._cutting), x, y,
+            int(self._cutting), np.ascontiguousarray(x), np.ascontiguousarray(y),
         )  # fmt: skip
 
 
