@@ -24,7 +24,9 @@ SIZES = {"desk": (1440, 900), "small desk": (1280, 720), "tablet": (834, 1112), 
 pytestmark = [
     needs_chromium,
     pytest.mark.nightly,
-    pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not there: tools/browser.sh axe fetches it by npm"),
+    pytest.mark.skipif(
+        not AXE.is_file(), reason="axe-core is not there: tools/browser.sh axe fetches it by npm"
+    ),
 ]
 
 
