@@ -144,7 +144,8 @@ class HybridSession(PoseSession[HybridSearch]):
         return HybridSearch(HybridMap(grid, shape, obstacles))
 
     def _noted(self, search: HybridSearch) -> list[Cells]:
-        search.expanded = noted = []
+        noted: list[Cells] = []
+        search.expanded = noted
         return noted
 
     def _start(self) -> Pose:

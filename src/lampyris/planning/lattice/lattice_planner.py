@@ -381,7 +381,8 @@ class LatticeSession(PoseSession[LatticeSearch]):
         return GuidedSearch(LatticeMap(grid, lattice, obstacles, self._cost_penalty))
 
     def _noted(self, search: LatticeSearch) -> list[Cells]:
-        search.expanded = noted = []
+        noted: list[Cells] = []
+        search.expanded = noted
         return noted
 
     def starts(self, lattice_map: LatticeMap) -> list[State]:

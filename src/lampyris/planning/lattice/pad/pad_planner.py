@@ -122,7 +122,8 @@ class PadSession(LatticeSession):
 
     def _noted(self, search: LatticeSearch) -> list[Cells]:
         assert isinstance(search, PadSearch)
-        search.expanded = search.hybrid.expanded = noted = []
+        noted: list[Cells] = []
+        search.expanded = search.hybrid.expanded = noted
         return noted
 
     def _forget_map(self) -> None:
