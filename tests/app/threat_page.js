@@ -17,7 +17,9 @@ window.couldRun = () => {
     for (const { name, value } of one.attributes) {
       const leads = ["href", "src", "action", "xlink:href", "srcdoc", "data", "formaction"].includes(name);
       if (name.startsWith("on")) found.push(`${tag} ${name}`);
-      if (leads && !/^(\/static\/|blob:|#)/.test(value)) found.push(`${tag} ${name}=${value}`);
+      // Named from the page, or from a module, which makes an address of the same server of it.
+      const own = value.startsWith(`${location.origin}/static/`) || /^(\/static\/|blob:|#)/.test(value);
+      if (leads && !own) found.push(`${tag} ${name}=${value}`);
     }
   }
   return found;
@@ -78,7 +80,8 @@ window.pressAll = async (panel, spared) => {
   for (const one of [...panel.querySelectorAll("input[type=checkbox], input[type=radio]")].slice(0, 12)) if (here(one)) one.click();
   for (const one of [...panel.querySelectorAll("input[type=number]")].slice(0, 10)) {
     if (!here(one)) continue;
-    one.stepUp();
+    if (one.step === "any") one.value = String(Number(one.value) + 1);
+    else one.stepUp();
     change(one);
   }
   for (const one of panel.querySelectorAll("select")) {
