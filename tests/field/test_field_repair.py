@@ -150,7 +150,7 @@ def test_costs_that_were_worked_out_alone_are_taken_over(moves: str, is_free: bo
     free[9, 12] = is_free
     free.flags.writeable = False
     shares = (1.0 - RHO, GAMMA, float(MOVES[moves].unit))
-    solved = fill(free, None, MOVES[moves], (12, 9), shares, glows=False)
+    solved = fill(free, None, MOVES[moves], (12, 9), shares, last="step")
     one = FieldRepairer(free, MOVES[moves], (12, 9), solved=solved)
     other = FieldRepairer(free, MOVES[moves], (12, 9))
     assert same(one.field, other.field)
