@@ -138,6 +138,20 @@ def test_a_session_begins_where_the_robot_is(drive: str) -> None:
         assert plan.attributes["end_error"] == pytest.approx(1e-4)
 
 
+@pytest.mark.parametrize("aside", [0.0, 2e-9, 3e-6, 4e-4, 2e-3])
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_session_begins_where_the_robot_is_however_near_a_state_that_is(drive: str, aside: float) -> None:
+    """A drive follows the path exactly, and so refuses one that begins a thousandth of a cell beside the robot."""
+    robot = Robot(footprint=FOOTPRINTS["square"], drive=drive, turn_radius=2.5)
+    pose = (5.5 + aside, 5.5, 0.0)
+    scene = Scene(Grid(np.zeros((20, 20), bool)), start_pose=pose, goal_pose=(15.3, 4.2, 2.4), robot=robot)
+    session = LatticePlanner().open(scene, np.random.default_rng(0))
+    plan = session.plan(Change(pose=pose))
+    assert plan.poses is not None
+    assert np.abs(plan.poses[0] - pose).max() < 1e-6
+    assert check_plan(plan, scene) is None
+
+
 def test_ends_within_the_tolerances_and_at_states_are_those_of_the_lattice() -> None:
     grid = Grid(np.zeros((30, 40), dtype=bool), resolution=0.1)
     robot = Robot(radius=0.1, drive="differential")

@@ -176,8 +176,8 @@ def test_answers_without_a_path_state_what_they_are_judged_by(name: str) -> None
         assert plan.attributes["reverse_cost"] >= 1.0
         assert check_plan(plan, scene) is None
         for other in (Status.START_OCCUPIED, Status.GOAL_OCCUPIED, Status.NO_PATH):
-            wrong = other is not status and exact
-            assert (check_plan(replace(plan, status=other), scene) is not None) >= wrong
+            if other is not status and exact:
+                assert check_plan(replace(plan, status=other), scene) is not None
     scene = Scene(Grid(walls, resolution=0.1), start_pose=free, goal_pose=(1.6, 1.5, 0.75), robot=robot)
     lie = Plan(Status.NO_PATH, name, attributes={"goal_tolerance": 0.5, "goal_yaw_tolerance": 0.6})
     broken = check_plan(lie, scene)

@@ -40,7 +40,7 @@ from lampyris.planning.lattice.poses import (
     to_cells,
 )
 from lampyris.planning.lattice.search import Found, LatticeSearch
-from lampyris.planning.lattice.session import NEAR, PoseSession
+from lampyris.planning.lattice.session import EXACT, NEAR, PoseSession
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.shortcut import LEAST_SAVING, ShortcutShape, shortened
 from lampyris.typing import Cell, Cells, Floats
@@ -203,16 +203,18 @@ class LatticeSession(PoseSession[LatticeSearch]):
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         limit = None if budget is None else budget.expansions
-        ends, spent = self._joined_ends(search.lattice_map), 0
-        if ends is not None:
+        first: Plan | None = None
+        spent = 0
+        # Curves that are free lead to few of the states: the nearest ones may be in another part of the lattice.
+        for ends in self._joined_ends(search.lattice_map).and_without():
             plan = self._between(search, ends, limit)
-            if plan.status is not Status.NO_PATH:
-                return plan
-            # Curves that are free lead to few of the states: the nearest ones may be in another part of the lattice.
-            spent = plan.expansions
-            limit = None if limit is None else max(limit - spent, 0)
-        plan = self._between(search, AT_STATES, limit)
-        return replace(plan, expansions=plan.expansions + spent)
+            spent += plan.expansions
+            if plan or plan.status is Status.LIMIT:
+                return replace(plan, expansions=spent)
+            first = plan if first is None else first
+            limit = None if limit is None else max(limit - plan.expansions, 0)
+        assert first is not None
+        return replace(first, expansions=spent)
 
     def _between(self, search: LatticeSearch, ends: Ends, limit: int | None) -> Plan:
         """The answer between poses that are joined to the lattice, or else the states nearest to them."""
@@ -227,35 +229,35 @@ class LatticeSession(PoseSession[LatticeSearch]):
             return self._searched(search, starts, goals, limit)
         return self._searched_joined(search, starts, goals, ends, limit)
 
-    def _joined_ends(self, lattice_map: LatticeMap) -> Ends | None:
-        """The poses at both ends that are no states of the lattice, joined to it; None: there are none."""
+    def _joined_ends(self, lattice_map: LatticeMap) -> Ends:
+        """The poses at both ends that are no states of the lattice, joined to it."""
         if not self._leaves_lattice(lattice_map):
-            return None
+            return AT_STATES
         grid, robot = self._scene.grid, self.curves()
         start = goal = None
-        if self._pose is not None and grid.contains(self._robot) and self._is_beside(self._pose):
+        if self._pose is not None and grid.contains(self._robot) and self._is_beside(self._pose, EXACT):
             start = joined_end(to_cells(grid, *self._pose), robot, lattice_map)
         asked = self._scene.goal_pose
-        if asked is not None and self._is_beside(asked) and not self._within(lattice_map, asked):
+        if asked is not None and self._is_beside(asked, NEAR) and not self._within(lattice_map, asked):
             if self._goal_end is None or self._goal_end[0] is not lattice_map:
                 self._goal_end = (
                     lattice_map,
                     joined_end(to_cells(grid, *asked), robot, lattice_map, into=True),
                 )
             goal = self._goal_end[1]
-        return Ends(start, goal) if start is not None or goal is not None else None
+        return Ends(start, goal)
 
     def _leaves_lattice(self, lattice_map: LatticeMap) -> bool:
         """Whether paths may leave the lattice along exact curves."""
         return self._shortcut and not len(lattice_map.price) and self._lattice.shape.primitives is None
 
-    def _is_beside(self, pose: Pose) -> bool:
-        """Whether a pose is farther from every state of the lattice than a note would say."""
+    def _is_beside(self, pose: Pose, near: float) -> bool:
+        """Whether a pose is at least so far from every state of the lattice, cells and radians."""
         turns, grid = self._lattice.angles, self._scene.grid
         x, y = grid.frame.to_points(pose[0], pose[1]).tolist()
         yaw = pose[2] - grid.origin[2]
         turned = abs(difference(turns[headings_near(turns, yaw)[0]], yaw))
-        return turned >= NEAR or distance((x, y), (math.floor(x + 0.5), math.floor(y + 0.5))) >= NEAR
+        return turned >= near or distance((x, y), (math.floor(x + 0.5), math.floor(y + 0.5))) >= near
 
     def _searched_joined(
         self, search: LatticeSearch, starts: list[State], goals: list[State], ends: Ends, limit: int | None

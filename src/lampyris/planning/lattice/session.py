@@ -22,6 +22,8 @@ from lampyris.typing import Cell, Cells
 
 M = TypeVar("M")
 """The memory of searches on one map."""
+EXACT = 1e-6
+"""Cells, and radians, by which a path that is driven may begin beside the robot's pose."""
 NEAR = 1e-3
 """Cells, and radians, by which an end may miss the pose that was asked for without a note."""
 

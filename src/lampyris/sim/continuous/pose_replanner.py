@@ -140,6 +140,7 @@ class PoseReplanner(Replanner):
         if self._begins_anywhere:
             steps = np.array(_ASIDE) * curve.resolution
             near = [one for step in steps.tolist() for one in (s + step, s - step)]
+            near += [*states[states > s][:1].tolist(), *states[states < s][-1:].tolist()]
             return [
                 (s, None),
                 *self._along(route, s, [at for at in near if 0.0 <= at <= curve.length], message),

@@ -93,6 +93,11 @@ class Ends(NamedTuple):
             parts.append(self.goal.curve(found.last))
         return first, np.concatenate(parts)
 
+    def and_without(self) -> tuple[Ends, ...]:
+        """These ends, then with the goal, the start, and both at the nearest states of the lattice."""
+        parts = (self, Ends(self.start, None), Ends(None, self.goal), Ends(None, None))
+        return tuple(dict.fromkeys(parts))
+
 
 def _same(one: Pose, other: Pose) -> bool:
     """Whether two poses are one."""
