@@ -11,7 +11,7 @@ import pytest
 from test_app_work import ask, only, refusal, state
 
 import lampyris
-from lampyris.app.engine.layers import own_order
+from lampyris.app.engine.layers import layer_of, own_order
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.errors import SettingError
 from lampyris.planning import registry
@@ -154,3 +154,19 @@ def test_the_layer_of_poses_is_that_of_the_scene_asked_about(
         assert np.array_equal(own, fresh)
         found.append(own)
     assert not np.array_equal(*found), "the scenes tell a stale answer from a fresh one"
+
+
+def test_the_layer_of_a_long_search_of_poses_is_the_search_from_the_goal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A planner of poses expands more than may be recorded: the layer is answered without the slow search."""
+    scenario = state(map="guide", start=[0, 9], goal=[7, 0], obstacles=[], planner="lattice")
+    asked = scenario_of_request({"scenario": scenario})
+    many = lampyris.plan(asked.scene, "lattice").expansions
+    for most, is_own in ((many, True), (many - 1, False)):
+        monkeypatch.setattr("lampyris.planning.graph.expanded.MOST_POSES", most)
+        monkeypatch.setattr("lampyris.app.engine.cache._kept", {})
+        assert only(ask("layer", scenario, layer="expanded"), "H")["own"] is is_own
+        values = layer_of("expanded", asked, 0, None)
+        assert np.isfinite(values).any()
+    assert values[asked.scene.goal[1], asked.scene.goal[0]] == 1
