@@ -381,7 +381,7 @@ ASKED: dict[str, str] = {
     "planning.graph.expanded.MOST_NS": NOT_INPUT + "time of a search that is recorded",
     "races.race.MOST_CALLS": NOT_INPUT + "planning calls that are timed",
     "model.race.race.MOST_RACERS": "app/test_app_race.py",
-    "planning.exploration.MOST_POSES": NOT_INPUT + "poses up to which a search is recorded",
+    "planning.graph.expanded.MOST_POSES": NOT_INPUT + "poses up to which a search is recorded",
     "planning.registry.LONGEST_TITLE": NOT_INPUT + "a longer beginning of a summary is no title",
     "planning.graph.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
     "app.server.request_parsing.MAX_JSON": "app/test_app_limits.py",

@@ -11,6 +11,7 @@ import pytest
 from test_app_work import ask, only, refusal, state
 
 import lampyris
+from lampyris.app.engine.layers import layer_of, own_order
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.errors import SettingError
 from lampyris.planning import registry
@@ -121,3 +122,51 @@ def test_a_question_without_planners_races_its_own() -> None:
     assert (
         only(ask("race", state(map="guide", obstacles=[], planner="dijkstra")), "H")["planner"] == "dijkstra"
     )
+
+
+@pytest.mark.parametrize("change", ["start yaw", "goal yaw", "drive", "turning radius", "footprint"])
+def test_the_layer_of_poses_is_that_of_the_scene_asked_about(
+    change: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two questions in one process that differ in what only planners of poses look at."""
+    monkeypatch.setattr("lampyris.app.engine.cache._kept", {})
+    footprint = [[0.9, 0.5], [-0.9, 0.5], [-0.9, -0.5], [0.9, -0.5]]
+    robot = {"footprint": footprint, "drive": "ackermann", "turn_radius": 1.0}
+    first = {
+        "map": "env-3", "planner": "lattice", "obstacles": [], "robot": robot,
+        "start": {"cell": [5, 5], "yaw": 0.0}, "goal": {"cell": [15, 20], "yaw": 0.0},
+    }  # fmt: skip
+    second = {
+        "start yaw": {"start": {"cell": [5, 5], "yaw": 3.0}},
+        "goal yaw": {"goal": {"cell": [15, 20], "yaw": 3.0}},
+        "drive": {"robot": {**robot, "drive": "differential"}},
+        "turning radius": {"robot": {**robot, "turn_radius": 8.0}},
+        # The farthest vertex is as far from the base as before.
+        "footprint": {"robot": {**robot, "footprint": [[0.9, 0.5], [-0.9, 0.3], [-0.9, -0.3], [0.9, -0.5]]}},
+    }[change]
+    found = []
+    for more in ({}, second):
+        scenario = scenario_of_request({"scenario": state(**{**first, **more})})
+        own = own_order(scenario.scene, scenario)
+        fresh = expanded(registry.make("lattice", {}), scenario.scene)
+        assert own is not None
+        assert fresh is not None
+        assert np.array_equal(own, fresh)
+        found.append(own)
+    assert not np.array_equal(*found), "the scenes tell a stale answer from a fresh one"
+
+
+def test_the_layer_of_a_long_search_of_poses_is_the_search_from_the_goal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A planner of poses expands more than may be recorded: the layer is answered without the slow search."""
+    scenario = state(map="guide", start=[0, 9], goal=[7, 0], obstacles=[], planner="lattice")
+    asked = scenario_of_request({"scenario": scenario})
+    many = lampyris.plan(asked.scene, "lattice").expansions
+    for most, is_own in ((many, True), (many - 1, False)):
+        monkeypatch.setattr("lampyris.planning.graph.expanded.MOST_POSES", most)
+        monkeypatch.setattr("lampyris.app.engine.cache._kept", {})
+        assert only(ask("layer", scenario, layer="expanded"), "H")["own"] is is_own
+        values = layer_of("expanded", asked, 0, None)
+        assert np.isfinite(values).any()
+    assert values[asked.scene.goal[1], asked.scene.goal[0]] == 1

@@ -140,10 +140,27 @@ def test_a_search_that_nobody_asks_about_records_nothing() -> None:
 def test_too_many_poses_are_not_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, planner = scene_of_poses(), registry.make("lattice", {})
     plan = lampyris.plan(scene, planner)
-    monkeypatch.setattr(explored, "MOST_POSES", plan.expansions - 1)
+    monkeypatch.setattr(recorded, "MOST_POSES", plan.expansions - 1)
     looked = exploration(planner, scene, plan)
     assert looked.kind == "none"
     assert "too many to be recorded" in looked.note
+    assert recorded.expanded(planner, scene) is None
+
+
+@pytest.mark.parametrize("name", ["lattice", "pad", "hybrid-astar", "lattice-sipp", "pad-sipp"])
+def test_the_longest_record_has_as_many_poses_as_are_allowed(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, planner = scene_of_poses(), registry.make(name, {})
+    many = lampyris.plan(scene, planner).expansions
+    monkeypatch.setattr(recorded, "SLOW_POSES", {name: many})
+    order = recorded.expanded(planner, scene)
+    assert order is not None
+    assert len(order) == many
+    monkeypatch.setattr(recorded, "SLOW_POSES", {name: many - 1})
+    for module in ("lattice.search", "lattice.timed.search", "lattice.pad.around_goal", "hybrid.search"):
+        monkeypatch.setattr(f"lampyris.planning.{module}.run_noting", None)  # the slow form is not begun
+    assert recorded.expanded(planner, scene) is None
 
 
 def test_a_tree_is_its_lines() -> None:

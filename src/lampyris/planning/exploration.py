@@ -10,13 +10,11 @@ from lampyris.model.scene import Scene
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Planner
 from lampyris.planning.field.solve import solve_field
-from lampyris.planning.graph.expanded import MOST_CELLS, expanded
+from lampyris.planning.graph.expanded import MOST_CELLS, expanded, most_poses
 from lampyris.typing import Cells
 
 _NO_CELLS = np.zeros((0, 2), dtype=np.int32)
 _NO_LINES = np.zeros((0, 4))
-MOST_POSES = 40_000
-"""Poses of the longest record: a second or so of ``lattice`` in the plain form, seven of ``hybrid-astar``."""
 
 
 def exploration(planner: Planner, scene: Scene, plan: Plan) -> Exploration:
@@ -39,7 +37,7 @@ def exploration(planner: Planner, scene: Scene, plan: Plan) -> Exploration:
     if isinstance(planner, AdGso):
         return _field_and_rings(planner, scene, plan)
     poses = planner.traits.plans_headings
-    if poses and plan.expansions > MOST_POSES:
+    if poses and plan.expansions > most_poses(plan.planner):
         return _none(
             f"{plan.planner} expanded {plan.expansions:,} poses, too many to be recorded: only its path is shown."
         )

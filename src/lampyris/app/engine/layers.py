@@ -99,10 +99,11 @@ def _clearance(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:
 
 def own_order(scene: Scene, scenario: Scenario) -> Cells | None:
     """The cells that the scenario's planner expands at the beginning, in its order; None: it cannot say."""
-    settings = sorted(scenario.settings.items())
-    key = ("expanded", scenario.planner, repr(settings), scene.start, scene.goal, scene.moves.name)
+    settings = repr(sorted(scenario.settings.items()))
+    ends = (scene.start, scene.goal, scene.start_pose, scene.goal_pose)
+    key = ("expanded", scenario.planner, settings, *ends, scene.moves.name, scene.robot)
     planner = registry.make(scenario.planner, scenario.settings)
-    return keep((*key, scene.robot.radius), scene.grid, lambda: expanded(planner, scene))
+    return keep(key, scene.grid, lambda: expanded(planner, scene))
 
 
 def _expanded(scene: Scene, scenario: Scenario, obstacles: Any) -> Floats:

@@ -8,7 +8,7 @@ have put a branch into each expansion of every search.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -23,6 +23,10 @@ MOST_CELLS: Final = 600_000
 """Cells of the largest map that is searched for this: a second or so in the plain form."""
 MOST_NS: Final = 2_000_000_000
 """Nanoseconds of the plain form, about, that an order of expansion may take."""
+MOST_POSES: Final = 40_000
+"""Poses of the longest record of a planner of poses: a second or so of ``lattice`` in the plain form."""
+SLOW_POSES: Final[Mapping[str, int]] = {"hybrid-astar": 12_000}
+"""The same for planners that need longer for a pose in the plain form: about two seconds."""
 
 
 class Writes(list[Any]):
@@ -67,6 +71,11 @@ def run_noting(
     return result, writes.order()
 
 
+def most_poses(planner: str) -> int:
+    """Poses of the longest record of a planner of poses, by its name."""
+    return min(MOST_POSES, SLOW_POSES.get(planner, MOST_POSES))
+
+
 @runtime_checkable
 class Recordable(Protocol):
     """A session that can say in which order its search expands cells."""
@@ -81,7 +90,8 @@ def expanded(planner: Planner, scene: Scene) -> Cells | None:
     int32 (n, 2). Of ``jps`` these are jump points. A cell that is expanded twice is there twice.
 
     None where it cannot be said: other planners than those of graphs keep no record, and
-    on maps of more than :data:`MOST_CELLS` it would take too long, with slower searches on smaller ones.
+    on maps of more than :data:`MOST_CELLS` it would take too long, with slower searches on smaller ones, and with planners
+    of poses that expand more than :func:`most_poses`.
     """
     if scene.grid.blocked.size > MOST_CELLS:
         return None

@@ -16,6 +16,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
+from lampyris.planning.graph.expanded import most_poses
 from lampyris.planning.lattice.poses import difference, distance
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Cells
@@ -63,6 +64,11 @@ class PoseSession(SessionBase, Generic[M]):
         search = self._new_search()
         parts = self._noted(search)
         if parts is None:
+            return None
+        # The compiled search says first whether the plain one would take too long.
+        most = most_poses(self._name)
+        counted = self._answer(self._new_search(), Budget(expansions=most + 1))
+        if counted.status is Status.LIMIT or counted.expansions > most:
             return None
         self._answer(search, None)
         return np.concatenate((np.zeros((0, 2), dtype=np.int32), *parts))
