@@ -171,7 +171,11 @@ def _huge(figures: list[Figure], verdicts: list[Verdict]) -> Table:
 def refused(job: str, code: int, stderr: str) -> tuple[Verdict, str]:
     """Was a job of the huge map refused as a limit, in words and with exit code 5? And the words."""
     words = (stderr.strip().splitlines() or ["nothing said"])[0]
-    holds = code == 5 and words.startswith(("error[LIMIT]", "error[MEMORY]")) and "Traceback" not in stderr
+    # Memory that has run out has the same code, but names no limit.
+    limited = words.startswith("error[LIMIT]") or (
+        words.startswith("error[MEMORY]") and "; allowed: " in words
+    )
+    holds = code == 5 and limited and "Traceback" not in stderr
     text = f"{HUGE} x {HUGE}, {job.replace(':', ' ')}, is refused as a limit, exit code 5: exit code {code}"
     return Verdict(holds, text if holds else f"{text}, {words}"), words
 

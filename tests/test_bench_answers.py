@@ -83,6 +83,7 @@ def test_only_a_limit_is_a_refusal() -> None:
     from benchmarks.bench_memory import refused
 
     assert refused("plan:astar", 5, "error[LIMIT]: 268435456 cells\n")[0].holds
+    assert refused("plan:astar", 5, "error[MEMORY]: planning needs 25,607 MiB; allowed: 2,048 MiB\n")[0].holds
     for code, said in ((1, "Traceback ...\nerror[LIMIT]: x"), (5, "error[MEMORY]: x"), (0, ""), (-9, "")):
         verdict, _ = refused("plan:astar", code, said)
         assert not verdict.holds
