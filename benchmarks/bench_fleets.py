@@ -38,8 +38,8 @@ HOW = """All planners get the same map, starts and goals; the first scenario of 
 hand, else generated maps. Processor time of the thread, the middle of the rounds; each planner of ours plans once before. Ours:
 from the map and the robots to the paths, distance tables included; every plan, ours and theirs, is judged by the referee, outside
 of what is timed. pymapf (Python): `LaCAM().solve`, its first plan. cuplan: `PIBT(backend="cpu").solve`, NumPy; its other backend
-is CUDA, which is not at hand here. pathplanning (C++): its EECBS, weight 1.1; its search alone counts, not the graph that it makes
-before nor its own check of the paths, in Python both. w9-pathfinding (C++): its CBS with disjoint splitting and
+is CUDA, which is not at hand here. pathplanning (C++): its EECBS, weight 1.1; its search alone counts, not the graph that it
+makes before nor its own check of the paths, in Python both. w9-pathfinding (C++): its CBS with disjoint splitting and
 `edge_collision`; its grid is made before. A rival's call may take 30 s of wall time, so on a busy machine it may end with less
 processor time. An instance counts for a ratio if both solve it; what one of them does not solve is listed. `lacam` compared with
 cuplan's PIBT is a complete search compared with an incomplete rule. PIBT: steps of 10,000 robots on a random map of 256 x 256
