@@ -27,18 +27,18 @@ from lampyris.planning.field.solve import solve
 TITLE = "Fields"
 HOW = """Cost, parents and luciferin of every cell that can reach a goal in the middle, by the whole public
 call `lampyris.planning.field.solve.solve`, allocation and all, code compiled. Nanoseconds of this thread's processor
-time for each cell reached; everybody is called once a round. The rivals give less than that (parents would
+time for each cell reached; each implementation is called once a round. The other libraries compute less than that (parents would
 cost most of them more):
 
 {rules}
 
-Every answer of everybody is compared before the timing: scipy's costs with ours; tcod's with ours by 10 and
+All answers are compared before the timing: scipy's costs with ours; tcod's with ours by 10 and
 14; scikit-image's and dijkstra3d's with ours by octile moves that cut corners; graphs' with ours.
 
 Stages are the same call of ours with passes left out: "cost alone" allocates all three maps and fills the
 first. "C++" is the same loops by the compiler of this machine (`benchmarks/wavefront.cpp`), arrays made
 beforehand, equal to ours to the last bit: at -O3 for any processor of its kind, and with -march=native for
-this one, as numba compiles. "Floor" writes as many bytes as the answer has, once. All by turns.
+this one, as numba compiles. "Floor" writes as many bytes as the answer has, once. All are called alternately.
 
 Small maps are many different ones: one map again and again trains the processor's predictions and flatters
 code that branches. Mazes have corridors one cell wide: in the perfect one they are as long as can be and the

@@ -14,9 +14,9 @@ from lampyris.planning.registry import names
 
 TITLE = "First calls, by planner"
 HOW = """Seconds of processor time from the start of a process to its end, with the printed answer of
-`lampyris plan MAP --planner NAME` (the clock shows less where two threads work beside each other, and more where other
-processes run), every planner on cells with its own settings, each call a process of its own, planners in
-turns. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file. "First" is the first run on
+`lampyris plan MAP --planner NAME` (the clock shows less where two threads work at the same time, and more where other
+processes run), every planner on cells with its own settings, each call a process of its own, planners
+one after the other. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file. "First" is the first run on
 a machine, one run: no machine code of kernels is kept. "Again" is the middle of three later runs, which find what that
 first run kept. Byte code of Python is kept in both. "Imports of NumPy" is how many times as long as `python -c "import numpy"`,
 which is started after each planner, as `python -c "import numba"` is."""

@@ -34,15 +34,15 @@ from lampyris.sim.swarm.simulation import RobotSwarm
 from lampyris.swarms import three_peaks
 
 TITLE = "Fleets beside pymapf, cuplan, pathplanning and w9-pathfinding"
-HOW = """Same map, starts and goals for everybody; the first scenario of maps of the MovingAI MAPF benchmark if they are at hand,
-else generated maps. Processor time of the thread, the middle of the rounds; each planner of ours plans once before. Ours: from
-the map and the robots to the paths, distance tables included; every plan, ours and theirs, is judged by the referee, outside of
-what is timed. pymapf (Python): `LaCAM().solve`, its first plan. cuplan: `PIBT(backend="cpu").solve`, NumPy; its other backend is
-CUDA, which is not at hand here. pathplanning (C++): its EECBS, weight 1.1; its search alone counts, not the graph that it makes
-before nor its own check of the paths, in Python both. w9-pathfinding (C++): its CBS with disjoint splitting and
+HOW = """All planners get the same map, starts and goals; the first scenario of maps of the MovingAI MAPF benchmark if they are at
+hand, else generated maps. Processor time of the thread, the middle of the rounds; each planner of ours plans once before. Ours:
+from the map and the robots to the paths, distance tables included; every plan, ours and theirs, is judged by the referee, outside
+of what is timed. pymapf (Python): `LaCAM().solve`, its first plan. cuplan: `PIBT(backend="cpu").solve`, NumPy; its other backend
+is CUDA, which is not at hand here. pathplanning (C++): its EECBS, weight 1.1; its search alone counts, not the graph that it
+makes before nor its own check of the paths, in Python both. w9-pathfinding (C++): its CBS with disjoint splitting and
 `edge_collision`; its grid is made before. A rival's call may take 30 s of wall time, so on a busy machine it may end with less
-processor time. An instance counts for a ratio if both solve it; what one of them does not solve is listed. `lacam` beside
-cuplan's PIBT is a complete search beside an incomplete rule. PIBT: steps of 10,000 robots on a random map of 256 x 256
+processor time. An instance counts for a ratio if both solve it; what one of them does not solve is listed. `lacam` compared with
+cuplan's PIBT is a complete search compared with an incomplete rule. PIBT: steps of 10,000 robots on a random map of 256 x 256
 cells, 10 % blocked, the swap rule on, distance tables not counted. ORCA: 1,000 discs of radius 0.3 on 100 x 100 open cells
 of 1 m, 60 s in steps of 0.1 s, ten neighbours, 2 s ahead; RVO2 by pyrvo (C++), if it is installed, is given each disc's preferred
 velocity, straight to its goal, which ours works out in its step and which is not counted for theirs; pairs touch if they

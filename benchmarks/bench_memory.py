@@ -27,7 +27,7 @@ them; those that repair what they know keep it in two numbers of 64 bits and lin
 planners hold the ways of all their individuals and remember what steps between them cost. A plan's own
 processes are past the referee, with the map's gates and the optimum.
 
-Of rivals the costs are asked; scikit-image keeps where each cell was reached from besides, as we do, the
+The other libraries compute costs; scikit-image also keeps where each cell was reached from, as lampyris does, the
 others give costs alone. What they need made of the map first is counted, as it is for us (nothing). tcod and
 dijkstra3d, who write 32-bit costs into one array and keep no parents, need less than we do.
 

@@ -25,8 +25,8 @@ from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.referee import check_plan
 
 TITLE = "Poses"
-HOW = """The planner `pad` beside `lattice` at the same `weight`, from the same poses, cells of 0.125 m: states that each expands
-(cells and poses of all rounds and phases of `pad`; a round's shares are in `Plan.rounds`), and milliseconds of this
+HOW = """The planner `pad` compared with `lattice` at the same `weight`, from the same poses, cells of 0.125 m: states that each
+expands (cells and poses of all rounds and phases of `pad`; a round's shares are in `Plan.rounds`), and milliseconds of this
 thread's processor time for a call on an open session, the heuristic of the goal included for both. `lattice` settles an
 octile field of the whole map (about 10 ns a cell), `pad` the projected graph as far as the start (`settled`); neither is
 among the expansions. `lattice` is without its first try and without shortcuts. *motions*: of the path of `pad`. A search that

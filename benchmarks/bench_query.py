@@ -45,11 +45,11 @@ TITLE = "Queries"
 HOW = """The maps and queries are MovingAI's (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE
 TCIAIG 4(2), 2012), where they are at hand; two maps besides are made, on which jump point search is weak:
 35 % clutter, and a maze with corridors one cell wide. A query is timed with its path, by this thread's
-processor time; what is prepared once a map stands by itself. Queries go by blocks, and through each block
-everybody goes by turns, so that each works with the caches that it has filled itself. Times are geometric
-means over queries; the quartiles are of rounds. Every query is asked of {whole};
-the others get a sample spread evenly over the lengths ({sample} queries a map), and are held against jump
-point search on that sample alone; the table says of how many.
+processor time; what is prepared once a map stands by itself. Queries are divided into blocks; the
+implementations answer each block one after the other, so that each works with the caches that it has filled itself. Times are
+geometric means over queries; the quartiles are of rounds. Every query is answered by {whole};
+the others get a sample spread evenly over the lengths ({sample} queries a map), and are compared with jump
+point search on that sample alone; the table states its size.
 
 Ours:
 
@@ -63,8 +63,8 @@ Every length by our rules, ours or theirs, is compared with the published one. P
 
 {fields}
 
-In every round everybody gets its turn, and {whole} get equally many rounds. nano-astar is held against three
-of ours: the search alone, the public call in an open session (nano-astar's is a whole public call too; ours
+Each implementation is called in every round, and {whole} in equally many rounds. nano-astar is compared with three
+calls of lampyris: the search alone, the public call in an open session (nano-astar's is a whole public call too; ours
 keeps the packed map, which nano-astar has no way to keep), and a session opened anew for each query. How much
 of nano-astar's call is laying out its lists is told by what it takes between two neighbouring cells.
 

@@ -47,7 +47,7 @@ HOW = """Milliseconds of this thread's processor time, code compiled.
   obstacles and the referee included, by its periods of 0.1 s; then its periods alone, by compiled code and by the loop in
   Python, whose drives are equal to the last bit.
 
-By turns with TOPP-RA, everybody once a round; jerk and laws each by itself, again and again.
+lampyris and TOPP-RA are called alternately, once a round each; jerk and laws are measured each by itself, repeatedly.
 
 The limit of 1 ms is one of time, and so of this machine."""
 

@@ -21,7 +21,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.maps import random_map
 
 TITLE = "Start-up"
-HOW = """Seconds by the clock, each in a process of its own, in turns. Python's byte code is kept (it is after
+HOW = """Seconds by the clock, each in a process of its own, called alternately. Python's byte code is kept (it is after
 the first start of an installation); machine code of kernels is not yet there where it says "nothing kept",
 and is from then on. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file; the whole
 command line with its printed answer; "terrain" is a map with a price on every cell. "Bare" is
@@ -190,7 +190,7 @@ def _table(waits: Sequence[Wait], spreads: Mapping[str, Spread]) -> Table:
                 f"{s.middle / numpy:.1f}", "" if wait.most is None else f"{wait.most:g}",
             )
         )  # fmt: skip
-    heads = ("what", "seconds", "bare interpreters", "imports of NumPy", "seconds asked for")
+    heads = ("what", "seconds", "bare interpreters", "imports of NumPy", "target, seconds")
     return Table(heads, tuple(rows))
 
 

@@ -44,9 +44,9 @@ dissertation's rules and its speed law.
 - plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
   lampyris, and its field is there before.
 
-Before anything is timed, robot, obstacles and speeds of runs, public call and plain Python are compared. Rounds
-go through all contestants in turn. On one core times are of this thread's processor time; of two processes by the
-clock, beside one process by the clock, everything compiled.
+Before anything is timed, robot, obstacles and speeds of runs, public call and plain Python are compared. In each round
+all implementations are called one after the other. On one core times are of this thread's processor time; two processes are
+compared with one process by the clock, everything compiled.
 
 Runs and the public call place the obstacles and make a trace; the public call also has every tick refereed. The plain
 simulator does none of this. The field is there beforehand in all of them. A second table has the public call as it

@@ -34,8 +34,8 @@ which a session finds out once, is not counted. Milliseconds of this thread's pr
   left on the bare map), of equal sums the later tick first; it lays out occupied cells and forbidden steps in
   sets, as ours do in arrays. Its lists of the map are made before, as what ours know of the map is.
 - w9-pathfinding: `SpaceTimeAStar(grid).find_path`, C++. Its `ReservationTable` knows occupied cells and
-  swaps; crossings are told to it edge by edge. It arrives only where nobody passes the goal later, which we
-  do not ask, and so is left out on the small map, where somebody does.
+  swaps; crossings are added edge by edge. It arrives only where no obstacle passes the goal later, which lampyris
+  does not require, and so is left out on the small map, where one does.
 
 All must arrive at the same tick."""
 

@@ -66,7 +66,7 @@ def _in_sequence(claim: str, figures: Figures) -> str:
     shares = [a / b for a, b in zip(ours, theirs, strict=True)]
     return (
         f"steps in sequence, each cell after the one before: the same loops in {NATIVE} take {_ends(theirs, '.1f')} ns a "
-        f"cell on these maps, ours {_ends(ours, '.1f')}. Restated: at most {TIMES_NATIVE:g} times C++ on these maps: "
+        f"cell on these maps, lampyris {_ends(ours, '.1f')}. Restated: at most {TIMES_NATIVE:g} times C++ on these maps: "
         f"{_ends(shares)}, {_word(max(shares) <= TIMES_NATIVE)}"
     )
 
@@ -87,7 +87,7 @@ def _bytes_written(claim: str, figures: Figures) -> str:
     ]
     most = whole / cost
     return (
-        f"bytes written: {whole} a cell beside {cost}. Restated: at most as many times as long as it writes bytes, "
+        f"bytes written: {whole} a cell compared with {cost}. Restated: at most as many times as long as it writes bytes, "
         f"{most:.3g}: {_ends(shares)}, {_word(max(shares) <= most)}"
     )
 
@@ -130,8 +130,8 @@ def _result(claim: str, figures: Figures) -> str:
         rest[moves] = figures[f"field 4096, {moves}, whole process"].ours.middle - bytes_a_cell * CELLS / 1e6
     result = figures["field 4096, octile"].ours.middle * CELLS / 1e6
     return (
-        f"the result: exact octile costs have 64 bits, {result:.0f} MB in all. Restated: beside its result a process holds no "
-        f"more than with four-connected moves, to within 1 %: {rest['octile']:.0f} and {rest['four-connected']:.0f} MB, "
+        f"the result: exact octile costs have 64 bits, {result:.0f} MB in all. Restated: apart from its result a process holds "
+        f"no more than with four-connected moves, to within 1 %: {rest['octile']:.0f} and {rest['four-connected']:.0f} MB, "
         f"{_word(rest['octile'] <= 1.01 * rest['four-connected'])}"
     )
 

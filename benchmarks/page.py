@@ -10,11 +10,11 @@ from benchmarks.limits import limit_of
 _START = """# Benchmarks
 
 `make bench` runs everything below and writes this page and `docs/benchmarks.json`{took}. `make bench-quick`
-does less of it, prints and writes nothing. Contestants take turns in one run; the middle of repeated rounds
-counts, and the quartiles stand beside it. Ratios carry over to other machines, seconds do not.
-`make bench-compare OLD=FILE` holds a run against an older record, ratio by ratio.
+does less of it, prints the results and writes no file. Implementations are called alternately in one run; tables give the
+median of repeated rounds with the quartiles. Ratios carry over to other machines, seconds do not.
+`make bench-compare OLD=FILE` compares a run with an older record, ratio by ratio.
 
-A line that begins **SHORT** is a claim that does not hold on this machine. What limits it, measured in the same run, stands
+A line that begins **SHORT** is a claim that does not hold on this machine. What limits it, measured in the same run, is stated
 below it, with the claim as it holds.
 """
 
@@ -71,7 +71,7 @@ def figure_table(figures: list[Figure]) -> list[str]:
     for f in figures:
         ratio = "" if f.ratio is None else f"{f.ratio:.3g} x"
         if f.asked is not None:
-            ratio += f" (asked: {f.asked:g})"
+            ratio += f" (target: {f.asked:g})"
         rows.append(
             (
                 f.task,
@@ -83,7 +83,7 @@ def figure_table(figures: list[Figure]) -> list[str]:
                 f.note,
             )
         )
-    return markdown(("task", "ours (quartiles)", "unit", "rival", "rival's", "ratio", "note"), rows, "")
+    return markdown(("task", "lampyris (quartiles)", "unit", "compared with", "its result", "ratio", "note"), rows, "")
 
 
 def _notes(figures: list[Figure]) -> list[str]:

@@ -100,7 +100,7 @@ def test_the_page_tells_claims_tables_and_figures() -> None:
     assert "Measured with python 3." in text
     # A section with tables of its own gets no other; one without shows its figures.
     assert "9 x" not in text
-    assert "| 25 x (asked: 30) |" in text
+    assert "| 25 x (target: 30) |" in text
 
 
 def test_a_short_claim_has_its_limit_below_it_or_says_that_none_is_known() -> None:
@@ -143,7 +143,7 @@ def test_fields_are_limited_by_the_same_loops_in_native_code_on_the_maps_that_fa
     )
     record = section(*figures, name="field").record()
     claim = "beside tcod, every map: at least 18 times as good: 6 to 20, in 1 of 2; short of it: 512 maze, dissertation (6)"
-    assert "16.0 ns a cell on these maps, ours 16.0" in limit_of(record, claim)
+    assert "16.0 ns a cell on these maps, lampyris 16.0" in limit_of(record, claim)
     assert limit_of(record, "beside tcod, every map: at least 18 times as good: 512 rooms, octile (6)") == ""
 
 

@@ -66,6 +66,15 @@ def printed(page: Path) -> list[str]:
     return [re.split(r"\s+#\s", line)[0].strip() for line in lines]
 
 
+def shown(page: Path) -> list[str]:
+    """The commands under the pictures of a page and, of README, in the last column of its table of tasks."""
+    text = page.read_text(encoding="utf-8")
+    parts = re.findall(r"<sub>(.*?)</sub>", text, re.MULTILINE | re.DOTALL)
+    if page.name == "README.md":
+        parts += re.findall(r"^\| [^|]+ \| `[a-z]+` \| ([^|]+) \|$", text, re.MULTILINE)
+    return [line for part in parts for line in re.findall(r"`(lampyris [^`]+)`", part)]
+
+
 def words(line: str) -> list[str]:
     """Arguments of a command line, up to where the shell ends it."""
     found = shlex.split(line)[1:]
@@ -102,7 +111,10 @@ def test_the_program_takes_every_command_of_the_docs(tmp_path: Path, monkeypatch
     root = typer.main.get_command(app)
     above = root.make_context("lampyris", [], resilient_parsing=True)
     refused, read = [], 0
-    for page, line in lines():
+    below = [(str(page.relative_to(ROOT)), line) for page in PAGES for line in shown(page)]
+    assert len([page for page, _ in below if page == "README.md"]) > 20
+    assert len({page for page, _ in below}) > 5
+    for page, line in [*lines(), *below]:
         if PLACEHOLDER.search(line):
             continue
         try:
