@@ -83,7 +83,9 @@ def figure_table(figures: list[Figure]) -> list[str]:
                 f.note,
             )
         )
-    return markdown(("task", "lampyris (quartiles)", "unit", "compared with", "its result", "ratio", "note"), rows, "")
+    return markdown(
+        ("task", "lampyris (quartiles)", "unit", "compared with", "its result", "ratio", "note"), rows, ""
+    )
 
 
 def _notes(figures: list[Figure]) -> list[str]:
