@@ -2,7 +2,7 @@
 
 It opens the page as somebody does who starts the app for the first time, notes what the page asks about the scene, answers
 that with this tree, and writes src/lampyris/app/recorded/opening.gz. `tests/app/test_page_opening.py` compares it with
-what the page asks and with fresh answers.
+what the page asks, `tests/app/test_app_opening.py` with fresh answers.
 
 Needs Chromium and the development tools (`make test` installs both).
 """
@@ -49,16 +49,18 @@ def questions() -> dict[str, dict[str, Any]]:
         with subprocess.Popen(
             [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env
         ) as app:
-            assert app.stdout is not None
-            found = re.search(r"http://\S+", app.stdout.readline())
-            assert found is not None
-            browser = started.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-            tab = browser.new_page()
-            tab.on("request", note)
-            tab.goto(found[0])
-            tab.locator(".st-cause", has_text="moving obstacle").wait_for(timeout=60_000)
-            browser.close()
-            app.terminate()
+            try:
+                assert app.stdout is not None
+                found = re.search(r"http://\S+", app.stdout.readline())
+                assert found is not None
+                browser = started.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+                tab = browser.new_page()
+                tab.on("request", note)
+                tab.goto(found[0])
+                tab.locator(".st-cause", has_text="moving obstacle").wait_for(timeout=60_000)
+                browser.close()
+            finally:
+                app.terminate()  # else the end of this block waits for it
     return {verb: asked[verb] for verb in VERBS}
 
 

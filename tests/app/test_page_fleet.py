@@ -212,3 +212,51 @@ def test_glowworm_robots_are_simulated_and_counted(page: Any) -> None:
     assert number(page, "Iteration") == "80"
     assert [number(page, f"At source {k}") for k in range(3)] == [str(many) for many in trace.held[-1]]
     assert page.inner_text("#fleet [role=status]") == trace.sentence
+
+
+@pytest.mark.nightly
+def test_the_plan_of_a_comparison_avoids_walls_of_later_ticks(page: Any) -> None:
+    """A wall painted at tick 20 is in the compared plans, although tick 5 is shown when they are asked for."""
+    grid = lampyris.load_grid("env-3")
+    fleet = lampyris.random_fleet(grid, ROBOTS, seed=4)
+    plan = lampyris.plan_fleet(fleet, planner="pibt", seed=4)
+    page.click("#tab-fleet")
+    page.fill("#fleet-number", str(ROBOTS))
+    page.select_option("#fleet-planner", "pibt")
+    page.fill("#fleet-seconds", "0.5")
+    page.fill("#fleet-seed", "4")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    page.locator("#fleet-time").get_by_role("button", name="Pause").click()
+    tick_to(page, 20)
+    # Where the planner that is shown below would drive without the wall.
+    ends = {*fleet.starts, *fleet.goals}
+    here = {tuple(cell) for cell in np.concatenate([plan.at(20), plan.at(21)]).tolist()}
+    driven = [tuple(cell) for path in plan.paths for cell in path.tolist()]
+    wall = max((cell for cell in {*driven} - ends - here if wall_fits(grid, cell)), key=driven.count)
+    page.keyboard.press("b")
+    paint(page, wall)
+    page.wait_for_selector("#fleet [role=status] >> text=planned again")
+    tick_to(page, 5)
+    asked: list[Any] = []
+    page.on("request", lambda one: asked.append(one.post_data_json) if "/api/fleet" in one.url else None)
+    page.get_by_role("button", name="Compare planners").click()
+    page.locator("dialog[open] [role=status]", has_text="Costs in ticks").wait_for()
+    assert asked
+    for question in asked:
+        assert question["scenario"]["edits"] == [{"tick": 0, "blocked": [list(wall)], "freed": []}]
+    page.locator("dialog[open] tbody").get_by_role("button", name="Show the plan of PIBT").click()
+    page.locator("#fleet-now dt:text-is('Makespan')").wait_for()
+    page.locator("#fleet-time").get_by_role("button", name="Pause").click()
+    with page.expect_download() as coming:
+        page.locator("#fleet").get_by_role("button", name="JSON", exact=True).click()
+    record = json.loads(Path(coming.value.path()).read_bytes())
+    assert list(wall) not in [cell for path in record["paths"] for cell in path]
+    assert page.locator("#fleet").get_by_role("button", name="Clear painted walls").is_visible()
+
+
+def wall_fits(grid: lampyris.Grid, cell: tuple[int, int]) -> bool:
+    """Whether all cells around it are free, so that a wall there separates nothing."""
+    x, y = cell
+    around = grid.blocked[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+    return around.shape == (3, 3) and not around.any()

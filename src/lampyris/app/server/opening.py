@@ -10,6 +10,7 @@ from __future__ import annotations
 import gzip
 import json
 import struct
+import zlib
 from collections.abc import AsyncIterator, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
@@ -21,6 +22,8 @@ RECORD: Final = ("recorded", "opening.gz")
 """The record's place in :mod:`lampyris.app`: a compressed sequence of frames, ``Q`` for each question and then its answer."""
 TIMES: Final = frozenset({"timing", "seconds", "loading_seconds"})
 """Keys of an answer that no record contains."""
+UNREADABLE: Final = (OSError, EOFError, LookupError, TypeError, ValueError, struct.error, zlib.error)
+"""What reading a record that is missing or damaged raises."""
 
 
 class RecordedAnswer(NamedTuple):
@@ -38,11 +41,17 @@ class RecordedAnswer(NamedTuple):
 
 @cache
 def recorded_answers() -> Mapping[str, RecordedAnswer]:
-    """The recorded answers by their verbs."""
-    packed = files("lampyris.app").joinpath(*RECORD).read_bytes()
+    """The recorded answers by their verbs; none, so that engines are asked, if the record cannot be read."""
+    try:
+        return _answers(gzip.decompress(files("lampyris.app").joinpath(*RECORD).read_bytes()))
+    except UNREADABLE:
+        return {}
+
+
+def _answers(record: bytes) -> Mapping[str, RecordedAnswer]:
     found: dict[str, RecordedAnswer] = {}
     verb = ""
-    for piece in _pieces(gzip.decompress(packed)):
+    for piece in _pieces(record):
         if piece[4:5] == b"Q":
             asked = json.loads(piece[5:])
             verb = asked["verb"]

@@ -21,6 +21,8 @@ const MOST = 1000;
 const AGAIN = { planner: "lacam", settings: { improve: false }, seconds: 10 };
 /** Robots that are named in a sentence. */
 const NAMED = 5;
+/** Why a job is cancelled whose plan another one takes the place of. */
+const SHOWN = "shown";
 /** Panels beside which a fleet stays on the map. */
 const BESIDE = new Set(["fleet", "library", "now"]);
 
@@ -345,7 +347,7 @@ export class Fleet {
         page.busy("fleet", false);
         this.go.disabled = false;
         this.stop.hidden = true;
-        if (job.signal.aborted) tell(this.words, "Stopped.");
+        if (job.signal.aborted && job.signal.reason !== SHOWN) tell(this.words, "Stopped.");
       }
     }
   }
@@ -369,7 +371,10 @@ export class Fleet {
     if (!map) return;
     try {
       const [fleets] = await brought(page, "fleetcompare");
-      fleets.askFleets(this, { scenario: this.scenario(map.cells), ...this._asks() });
+      // All painted walls, whatever tick is shown: a plan that is shown has them from its start.
+      const cells = map.single.slice();
+      for (const [cell, value] of this._allPainted()) cells[cell] = value;
+      fleets.askFleets(this, { scenario: this.scenario(cells), ...this._asks() });
     } catch (error) {
       page.fault(error);
     }
@@ -395,10 +400,14 @@ export class Fleet {
     page.map.refresh();
   }
 
+  /** The last stroke on each painted cell. @returns {Map<number, number>} */
+  _allPainted() {
+    return new Map(this.edits.flatMap((edit) => [...edit.cells]));
+  }
+
   /** What is painted by now is there from the start. */
   _begin() {
-    const walls = new Map();
-    for (const edit of this.edits) for (const [cell, value] of edit.cells) walls.set(cell, value);
+    const walls = this._allPainted();
     this.edits = walls.size ? [{ tick: 0, cells: walls }] : [];
     this._drop();
     this._walls();
@@ -409,6 +418,7 @@ export class Fleet {
    * @param {typeof this.asked} asked @param {import("./fleetrun.js").Paths | null} paths @param {Layer | null} avoided @param {Record<string, any>} end
    */
   show(asked, paths, avoided, end) {
+    this._job?.abort(SHOWN);
     this._begin();
     this._planned(asked, paths, avoided, end);
   }
@@ -455,7 +465,7 @@ export class Fleet {
         this._joined(paths, tick, wall, before);
       }
     });
-    if (heard || this._job) return;
+    if (heard || this._job || this.run !== run) return;
     // It was stopped, or could not be made: the robots stand where they are.
     this.clock.changed(run.last);
     this.seen.draw();
