@@ -12,6 +12,7 @@ from page_person import addressed, aim, drawn, in_address
 from test_app_work import ask, robot_of, state
 from test_page_gaps import opened
 
+from lampyris.planning.registry import names, title_of
 from sizes import some
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -50,12 +51,13 @@ def test_a_star_is_what_the_server_says_and_one_run_has_none(page: Any) -> None:
     table = compare(page, 6)
     found = marks(table)
     labels = [text.strip() for text in table.locator("thead th").all_inner_texts()]
-    best = ask("compare", as_asked(page), planners=labels, seeds=6)[-1][1]["best"]
+    planners = [next(name for name in names() if title_of(name) == label) for label in labels]
+    best = ask("compare", as_asked(page), planners=planners, seeds=6)[-1][1]["best"]
     # Times are of the machine, and others here.
     rows = {title: found.get(title) for title in ("iterations", "expansions", "ticks", "waits", "replans")}
     for name, row in rows.items():
         who, star = best.get(name, {}).get("who", []), "★" if best.get(name, {}).get("sure") else "☆"
-        assert row == [star if label in who else "" for label in labels], name
+        assert row == [star if planner in who else "" for planner in planners], name
     assert {one["sure"] for name, one in best.items() if name in rows} == {True, False}
 
 
