@@ -37,7 +37,8 @@ from lampyris.referee.geometry.moving_footprint import signed_distance, times_wi
 from lampyris.sim.continuous.drive import drive
 from lampyris.sim.traffic.continuous_traffic import comes_nearer
 from lampyris.sim.world.pose_lookup import PoseLookup
-from lampyris_selfcheck.checks.traffic.pose_drives import outline
+from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.checks.traffic.pose_drives import draw, outline
 
 BOX = ((0.5, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.5, -0.2))
 ELL = ((0.6, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.1, -0.3), (0.1, 0.1), (0.6, 0.1))
@@ -304,6 +305,13 @@ def test_a_blocked_robot_finds_another_path_from_where_it_stands(kind: str) -> N
     poses = made.poses(np.linspace(0, made.duration, 2000))
     step = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     assert step.max() <= 0.5 * made.duration / 1999 + 1e-6
+
+
+@pytest.mark.parametrize("number", [1608, 1701])
+def test_a_robot_that_stands_rounding_errors_away_from_a_state_finds_another_path(number: int) -> None:
+    """Regression: it asked for the path to that state, of less than 1e-12 m, which has no arcs."""
+    case = draw(Ask().rng("pose-drives", "perfect", number))
+    assert check_drive(drive(case.scene, case.planner, **case.settings)) is None
 
 
 def test_a_session_begins_at_the_pose_of_a_change() -> None:

@@ -141,10 +141,8 @@ class PoseReplanner(Replanner):
             steps = np.array(_ASIDE) * curve.resolution
             near = [one for step in steps.tolist() for one in (s + step, s - step)]
             near += [*states[states > s][:1].tolist(), *states[states < s][-1:].tolist()]
-            return [
-                (s, None),
-                *self._along(route, s, [at for at in near if 0.0 <= at <= curve.length], message),
-            ]
+            near = [at for at in near if 0.0 <= at <= curve.length and abs(at - s) > _HERE]
+            return [(s, None), *self._along(route, s, near, message)]
         here = states[np.abs(states - s) <= _HERE]
         if len(here) or not len(states):
             return [(float(here[0]) if len(here) else s, None)]
