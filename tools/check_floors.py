@@ -33,7 +33,7 @@ from packaging.version import Version
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 # What the tests need besides; of these only what is pinned is promised.
-TEST_TOOLS = ("pytest", "hypothesis", "pytest-xdist")
+TEST_TOOLS = ("pytest", "hypothesis", "pytest-xdist", "shapely")
 # What the extra `dev` names and the suite does not run without a source checkout or a browser.
 NOT_FOR_THE_SUITE = ("import-linter", "mypy", "playwright", "ruff", "scipy-stubs", "types-pyyaml")
 TESTS = (
