@@ -61,12 +61,13 @@ html_theme_options = {
 templates_path = [str(SITE / "templates")]
 
 GALLERY = SITE.parent / "examples" / "gallery"
+SOURCE = SITE.parent / "build" / "site" / "source"  # where build.py puts the pages together
 SECTIONS = ("paths", "maps", "moving", "speeds", "poses", "fleets", "studies")
 THUMBNAIL = (480, 360)
 
 sphinx_gallery_conf = {
     "examples_dirs": [str(GALLERY)],
-    "subsection_order": ExplicitOrder([os.path.relpath(GALLERY / name, SITE) for name in SECTIONS]),
+    "subsection_order": ExplicitOrder([os.path.relpath(GALLERY / name, SOURCE) for name in SECTIONS]),
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/plot_",
     "within_subsection_order": "FileNameSortKey",
