@@ -33,7 +33,7 @@ help:
 	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json compared with an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
 	@echo "make check-nightly  the large sizes: tests, promises, coverage, known advisories (hours; resumes where it was stopped)"
-	@echo "make check-floors   every Python from 3.11 to 3.14 on PATH, each dependency at its lowest allowed version; PYTHONS='...'"
+	@echo "make check-floors   every Python from 3.11 to 3.14 on PATH, each dependency at its lowest allowed version; PYTHONS='...', SUITE=1: the whole suite"
 	@echo "make coverage       branch coverage by package"
 	@echo "make audit          known security advisories of the dependencies (needs the network)"
 	@echo "make requirements   pin the requirements again; make clean: remove .venv, demo, dist, build (and ledgers in it)"
@@ -139,7 +139,7 @@ check-nightly: $(VENV)/.nightly
 	exit $$failed
 
 check-floors: $(VENV)/.dev
-	$(BIN)/python tools/check_floors.py $(PYTHONS)
+	$(BIN)/python tools/check_floors.py $(if $(SUITE),--suite) $(PYTHONS)
 
 coverage: $(VENV)/.nightly
 	@tools/browser.sh

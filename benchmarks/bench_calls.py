@@ -114,7 +114,7 @@ def _crowds(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Tabl
             (f"{count:,}", f"{tick.middle:.1f} ({tick.low:.1f} to {tick.high:.1f})", f"{each[-1]:.3f}")
         )
     flat = max(each[1:]) / each[0]
-    text = f"cost of a tick and obstacle, 100 and 1,000 beside 10 obstacles on 512 x 512: at most {CROWD_FLAT:g} times: "
+    text = f"cost of a tick and obstacle, 100 and 1,000 compared with 10 obstacles on 512 x 512: at most {CROWD_FLAT:g} times: "
     text += f"{flat:.2f}"
     verdicts.append(Verdict(flat <= CROWD_FLAT, text))
     return Table(("obstacles", "us a tick", "us a tick and obstacle"), tuple(rows), "Crowds on 512 x 512")
@@ -166,7 +166,9 @@ def _edits(quick: bool, figures: list[Figure], verdicts: list[Verdict]) -> Table
                 (name, f"{edits}", f"{ours.middle:,.0f}", f"{theirs.middle:,.0f}", f"{ratios[task]:.1f}")
             )
     short = [f"{task} ({ratio:.1f})" for task, ratio in ratios.items() if ratio < EDITS_TIMES]
-    text = f"queries after edits beside a search opened anew: at least {EDITS_TIMES:g} times as quick: "
+    text = (
+        f"queries after edits compared with a newly opened search: at least {EDITS_TIMES:g} times as quick: "
+    )
     text += f"{min(ratios.values()):.1f} to {max(ratios.values()):.1f}, in {len(ratios) - len(short)} of {len(ratios)}"
     verdicts.append(Verdict(not short, text + (f"; short of it: {', '.join(short)}" if short else "")))
     verdicts.append(Verdict(not wrong, f"{wrong} of {asked} lengths after edits differ"))

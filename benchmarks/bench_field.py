@@ -1,4 +1,4 @@
-"""The field (cost, parents, luciferin) beside what people use today, and beside the same loop in C++.
+"""The field (cost, parents, luciferin) compared with what people use today, and compared with the same loop in C++.
 
 Whom it is held against is :mod:`benchmarks.field_rivals`; stages, C++ and the memory floor are
 :mod:`benchmarks.field_stages`; what is claimed is at the end of this file.
@@ -48,7 +48,7 @@ one of 1024 again and again, joined."""
 ASKED = {"scikit-image": 25.0, "tcod": 18.0}
 """Times as quick, by dissertation moves on every map of 512 x 512 cells and more."""
 BEST_RANDOM, BEST_MAZE = 12.0, 8.0
-"""Times as quick as the best of all rivals."""
+"""Times as quick as the best of the other libraries."""
 HUGE = {"best": 10.0, "scikit-image": 30.0}
 """The same on 4096 x 4096 at 10 %."""
 FLAT = 2.0
@@ -150,7 +150,7 @@ def _beside_rivals(figures: list[Figure], quick: bool) -> Table:
         rows += [
             _row(title, [free], "dissertation", names, figures, 5) for title, free in maps_of(1024, quick)
         ]
-    return Table(("map", "moves", "ours, ns a cell", *names), tuple(rows), "Beside rivals")
+    return Table(("map", "moves", "ours, ns a cell", *names), tuple(rows), "Compared with other libraries")
 
 
 def _sizes(figures: list[Figure], quick: bool) -> Table:
@@ -217,7 +217,7 @@ def _over(calls: Sequence[Call]) -> Callable[[], None]:
 
 
 def _least(title: str) -> float | None:
-    """How many times as quick as the best of all rivals is claimed of a map."""
+    """How many times as quick as the best of the other libraries is claimed of a map."""
     size, _, what = title.partition(" ")
     if size == "4096":
         return HUGE["best"] if what == "random 10 %" else None
@@ -316,7 +316,7 @@ def _many(figures: list[Figure], quick: bool) -> Table:
 
 
 def _flat(figures: Sequence[Figure]) -> list[Figure]:
-    """The slowest beside the quickest, from open to 30 % clutter, of each size that is judged."""
+    """The slowest compared with the quickest, from open to 30 % clutter, of each size that is judged."""
     out = []
     for size in (512, 1024):
         mine = {
@@ -343,25 +343,26 @@ def _flat(figures: Sequence[Figure]) -> list[Figure]:
 
 
 def verdicts(figures: Sequence[Figure]) -> list[Verdict]:
-    """What is claimed of fields, judged: of figures that ask, by whom they are beside and what they ask."""
+    """What is claimed of fields, judged: of figures that ask, by whom they are compared with and what they ask."""
     asking = [f for f in figures if f.asked]
     moves = "every map, dissertation moves"
     claims: list[tuple[str, list[Figure]]] = [
-        (f"beside {name}, {moves}", [f for f in asking if f.rival == name and f.asked == least])
+        (f"compared with {name}, {moves}", [f for f in asking if f.rival == name and f.asked == least])
         for name, least in ASKED.items()
     ]
     for what, least in (("random and open maps", BEST_RANDOM), ("mazes", BEST_MAZE)):
         of_best = [f for f in asking if f.rival == BEST and f.asked == least]
-        claims.append((f"beside the best of all rivals, {what}, dissertation moves", of_best))
+        claims.append((f"compared with the best of the other libraries, {what}, dissertation moves", of_best))
     huge = [f for f in asking if f.task.startswith("4096 ")]
     claims += [
-        (f"beside {'the best of all rivals' if f.rival == BEST else f.rival}, {f.task}", [f]) for f in huge
+        (f"compared with {'the best of the other libraries' if f.rival == BEST else f.rival}, {f.task}", [f])
+        for f in huge
     ]
     out = [judge(what, several) for what, several in claims if several]
     for rival in ("C++ -O3", "C++ -O3 -march=native", "cost alone"):
         for kind in KINDS:
             several = [f for f in asking if f.rival == rival and f.task.endswith(f", {kind}")]
             if several:
-                out.append(judge_cost(f"the whole field beside {rival}, {kind} moves", several))
+                out.append(judge_cost(f"the whole field compared with {rival}, {kind} moves", several))
     flat = [f for f in asking if f.task.startswith("flat, ")]
-    return [*out, judge_cost("flat from open to 30 % clutter, the slowest beside the quickest", flat)]
+    return [*out, judge_cost("flat from open to 30 % clutter, the slowest compared with the quickest", flat)]

@@ -1,4 +1,4 @@
-"""Planners of fleets beside pymapf, cuplan, pathplanning and w9-pathfinding: time and costs; steps of PIBT, ORCA and swarms."""
+"""Planners of fleets compared with those of four libraries: time and costs; steps of PIBT, ORCA and swarms."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from lampyris.sim.swarm.placing import draw_starts
 from lampyris.sim.swarm.simulation import RobotSwarm
 from lampyris.swarms import three_peaks
 
-TITLE = "Fleets beside pymapf, cuplan, pathplanning and w9-pathfinding"
+TITLE = "Fleets compared with pymapf, cuplan, pathplanning and w9-pathfinding"
 HOW = """All planners get the same map, starts and goals; the first scenario of maps of the MovingAI MAPF benchmark if they are at
 hand, else generated maps. Processor time of the thread, the middle of the rounds; each planner of ours plans once before. Ours:
 from the map and the robots to the paths, distance tables included; every plan, ours and theirs, is judged by the referee, outside
@@ -123,7 +123,7 @@ def matched(quick: bool) -> tuple[list[tuple[str, ...]], list[Figure], list[Verd
             mean, costs = statistics.geometric_mean(factors), statistics.geometric_mean(mine)
             asked = ASKED[rival.name]
             text = (
-                f"{planner} beside {rival.name}: at least {asked:g} times as fast in geometric mean: {mean:.3g} "
+                f"{planner} compared with {rival.name}: at least {asked:g} times as fast in geometric mean: {mean:.3g} "
                 f"({min(factors):.3g} to {max(factors):.3g}, {len(factors)} instances); costs {costs:.3f} of theirs"
             )
             verdicts.append(Verdict(mean >= asked, text))

@@ -84,7 +84,7 @@ def _fields(figures: list[Figure], quick: bool) -> Table:
 
 
 def _rivals(figures: list[Figure], quick: bool) -> Table:
-    """Bytes a cell beside rivals."""
+    """Bytes a cell compared with rivals."""
     rows = []
     names = ("scikit-image",) if quick else tuple(RIVALS)
     for size in (1024,) if quick else (512, 1024, 4096):
@@ -100,7 +100,9 @@ def _rivals(figures: list[Figure], quick: bool) -> Table:
                 figures.append(figure)
                 row.append(f"{theirs:.1f} = {figure.ratio:.1f} x")
             rows.append(tuple(row))
-    return Table(("map and moves", "ours", *names), tuple(rows), "Beside rivals, bytes a cell")
+    return Table(
+        ("map and moves", "ours", *names), tuple(rows), "Compared with other libraries, bytes a cell"
+    )
 
 
 def _jobs(figures: list[Figure], quick: bool) -> Table:

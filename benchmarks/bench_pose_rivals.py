@@ -1,4 +1,4 @@
-"""Planners of poses beside OMPL and pathplanning: time with failures counted at the limit, and length."""
+"""Planners of poses compared with OMPL and pathplanning: time with failures counted at the limit, and length."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from lampyris.planning import registry
 from lampyris.planning.base import Budget
 from lampyris.referee import check_plan
 
-TITLE = "Poses beside OMPL and pathplanning"
+TITLE = "Poses compared with OMPL and pathplanning"
 ASKED = 50.0
 """How many times quicker ours shall be on rooms and mazes."""
 LONGER = 1.03
@@ -117,7 +117,7 @@ AGAINST = (
 
 
 def bench(quick: bool) -> Section:
-    """Every planner on every map; ratios of mean times, and of lengths beside AORRTC."""
+    """Every planner on every map; ratios of mean times, and of lengths compared with AORRTC."""
     count, limit = (2, 2.0) if quick else (10, LIMIT_S)
     rows: list[tuple[str, ...]] = []
     figures, lengths = [], []
@@ -175,7 +175,7 @@ def bench(quick: bool) -> Section:
     timed = [one for one in figures if one.asked]
     verdicts = [judge("Mean time of a query", timed)]
     if lengths:  # else no pair was solved by both
-        verdicts.append(judge("Length beside AORRTC's, ours at most 3 % longer", lengths))
+        verdicts.append(judge("Length compared with AORRTC's, ours at most 3 % longer", lengths))
     return Section(
         "pose-rivals", TITLE, HOW, (Table(heads, tuple(rows)),), (*figures, *lengths), tuple(verdicts),
         versions(("numpy", "numba", "ompl", "pathplanning")),

@@ -1,4 +1,4 @@
-"""The planner pad beside the planner lattice at the same bound: states expanded, and processor time."""
+"""The planner pad compared with the planner lattice at the same bound: states expanded, and processor time."""
 
 from __future__ import annotations
 

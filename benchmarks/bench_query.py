@@ -1,4 +1,4 @@
-"""One query after another on one map: our searches beside what people use today, on MovingAI's queries.
+"""One query after another on one map: our searches compared with what people use today, on MovingAI's queries.
 
 Whom they are held against is :mod:`benchmarks.query_rivals`; what is claimed is at the end of this file.
 """
@@ -43,7 +43,7 @@ from lampyris.model.moves import MOVES
 
 TITLE = "Queries"
 HOW = """The maps and queries are MovingAI's (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE
-TCIAIG 4(2), 2012), where they are at hand; two maps besides are made, on which jump point search is weak:
+TCIAIG 4(2), 2012), where they are at hand; two more maps are made, on which jump point search is weak:
 35 % clutter, and a maze with corridors one cell wide. A query is timed with its path, by this thread's
 processor time; what is prepared once a map stands by itself. Queries are divided into blocks; the
 implementations answer each block one after the other, so that each works with the caches that it has filled itself. Times are
@@ -272,7 +272,7 @@ def _times(found: list[Found], figures: list[Figure]) -> Table:
 
 
 def _calls(found: list[Found], figures: list[Figure]) -> Table:
-    """Those who follow our rules, beside each way to ask jump point search."""
+    """Those who follow our rules, compared with each way to ask jump point search."""
     known = [one for one in found if one.known]
     rows = []
     for name, several in [*((one.name, [one]) for one in found), *([(ALL, known)] if known else [])]:

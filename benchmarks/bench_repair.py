@@ -1,4 +1,4 @@
-"""The repaired field and D* Lite after k cells changed, beside solving from scratch by our own fast field."""
+"""The repaired field and D* Lite after k cells changed, compared with solving from scratch by our own fast field."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ class Row:
     anew: float
 
     def figures(self) -> Iterator[Figure]:
-        """Repairing beside solving, D* Lite beside the quicker way from scratch: cold, then warm."""
+        """Repairing compared with solving, D* Lite compared with the quicker way from scratch: cold, then warm."""
         task = f"{self.size} {self.moves}, {self.k} {self.place}"
         one = self.k == 1 and self.place == "anywhere"
         for how, us in (("cold", self.cold), ("warm", self.warm)):
@@ -298,7 +298,9 @@ def _theirs(figures: list[Figure], quick: bool) -> Table:
     row = (f"{size} x {size}", f"{made.ours.middle:.1f}", f"{made.theirs.middle:.1f}", f"{made.ratio:.0f} x")
     heads = ("map", "our D* Lite, us", "python-motion-planning 1.1.1, us", "theirs / ours", "its wrong paths")
     wrongs = f"{wrong} of {2 * (rounds + 1)}"
-    return Table(heads, ((*row, wrongs),), "One cell anywhere, beside somebody else's D* Lite, warm")
+    return Table(
+        heads, ((*row, wrongs),), "One cell anywhere, compared with another implementation of D* Lite, warm"
+    )
 
 
 def _verdicts(figures: list[Figure]) -> list[Verdict]:

@@ -1,4 +1,4 @@
-"""Planners that sample beside OMPL: RRT-Connect for discs and for footprints, and lengths beside AORRTC."""
+"""Planners that sample compared with OMPL: RRT-Connect for discs and for footprints, and lengths compared with AORRTC."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import free_space, largest_region
 from lampyris.referee import check_plan
 
-TITLE = "Planners that sample, beside OMPL"
+TITLE = "Sampling planners compared with OMPL"
 CHECKED, CHECKED_LENGTH = 0.5, 0.1
 """Cells between two points of a line that OMPL looks at, for its time and for its length."""
 PAIRS, FIRST = 12, 3
@@ -175,7 +175,7 @@ def verdicts(figures: list[Figure], fewer: list[str], lengths: list[Figure]) -> 
         ),
     ]
     if lengths:
-        judged.append(judge("Length beside AORRTC's in 1.3 s", lengths))
+        judged.append(judge("Length compared with AORRTC's in 1.3 s", lengths))
     return tuple(judged)
 
 
@@ -226,7 +226,7 @@ def bench(quick: bool) -> Section:
             Figure(f"{name}, solved by {first}", f"of {len(got[first])}", many[0], more_is_better=True)
         )
         if many[0].middle < many[1].middle:
-            fewer.append(f"{name} ({many[0].middle:.0f} beside {many[1].middle:.0f})")
+            fewer.append(f"{name} ({many[0].middle:.0f} compared with {many[1].middle:.0f})")
         both = [
             (a.length, b.length)
             for a, b in zip(got[best], got["OMPL AORRTC"], strict=True)

@@ -1,4 +1,4 @@
-"""A speed profile of 1,000 nodes: beside TOPP-RA on the same path, and all caps of our laws."""
+"""A speed profile of 1,000 nodes: compared with TOPP-RA on the same path, and all caps of our laws."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ HOW = """Milliseconds of this thread's processor time, code compiled.
 - jerk: the passes with a limit on jerk, which TOPP-RA does not have.
 - laws: `motion.laws.profile` on a course of 1,000 nodes among the walls of a random map: the law as it
   stands; then among ten moving obstacles; then with zones, the same obstacles and the approach to the goal;
-  then each rule of the related work besides.
+  then also each rule of the related work.
 - driving: a whole drive of `lampyris.drive` on 50 x 50 cells among 10 and 20 walkers, planning and placing of the
   obstacles and the referee included, by its periods of 0.1 s; then its periods alone, by compiled code and by the loop in
   Python, whose drives are equal to the last bit.
@@ -110,7 +110,7 @@ def movers(rng: np.random.Generator) -> ObstacleStates:
 
 
 def bench(quick: bool) -> Section:
-    """Beside TOPP-RA, then the laws."""
+    """Compared with TOPP-RA, then the laws."""
     prefer_compiled()
     figures: list[Figure] = []
     tables = (
@@ -119,7 +119,10 @@ def bench(quick: bool) -> Section:
         _of_driving(figures, quick),
     )
     verdicts = [
-        judge(f"a profile of {NODES} nodes beside TOPP-RA, {what}", [f for f in figures if f.rival == name])
+        judge(
+            f"a profile of {NODES} nodes compared with TOPP-RA, {what}",
+            [f for f in figures if f.rival == name],
+        )
         for what, name in (("solved", "toppra, solved"), ("made and solved", "toppra, whole"))
     ]
     ms = {f.task: f.ours.middle for f in figures if f.task in ("law physical", "law with all caps")}

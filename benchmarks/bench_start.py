@@ -59,7 +59,7 @@ class Wait:
 TERRAIN = 0
 """In place of a map's size: the one of 316 x 316 with terrain."""
 SMALL = ("astar", "jps", "fastest", "dstar-lite", "theta-star", "sipp", "dstar", "lpa-star")
-"""Planners beside the default one that are started on 316 x 316 cells."""
+"""Planners that are started besides the default one, on 316 x 316 cells."""
 DEFAULT = "ad-gso"
 
 

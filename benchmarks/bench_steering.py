@@ -1,4 +1,4 @@
-"""Controllers that steer: how often a second MPPI decides, and DWA beside one in plain Python."""
+"""Controllers that steer: how often a second MPPI decides, and DWA compared with one in plain Python."""
 
 from __future__ import annotations
 

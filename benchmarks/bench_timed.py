@@ -1,4 +1,4 @@
-"""Earliest arrival among 200 moving obstacles: SIPP beside space-time A*, in one run."""
+"""Earliest arrival among 200 moving obstacles: SIPP compared with space-time A*, in one run."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def bench(quick: bool) -> Section:
     heads = ("map", "obstacles", "arrives at", "sipp, ms", *RIVALS, "search alone: sipp, ms", *RIVALS)
     verdicts = [
         judge(
-            f"SIPP beside {rival}, 512 x 512, {what}",
+            f"SIPP compared with {rival}, 512 x 512, {what}",
             [f for f in figures if f.asked and f.rival == rival and f.task.startswith(what)],
         )
         for what, rival in ASKED

@@ -1,4 +1,4 @@
-"""Fields over terrain: cells of different weight beside cells that all cost the same, and beside rivals."""
+"""Fields over terrain: cells of different weight compared with cells that all cost the same, and compared with rivals."""
 
 from __future__ import annotations
 
@@ -51,7 +51,9 @@ def bench(quick: bool) -> Section:
             for kind in KINDS:
                 rows += _rows(free, f"{size} at {share:.0%}", kind, figures, 3 if quick else 5)
     heads = ("map", "moves", "terrain", "ns a cell", "cells of one price", "times that", *RIVALS)
-    verdicts = [judge_cost("weighted cells beside cells of one price", [f for f in figures if f.asked])]
+    verdicts = [
+        judge_cost("weighted cells compared with cells of one price", [f for f in figures if f.asked])
+    ]
     about = versions(["numpy", "numba", *RIVALS])
     table = Table(heads, tuple(rows), "Over terrain")
     return Section("weighted", TITLE, HOW, (table,), tuple(figures), tuple(verdicts), about)

@@ -1,4 +1,4 @@
-"""What of a field takes how long: cost alone, parents, luciferin; beside C++ and the memory floor."""
+"""What of a field takes how long: cost alone, parents, luciferin; compared with C++ and the memory floor."""
 
 from __future__ import annotations
 

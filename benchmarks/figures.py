@@ -1,4 +1,4 @@
-"""The nouns of a benchmark: a spread of timings, a figure (ours beside a rival's), a verdict, a section.
+"""The nouns of a benchmark: a spread of timings, a figure (ours compared with a rival's), a verdict, a section.
 
 A bench module has ``TITLE`` and ``bench(quick) -> Section``; :mod:`benchmarks` runs it and writes the page.
 """

@@ -54,7 +54,7 @@ def _word(holds: bool) -> str:
 
 
 def _in_sequence(claim: str, figures: Figures) -> str:
-    """Fields beside libraries: the same loops in C++ on the maps that fall short."""
+    """Fields compared with libraries: the same loops in C++ on the maps that fall short."""
     there = [
         f
         for f in figures.values()
@@ -77,7 +77,7 @@ def _map(figure: Figure) -> str:
 
 
 def _bytes_written(claim: str, figures: Figures) -> str:
-    """The whole field beside costs alone: how many times as many bytes it writes."""
+    """The whole field compared with costs alone: how many times as many bytes it writes."""
     moves = claim.split("cost alone, ")[1].split(" moves")[0]
     cost, whole = (8, 17) if moves == "octile" else (4, 13)
     shares = [
@@ -123,7 +123,7 @@ def _nodes(claim: str, figures: Figures) -> str:
 
 
 def _result(claim: str, figures: Figures) -> str:
-    """Memory of the largest octile field: its result, and the rest beside that of other moves."""
+    """Memory of the largest octile field: its result, and the rest compared with that of other moves."""
     rest = {}
     for moves in ("four-connected", "octile"):
         bytes_a_cell = figures[f"field 4096, {moves}"].ours.middle
@@ -177,9 +177,9 @@ def _compiling_large(claim: str, figures: Figures) -> str:
 LIMITS = (
     *(
         Limit("field", begin, _in_sequence)
-        for begin in ("beside scikit-image", "beside tcod", "beside the best")
+        for begin in ("compared with scikit-image", "compared with tcod", "compared with the best")
     ),
-    Limit("field", "the whole field beside cost alone", _bytes_written),
+    Limit("field", "the whole field compared with cost alone", _bytes_written),
     Limit("repair", "repair, ", _cold),
     Limit("repair", "D* Lite, ", _cold),
     Limit("calls", "Polyanya, median query", _nodes),

@@ -217,7 +217,7 @@ def frames(size: int) -> Job:
 def rival(size: int, who: str) -> Job:
     """Free cells are there; costs, with all that must be made of the cells for it.
 
-    scikit-image keeps where each cell was reached from besides, whether one wants it or not.
+    scikit-image also keeps where each cell was reached from, whether one wants it or not.
     """
     from benchmarks import field_rivals
 

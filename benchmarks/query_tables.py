@@ -182,4 +182,6 @@ def plain(figures: list[Figure], quick: bool) -> Table:
         "python-motion-planning, us",
         *(f"{WAYS[who]}, us" for who in ("jps", "jps call")),
     )
-    return Table((*heads, "wrong lengths"), tuple(rows), "Beside A* in plain Python, middle of the queries")
+    return Table(
+        (*heads, "wrong lengths"), tuple(rows), "Compared with A* in plain Python, middle of the queries"
+    )

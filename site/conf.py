@@ -7,6 +7,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from PIL import Image, ImageChops
+from sphinx_gallery.sorting import ExplicitOrder
+
 import lampyris
 
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -57,8 +60,14 @@ html_theme_options = {
 }
 templates_path = [str(SITE / "templates")]
 
+GALLERY = SITE.parent / "examples" / "gallery"
+SOURCE = SITE.parent / "build" / "site" / "source"  # where build.py puts the pages together
+SECTIONS = ("paths", "maps", "moving", "speeds", "poses", "fleets", "studies")
+THUMBNAIL = (480, 360)
+
 sphinx_gallery_conf = {
-    "examples_dirs": [str(SITE.parent / "examples" / "gallery")],
+    "examples_dirs": [str(GALLERY)],
+    "subsection_order": ExplicitOrder([os.path.relpath(GALLERY / name, SOURCE) for name in SECTIONS]),
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/plot_",
     "within_subsection_order": "FileNameSortKey",
@@ -69,7 +78,8 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "show_memory": False,
     "reset_modules": ("matplotlib",),
-    "thumbnail_size": (420, 300),
+    # Twice as large as they are shown: their white margins are cut off afterwards.
+    "thumbnail_size": (2 * THUMBNAIL[0], 2 * THUMBNAIL[1]),
     "default_thumb_file": str(SITE.parent / "docs" / "img" / "env-1.png"),
 }
 # Lists of public names make a page for each, beside the table of contents in toc.yml.
@@ -92,6 +102,19 @@ def _lines(found: re.Match[str]) -> str:
     return f'<span class="sig-lines">{lines}</span>'
 
 
+def _crop_thumbnails(app: Any, fault: Exception | None) -> None:
+    """Cut off the white margins of the gallery's thumbnails, so that the pictures fill their frames."""
+    for path in Path(app.outdir, "_images").glob("sphx_glr_plot_*_thumb.png"):
+        with Image.open(path) as opened:
+            image = Image.new("RGB", opened.size, "white")
+            image.paste(opened, mask=opened.convert("RGBA").getchannel("A"))
+        if box := ImageChops.difference(image, Image.new("RGB", image.size, "white")).getbbox():
+            image = image.crop(box)
+        image.thumbnail(THUMBNAIL)
+        image.save(path, optimize=True)
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx."""
+    app.connect("build-finished", _crop_thumbnails)
     app.connect("html-page-context", _readable)

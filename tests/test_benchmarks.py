@@ -142,9 +142,13 @@ def test_fields_are_limited_by_the_same_loops_in_native_code_on_the_maps_that_fa
         Figure("stages, 512 open, dissertation", "ns a cell", one(9.0), NATIVE, one(3.0)),
     )
     record = section(*figures, name="field").record()
-    claim = "beside tcod, every map: at least 18 times as good: 6 to 20, in 1 of 2; short of it: 512 maze, dissertation (6)"
+    claim = "compared with tcod, every map: at least 18 times as good: 6 to 20, in 1 of 2; "
+    claim += "short of it: 512 maze, dissertation (6)"
     assert "16.0 ns a cell on these maps, lampyris 16.0" in limit_of(record, claim)
-    assert limit_of(record, "beside tcod, every map: at least 18 times as good: 512 rooms, octile (6)") == ""
+    assert (
+        limit_of(record, "compared with tcod, every map: at least 18 times as good: 512 rooms, octile (6)")
+        == ""
+    )
 
 
 def test_comparing_finds_what_got_worse_and_only_that() -> None:
@@ -475,14 +479,14 @@ def test_claims_of_fields_are_figures_that_ask() -> None:
     ]
     told = {v.text.split(":")[0]: v.holds for v in verdicts(several)}
     assert told == {
-        "beside scikit-image, every map, dissertation moves": False,
-        "beside the best of all rivals, random and open maps, dissertation moves": False,
-        "beside the best of all rivals, mazes, dissertation moves": True,
-        "beside the best of all rivals, 4096 random 10 %, dissertation": False,
-        "the whole field beside C++ -O3, four-connected moves": True,
-        "the whole field beside C++ -O3 -march=native, four-connected moves": False,
-        "the whole field beside cost alone, octile moves": False,
-        "flat from open to 30 % clutter, the slowest beside the quickest": True,
+        "compared with scikit-image, every map, dissertation moves": False,
+        "compared with the best of the other libraries, random and open maps, dissertation moves": False,
+        "compared with the best of the other libraries, mazes, dissertation moves": True,
+        "compared with the best of the other libraries, 4096 random 10 %, dissertation": False,
+        "the whole field compared with C++ -O3, four-connected moves": True,
+        "the whole field compared with C++ -O3 -march=native, four-connected moves": False,
+        "the whole field compared with cost alone, octile moves": False,
+        "flat from open to 30 % clutter, the slowest compared with the quickest": True,
     }
 
 

@@ -16,6 +16,8 @@ from bad_inputs.case import inside
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# (\w+\.py)\n")
+"""The first line of a block that its page has the reader save, under this name."""
 RUN_ELSEWHERE = {
     "README.md": "test_readme.py",
     "CONTRIBUTING.md": "test_contributing.py",
@@ -56,7 +58,8 @@ def test_examples_and_blocks_are_typed(tmp_path: Path) -> None:
     for page, made in blocks().items():
         for k, block in enumerate(made):
             name = re.sub(r"\W", "_", page.removesuffix(".md"))
-            files.append(tmp_path / f"{name}_{k}.py")
+            saved = FILE.match(block)
+            files.append(tmp_path / (saved[1] if saved else f"{name}_{k}.py"))
             files[-1].write_text(block, encoding="utf-8")
     wrong = tmp_path / "wrong.py"
     wrong.write_text('import lampyris\n\nlampyris.load_grid("env-1", resolution="fine").no_such_name\n')
@@ -69,7 +72,9 @@ def test_examples_and_blocks_are_typed(tmp_path: Path) -> None:
     assert f"checked {len(files) + 1} source files" in said
 
 
-def test_every_block_is_run_by_a_test(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_block_is_run_by_a_test(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     tests = {path.name for path in (ROOT / "tests").glob("test_*.py")}
     assert set(RUN_ELSEWHERE.values()) <= tests
     assert set(RUN_ELSEWHERE) <= set(blocks())
@@ -79,9 +84,12 @@ def test_every_block_is_run_by_a_test(tmp_path: Path, capsys: pytest.CaptureFixt
         lampyris.Scenario(lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0))), tmp_path / "a.yaml"
     )
     shutil.copy(ROOT / "docs" / "img" / "photo.jpg", tmp_path / "floor.jpg")
+    monkeypatch.syspath_prepend(str(tmp_path))
     with inside(tmp_path):
         for page, made in here.items():
             names: dict[str, object] = {}
             for block in made:
+                if saved := FILE.match(block):
+                    Path(saved[1]).write_text(block, encoding="utf-8")
                 exec(compile(block, page, "exec"), names)
     assert (tmp_path / "b.json").exists()

@@ -2,10 +2,11 @@
 
     python tools/check_floors.py                     # every Python from 3.11 on that is on PATH
     python tools/check_floors.py python3.12 PATH ... # these
+    python tools/check_floors.py --suite ...         # the whole test suite without browsers as well
     python tools/check_floors.py --list              # the floors alone, Python by Python
 
 For each Python: a new environment in build/floors, the floors (wheels only: a floor without a wheel for that
-Python is a fault), the package built from this checkout, then each verb once, the app, the hashes of
+Python is a fault), both packages built from this checkout, then each verb once, the app, the hashes of
 `selfcheck determinism` and the tests of the model and of the command line. Exits with 1 if anything failed.
 """
 
@@ -32,7 +33,9 @@ from packaging.version import Version
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 # What the tests need besides; of these only what is pinned is promised.
-TEST_TOOLS = ("pytest", "hypothesis")
+TEST_TOOLS = ("pytest", "hypothesis", "pytest-xdist", "shapely")
+# What the extra `dev` names and the suite does not run without a source checkout or a browser.
+NOT_FOR_THE_SUITE = ("import-linter", "mypy", "playwright", "ruff", "scipy-stubs", "types-pyyaml")
 TESTS = (
     "tests/model",
     "tests/cli/test_cli.py",
@@ -48,6 +51,8 @@ planners: [ad-gso, astar]
 seeds: 2
 """
 LIMIT = 900.0  # Seconds for one command: only what hangs gets there.
+SUITE_LIMIT = 7200.0  # Seconds for the whole suite.
+WORKERS = 2
 
 
 def floors(requirements: list[str], python: str) -> dict[str, str]:
@@ -77,6 +82,13 @@ def project() -> tuple[list[str], list[str]]:
     """What pyproject.toml asks for: to run, and to build."""
     said = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     return said["project"]["dependencies"], said["build-system"]["requires"]
+
+
+def suite_tools() -> list[str]:
+    """What the whole suite needs besides, from the extra `dev`, in versions that agree with the floors."""
+    said = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extra = said["project"]["optional-dependencies"]["dev"]
+    return [line for line in extra if Requirement(line).name not in NOT_FOR_THE_SUITE]
 
 
 def pins() -> dict[str, str]:
@@ -115,15 +127,15 @@ def pythons(asked: list[str]) -> Iterator[tuple[str, str]]:
 class Trial:
     """One Python: its environment, and what failed in it."""
 
-    def __init__(self, version: str, command: str, folder: Path) -> None:
-        self.version, self.command, self.folder = version, command, folder
+    def __init__(self, version: str, command: str, folder: Path, suite: bool = False) -> None:
+        self.version, self.command, self.folder, self.whole_suite = version, command, folder, suite
         self.failed: list[str] = []
         # Nothing of the checkout is imported, and nothing of the environment that this script runs in.
         self.environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
         self.environment["LAMPYRIS_SHARED"] = str(folder / "none")
         self.bin = folder / "bin"
 
-    def run(self, *words: str, where: Path = ROOT, wants: str = "") -> str:
+    def run(self, *words: str, where: Path = ROOT, wants: str = "", limit: float = LIMIT) -> str:
         """Run a command, say how it went and keep the failure; its standard output."""
         began = time.monotonic()
         try:
@@ -133,17 +145,17 @@ class Trial:
                 env=self.environment,
                 capture_output=True,
                 text=True,
-                timeout=LIMIT,
+                timeout=limit,
                 check=False,
             )
             code, out, err = done.returncode, done.stdout, done.stderr
         except subprocess.TimeoutExpired:
-            code, out, err = -1, "", f"not done after {LIMIT:.0f} s"
+            code, out, err = -1, "", f"not done after {limit:.0f} s"
         said = " ".join(words).replace(f"{self.bin}/", "").replace(f"{ROOT}/", "")
         fault = f"exit code {code}" if code else "" if wants in out else f"{wants!r} is not in the output"
         self.tell(said[:160], fault, time.monotonic() - began)
         if fault:
-            print("\n".join((out[-1500:] + err[-1500:]).splitlines()), flush=True)
+            print("\n".join((out[-3000:] + err[-1500:]).splitlines()), flush=True)
         return out
 
     def tell(self, said: str, fault: str, seconds: float) -> None:
@@ -161,9 +173,11 @@ class Trial:
         pip = (python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
         at_floor = [f"{name}=={version}" for name, version in low.items()]
         tools = [f"{name}=={pins()[name]}" for name in TEST_TOOLS]
+        if self.whole_suite:
+            tools += suite_tools()
         self.run("tools/make_venv.sh", self.command, str(self.folder))
         self.run(*pip, "--only-binary", ":all:", *at_floor, *tools)
-        self.run(*pip, "--no-deps", "--no-build-isolation", str(ROOT))
+        self.run(*pip, "--no-deps", "--no-build-isolation", str(ROOT), str(ROOT / "selfcheck"))
         self.run(python, "-m", "pip", "check", "--disable-pip-version-check")
         if not self.failed:
             have = json.loads(self.run(python, "-m", "pip", "list", "--format", "json"))
@@ -210,8 +224,27 @@ class Trial:
                 self.tell(f"docs/{kind}.schema.json", "" if same else "differs from what is printed", 0.0)
             self.run(lampyris, "selfcheck", "determinism", "--only", "as it is", where=where)
         # An old dependency may call what a newer one of its own deprecates (matplotlib 3.9, of pyparsing).
-        told = ("-q", "-p", "no:cacheprovider", "-m", "not nightly", "-W", "ignore::DeprecationWarning")
-        self.run(str(self.bin / "python"), "-m", "pytest", *told, *TESTS)
+        told = ("-q", "-p", "no:cacheprovider", "-W", "ignore::DeprecationWarning")
+        pytest = (str(self.bin / "python"), "-m", "pytest", *told)
+        self.run(*pytest, "-m", "not nightly", *TESTS)
+
+    def suite(self) -> None:
+        """The whole suite, from a copy of the tests as `make test-wheel` runs it.
+
+        Tests in a browser are skipped there: playwright is not installed.
+        """
+        self.environment["LAMPYRIS_SHARED"] = os.environ.get("LAMPYRIS_SHARED", str(self.folder / "none"))
+        with tempfile.TemporaryDirectory(prefix="lampyris-floors-") as name:
+            where = Path(name)
+            for folder in ("tests", "examples"):
+                shutil.copytree(ROOT / folder, where / folder)
+            for file in ("pyproject.toml", "README.md"):
+                shutil.copy2(ROOT / file, where / file)
+            told = ("-q", "-n", str(WORKERS), "--dist", "worksteal", "-W", "ignore::DeprecationWarning")
+            python = str(self.bin / "python")
+            words = (python, "-m", "pytest", *told, "-m", "not nightly and not source")
+            said = self.run(*words, where=where, limit=SUITE_LIMIT)
+            print(f"  {said.splitlines()[-1] if said else ''}", flush=True)
 
     def app(self, lampyris: str, where: Path) -> None:
         """Start the app, get its page, stop it as Ctrl-C does."""
@@ -246,6 +279,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("python", nargs="*", help="commands of the Pythons to try")
     parser.add_argument("--list", action="store_true", help="print the floors and try nothing")
+    parser.add_argument("--suite", action="store_true", help="run the whole test suite without browsers, too")
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "floors", help="for the environments")
     asked = parser.parse_args()
     if asked.list:
@@ -259,9 +293,11 @@ def main() -> int:
             failed.append(f"{command}: not here")
             continue
         print(f"Python {version} ({command})", flush=True)
-        trial = Trial(version, command, asked.folder.resolve() / version)
+        trial = Trial(version, command, asked.folder.resolve() / version, asked.suite)
         if trial.install():
             trial.smoke()
+            if asked.suite:
+                trial.suite()
         failed += trial.failed
         tried += 1
     print(f"{tried} Pythons tried, {len(failed)} failures", *failed, sep="\n  ")

@@ -152,7 +152,7 @@ def check_known(chosen: FleetPlanner, fleet: Fleet, moves: str) -> None:
             where=f"robots[{k}].robot", setting="robot.radius",
             allowed=f"at most {most:.3g} cells, {most * fleet.grid.resolution:.4g} m, with {chosen.name} and {moves} moves: "
             "it keeps robots apart by their cells, and larger ones touch at corners",
-            todo=f"take {able}, or a map with larger cells",
+            todo=f"take {able}, or larger cells (--cell METRES, or `cell` in a scenario)",
         )  # fmt: skip
 
 

@@ -255,13 +255,22 @@ def check_safe(told: Told, policy: str = "") -> None:
 def serving(world: World | None = None, head_seconds: float = 10.0) -> Iterator[tuple[int, World]]:
     """A real server in a thread; its port."""
     world = world or World()
+    services = world.services
     sockets = listening.open_sockets(0)
     port = sockets[0].getsockname()[1]
-    app = application(world.services, door(port, TOKEN))
+    app = application(services, door(port, TOKEN))
     server = listening.server(app)
     usual = listening.Protocol.head_seconds
     listening.Protocol.head_seconds = head_seconds
-    thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=sockets)), daemon=True)
+
+    async def served() -> None:
+        try:
+            await server.serve(sockets=sockets)
+        finally:
+            # As the program does: an engine belongs to the loop that it was started in.
+            await services.close()
+
+    thread = threading.Thread(target=lambda: asyncio.run(served()), daemon=True)
     thread.start()
     while not server.started:
         time.sleep(0.01)

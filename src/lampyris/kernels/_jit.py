@@ -167,13 +167,23 @@ class Kernel:
         Measured on random maps of 316 x 316 cells; it need only be right to within a factor of two.
     of : for a kernel that touches a few elements of large arrays: the array argument whose length is the
         work, or :data:`WAY`.
+    arrays : the same by operations on whole arrays, equal to the last bit, which takes the place of the plain
+        form where a caller outside of kernels asks for it; None: there is none.
     """
 
     def __init__(
-        self, plain: FunctionType, out: Sequence[str], *, inline: bool = False, each: int = 500, of: str = ""
+        self,
+        plain: FunctionType,
+        out: Sequence[str],
+        *,
+        inline: bool = False,
+        each: int = 500,
+        of: str = "",
+        arrays: Callable[..., Any] | None = None,
     ) -> None:
         self.plain = plain
         self.inline = inline
+        self.arrays = arrays
         self.each = each
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
@@ -262,6 +272,8 @@ class Kernel:
         Large arrays of which little is touched become views that hand out plain numbers, half as quick.
         """
         args = self.complete(args)
+        if self.arrays is not None:
+            return self.arrays(*args)
         given = [self._easy(a) if isinstance(a, np.ndarray) else a for a in args]
         if self._halts and isinstance(args[-1], np.ndarray):
             given[-1] = args[-1].data  # no copy: it changes meanwhile
@@ -326,13 +338,18 @@ class Kernel:
 
 
 def kernel(
-    *, out: Sequence[str] = (), inline: bool = False, each: int = 500, of: str = ""
+    *,
+    out: Sequence[str] = (),
+    inline: bool = False,
+    each: int = 500,
+    of: str = "",
+    arrays: Callable[..., Any] | None = None,
 ) -> Callable[[Callable[..., Any]], Kernel]:
     """Mark a function as a kernel that writes into the arguments named in ``out``; see :class:`Kernel`."""
 
     def mark(plain: Callable[..., Any]) -> Kernel:
         assert isinstance(plain, FunctionType)
-        return Kernel(plain, out, inline=inline, each=each, of=of)
+        return Kernel(plain, out, inline=inline, each=each, of=of, arrays=arrays)
 
     return mark
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from lampyris.kernels._helpers import STRETCH
 from lampyris.kernels._jit import fetch, kernel, stopped, u64
+from lampyris.kernels.field import descent_arrays
 
 
-@kernel(out=("cost", "step"))
+@kernel(out=("cost", "step"), arrays=descent_arrays.parents8)
 def parents8(cost, step, width, rows, straight, diagonal, guard, limit, halt):
     """The local parent rule for eight moves; costs above ``limit`` become -1.
 
@@ -106,7 +107,7 @@ def parents(cost, step, width, rows, pad, jump, side, other, price, limit, halt)
             cost[i] = cost[i] if cost[i] <= limit else -1
 
 
-@kernel(out=("luciferin",), each=300)
+@kernel(out=("luciferin",), each=300, arrays=descent_arrays.glow)
 def glow(order, count, cost, step, jump, luciferin, nothing, keep, gamma, unit, halt):
     """Luciferin along parents: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at the goal.
 

@@ -15,7 +15,7 @@ HEIGHT = 22
 OBSTACLE = (40, 40, 46)
 """Colour of moving obstacles."""
 WORDS = {
-    "robot": "robot", "goal": "its goal", "failed": "stopped for good", "obstacle": "moving obstacle",
+    "robot": "robot", "goal": "its goal", "failed": "stopped permanently", "obstacle": "moving obstacle",
 }  # fmt: skip
 _MARK = 10
 _GAP = 14

@@ -1,6 +1,6 @@
 """
-AD-GSO beside the shortest path
-===============================
+AD-GSO compared with the shortest path
+======================================
 
 AD-GSO is greedy; A* is optimal. ``gap`` says how far a path is from the optimum.
 """
