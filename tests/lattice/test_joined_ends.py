@@ -19,6 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.lattice.ends.joined_end import joined_end
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
+from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.poses import to_cells
 from lampyris.referee import check_plan
 from lampyris_selfcheck.reference.paths.lattice import least_costs
@@ -27,8 +28,10 @@ from sizes import sized
 BESIDE = 1e-6
 
 
-def session_of(scene: Scene, **settings: Any) -> LatticeSession:
-    return LatticePlanner(**settings).open(scene, np.random.default_rng(0))
+def session_of(
+    scene: Scene, planner: type[LatticePlanner | PadPlanner] = LatticePlanner, **settings: Any
+) -> LatticeSession:
+    return planner(**settings).open(scene, np.random.default_rng(0))
 
 
 def misses(plan: Plan, scene: Scene) -> list[float]:
@@ -46,16 +49,17 @@ def misses(plan: Plan, scene: Scene) -> list[float]:
 @sized("maps", 4, 300)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("planner", [LatticePlanner, PadPlanner])
 def test_costs_and_bounds_are_those_of_an_exhaustive_search_with_the_curves(
-    drive: str, footprint: str, maps: int
+    planner: type[LatticePlanner | PadPlanner], drive: str, footprint: str, maps: int
 ) -> None:
     """Of all curves to the states around the start, motions, and curves from the states around the goal."""
     exact = 0
     for seed in range(200, 200 + maps):
         scene = scene_of(seed, drive, FOOTPRINTS[footprint])
-        session = session_of(scene, weight=1.0)
+        session = session_of(scene, planner, weight=1.0)
         plan, lattice_map = session.plan(), session.lattice_map
-        plain = session_of(scene, weight=1.0, shortcut=False).plan()
+        plain = session_of(scene, planner, weight=1.0, shortcut=False).plan()
         if plain:
             assert plan
         if not plan:
@@ -91,7 +95,7 @@ def test_costs_and_bounds_are_those_of_an_exhaustive_search_with_the_curves(
         assert path.cost_m <= least + 1e-4
         assert path.lower_bound_m <= least + 1e-9
         for weight in (1.4, 3.0):
-            other = session_of(scene, weight=weight).plan()
+            other = session_of(scene, planner, weight=weight).plan()
             assert check_plan(other, scene) is None
             assert other.bound is not None
             assert other.pose_path is not None
@@ -124,13 +128,14 @@ def test_the_curve_to_a_state_is_the_shortest_and_leads_there() -> None:
             assert cost / UNIT == pytest.approx(curves.reeds_shepp(*ends, 2.5).length, abs=1e-5)
 
 
+@pytest.mark.parametrize("planner", [LatticePlanner, PadPlanner])
 @pytest.mark.parametrize("drive", DRIVES)
-def test_a_session_begins_where_the_robot_is(drive: str) -> None:
+def test_a_session_begins_where_the_robot_is(drive: str, planner: type[LatticePlanner | PadPlanner]) -> None:
     grid = Grid(np.pad(np.zeros((38, 58), dtype=bool), 1, constant_values=True), resolution=0.1)
     box = ((0.3, 0.15), (-0.1, 0.15), (-0.1, -0.15), (0.3, -0.15))
     robot = Robot(footprint=box, drive=drive, turn_radius=0.4)
     goal = (5.013, 3.027, 1.234)
-    session = session_of(Scene(grid, start_pose=(0.55, 0.55, 0.0), goal_pose=goal, robot=robot))
+    session = session_of(Scene(grid, start_pose=(0.55, 0.55, 0.0), goal_pose=goal, robot=robot), planner)
     for pose in ((0.613, 0.871, 0.3), (2.31, 2.04, -2.9), (4.77, 1.02, 1.5)):
         plan = session.plan(Change(pose=pose))
         assert max(misses(plan, Scene(grid, start_pose=pose, goal_pose=goal, robot=robot))) < BESIDE

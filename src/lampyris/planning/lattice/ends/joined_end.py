@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.hybrid import joins as kernel
 from lampyris.model.path import Pose
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference
@@ -170,6 +171,27 @@ def _around(pose: Pose, robot: ShortcutShape, lattice_map: LatticeMap) -> NDArra
     cells = np.column_stack((columns[dx], rows[dy]))
     turned = np.tile(np.array(headings, dtype=np.int64), len(cells))
     return np.column_stack((np.repeat(cells, len(headings), axis=0), turned)).astype(np.int64)
+
+
+def heuristic_of(goal: JoinedEnd, lattice_map: LatticeMap, field: GoalField) -> NDArray[np.int64]:
+    """The heuristic of a pose in all parts of the map, separated by walls, in which a state leads to it.
+
+    In each part it is that of the cheapest state there, :func:`lowered`.
+
+    Parameters
+    ----------
+    field : of an earlier map with the same goal, to be repaired.
+    """
+    found: NDArray[np.int64] | None = None
+    for cell, _ in goal.states:
+        if found is not None and found[cell] >= 0:
+            continue
+        base = lattice_map.heuristic((lattice_map.cell(cell),), field if found is None else None)
+        here = [k for k, (other, _) in enumerate(goal.states) if base[other] >= 0]
+        part = lowered(base, goal.only(here)) if here else base
+        found = part if found is None else np.where(part >= 0, part, found)
+    assert found is not None
+    return found
 
 
 def lowered(heuristic: NDArray[np.int64], end: JoinedEnd) -> NDArray[np.int64]:

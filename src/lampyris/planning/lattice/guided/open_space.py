@@ -8,7 +8,7 @@ Such tables: R. Knepper, A. Kelly, "High performance state lattice planning usin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ NEVER = 1 << 40
 """A cost above any in a table."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class OpenSpace:
     """Costs from the middle of an empty square.
 
@@ -47,8 +47,19 @@ class OpenSpace:
 
     def to(self, heading: int) -> NDArray[np.int64]:
         """Costs to a heading in the middle of the square, from each row, column and heading of it."""
-        flipped: NDArray[np.int64] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
-        return flipped
+        return _costs_to(self, heading)
+
+    @cached_property
+    def least(self) -> NDArray[np.int64]:
+        """Costs from a heading in the middle to each row and column, with any heading there; int64 (headings, side, side)."""
+        found: NDArray[np.int64] = self.cost.min(axis=3)
+        return found
+
+
+@lru_cache(32)
+def _costs_to(open_space: OpenSpace, heading: int) -> NDArray[np.int64]:
+    """The costs of :meth:`OpenSpace.to`, next to one another in memory: many goals read them again and again."""
+    return np.ascontiguousarray(open_space.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0))
 
 
 @lru_cache(8)
