@@ -16,9 +16,11 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import DRIVES, Robot
 from lampyris.model.scene import Scene
-from lampyris.planning.lattice.ends.joined_end import joined_end
+from lampyris.planning.lattice.ends.joined_end import JoinedEnd, heuristic_of, joined_end
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
+from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.pad_planner import PadPlanner
 from lampyris.planning.lattice.poses import to_cells
 from lampyris.referee import check_plan
@@ -185,3 +187,57 @@ def test_a_pose_in_a_wall_is_not_joined() -> None:
     assert misses(plan, scene)[1] < BESIDE
     inside = Scene(Grid(walls), start_pose=(11.4, 15.5, 0.1), goal_pose=goal, robot=robot)
     assert lampyris.plan(inside, "lattice").status is Status.START_OCCUPIED
+
+
+@pytest.mark.parametrize("planner", ["lattice", "pad"])
+@pytest.mark.parametrize("settings", [{}, {"goal_tolerance": 0.25, "goal_yaw_tolerance": 0.5}])
+def test_ends_at_states_are_held_to_the_poses_that_are_asked_for(
+    planner: str, settings: dict[str, float]
+) -> None:
+    """No end is joined here; the referee takes no path of another start for one of this all the same."""
+    grid = Grid(np.zeros((30, 40), dtype=bool), resolution=0.1)
+    robot = Robot(footprint=((0.2, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.2, -0.1)), drive="differential")
+    goal = (3.05, 2.05, math.pi / 2) if not settings else (3.08, 2.03, 1.4)
+    scene = Scene(grid, start_pose=(0.55, 0.55, 0.0), goal_pose=goal, robot=robot)
+    plan = lampyris.plan(scene, planner, **settings)
+    assert check_plan(plan, scene) is None
+    assert plan.attributes["end_error"] == pytest.approx(1e-4)
+    for aside in ((0.002, 0.0, 0.0), (0.0, 0.0, 0.01)):
+        start = (0.55 + aside[0], 0.55 + aside[1], aside[2])
+        found = check_plan(plan, Scene(grid, start_pose=start, goal_pose=goal, robot=robot))
+        assert found is not None
+        assert found.rule == "start"
+
+
+def test_states_on_both_sides_of_a_wall_count_as_goals() -> None:
+    """The cheapest state may lie in a part of the map that nobody comes from."""
+    walls = np.zeros((20, 30), dtype=bool)
+    walls[:, 15] = True
+    robot = Robot(footprint=((0.3, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.3, -0.3)), drive="differential")
+    scene = Scene(Grid(walls), start_pose=(5.5, 10.5, 0.0), goal_pose=(13.3, 9.7, 0.3), robot=robot)
+    lattice_map = session_of(scene).lattice_map
+    index = [lattice_map.index(cell) for cell in ((20, 10), (13, 9), (18, 12))]
+    end = JoinedEnd((13.0, 9.8, -0.3), [(one, 0) for one in index], [1, 5, 2], [np.zeros((1, 3))] * 3)
+    found = heuristic_of(end, lattice_map, GoalField())
+    assert [int(found[one]) >= 0 for one in index] == [True, True, True]
+    assert int(found[lattice_map.index((5, 9))]) > 5 * UNIT
+    for one, cost in zip(index, end.costs, strict=True):
+        assert int(found[one]) <= cost
+
+
+def test_a_fall_back_works_out_each_heuristic_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A start and a goal whose curves lead nowhere: four searches, two goals."""
+    walls = np.zeros((30, 40), dtype=bool)
+    walls[:, 20] = True
+    robot = Robot(footprint=FOOTPRINTS["square"], drive="differential")
+    scene = Scene(Grid(walls), start_pose=(5.3, 5.2, 0.4), goal_pose=(30.2, 20.4, 0.7), robot=robot)
+    made: list[int] = []
+    heuristic = LatticeMap.heuristic
+
+    def noted(self, *arguments):  # type: ignore[no-untyped-def]
+        made.append(1)
+        return heuristic(self, *arguments)
+
+    monkeypatch.setattr(LatticeMap, "heuristic", noted)
+    assert session_of(scene).plan().status is Status.NO_PATH
+    assert len(made) == 2

@@ -400,13 +400,27 @@ class LatticeSession(PoseSession[LatticeSearch]):
         attributes = self._settings.judged_by(scene.grid.resolution)
         if is_shorter:
             attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
-        if ends != AT_STATES and not any(beside):
+        if (
+            self._leaves_lattice(search.lattice_map)
+            and not beside[0]
+            and self._ends_well(path, bool(beside[1]))
+        ):
             attributes["end_error"] = NEAR * scene.grid.resolution
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes=attributes,
         )  # fmt: skip
+
+    def _ends_well(self, path: PosePath, beside: bool) -> bool:
+        """Whether a path ends at the goal, or ``beside`` it but within the tolerances."""
+        asked, grid, settings = self._scene.goal_pose, self._scene.grid, self._settings
+        if not beside or asked is None:
+            return True
+        x, y, yaw = path.poses[-1].tolist()
+        return distance((x, y), asked[:2]) <= settings.goal_tolerance + 0.5 * NEAR * grid.resolution and abs(
+            difference(yaw, asked[2])
+        ) <= max(settings.goal_yaw_tolerance, NEAR)
 
     def _driven(
         self, found: Found, lattice_map: LatticeMap, arm: float, ends: Ends, *, shorten: bool

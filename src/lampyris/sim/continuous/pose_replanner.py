@@ -51,6 +51,19 @@ _ASIDE = (1.0, 2.0, 4.0)
 """Cells along the path, ahead and back, of poses where a path is asked for if none begins where the robot stands."""
 
 
+_CLOSE = 500
+"""Expansions up to which a search without a path has seen the surroundings of the robot alone."""
+
+
+def _is_final(plan: Plan) -> bool:
+    """Whether there will be no path from a pose a little farther on, either.
+
+    There may be one where the robot cannot stand, or where a search has ended close around it: the states that it begins at are
+    few, and from another pose there are others. A search that expands nothing knows from its heuristic that there is no way.
+    """
+    return not plan and plan.status is not Status.START_OCCUPIED and not 0 < plan.expansions <= _CLOSE
+
+
 class PoseReplanner(Replanner):
     """A session of a planner of poses with what it has cost; see :class:`Replanner`."""
 
@@ -105,8 +118,8 @@ class PoseReplanner(Replanner):
                 if plan and plan.pose_path is not None and self._same(pose, plan.pose_path.poses[0]):
                     curve = curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
                     return plan, curve if lead is None else joined(lead, curve)
-                if self._begins_anywhere and not plan and plan.status is not Status.START_OCCUPIED:
-                    break  # nor will there be one from a pose a little farther on
+                if self._begins_anywhere and _is_final(plan):
+                    break
         if plan is None:
             plan = self._ask_from(pose_at(route.poses, s, self.scene.grid), squares_near(self.scene, message))
         return plan, None
