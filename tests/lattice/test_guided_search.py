@@ -61,6 +61,36 @@ def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.
     assert False in tries
 
 
+@sized("maps", 8, 600)
+def test_a_first_try_between_joined_ends_keeps_its_bound(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against a search with weight 1 between the same states, which makes no first try."""
+    monkeypatch.setattr(guided_search, "MANY", 0)
+    quick: list[bool] = []
+    first_try = guided_search.GuidedSearch.first_try
+
+    def noted(self, *arguments):  # type: ignore[no-untyped-def]
+        found, expansions = first_try(self, *arguments)
+        quick.append(found is not None)
+        return found, expansions
+
+    monkeypatch.setattr(guided_search.GuidedSearch, "first_try", noted)
+    for seed in range(maps):
+        scene = scene_of(seed, "ackermann", list(FOOTPRINTS.values())[seed % 3], side=14 + 5 * (seed % 5))
+        best = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0)).plan()
+        for weight in (1.3, 2.5):
+            plan = LatticePlanner(weight=weight).open(scene, np.random.default_rng(0)).plan()
+            assert plan.status is best.status, (seed, weight)
+            if plan.pose_path is None or best.pose_path is None:
+                continue
+            assert check_plan(plan, scene) is None
+            least = best.attributes.get("lattice_cost", best.pose_path.cost_m)
+            cost = plan.attributes.get("lattice_cost", plan.pose_path.cost_m)
+            assert plan.pose_path.lower_bound_m <= least * (1 + 1e-9), (seed, weight)
+            assert cost <= weight * least * (1 + 1e-6), (seed, weight)
+    assert True in quick
+    assert False in quick
+
+
 @sized("pairs", 6, 600)
 def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> None:
     """On maps some times as large as the squares of open space, against searches with weight 1."""

@@ -241,3 +241,27 @@ def test_a_fall_back_works_out_each_heuristic_once(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(LatticeMap, "heuristic", noted)
     assert session_of(scene).plan().status is Status.NO_PATH
     assert len(made) == 2
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_curves_that_are_left_out_at_first_cost_more(drive: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same states, in the same order, as if the curves to all of them were worked out."""
+    rng = np.random.default_rng(3)
+    walls = rng.random((60, 60)) < 0.02
+    robot = Robot(footprint=FOOTPRINTS["car"], drive=drive, turn_radius=9.0)
+    scene = Scene(Grid(walls), (1, 1), (50, 50), robot=robot)
+    session = session_of(scene)
+    found = 0
+    for pose in rng.uniform((3.0, 3.0, -3.1), (56.0, 56.0, 3.1), (12, 3)).tolist():
+        for into in (False, True):
+            ends = []
+            for some in (40, 100_000):
+                monkeypatch.setattr("lampyris.planning.lattice.ends.joined_end._SOME", some)
+                ends.append(joined_end(tuple(pose), session.curves(), session.lattice_map, into=into))
+            few, every = ends
+            assert (few is None) is (every is None)
+            if few is not None and every is not None:
+                found += 1
+                assert few.states == every.states
+                assert few.costs == every.costs
+    assert found > 5

@@ -1,4 +1,4 @@
-"""A lower bound of paths that leave the square around their start: costs without walls at both ends, and a field in between."""
+"""A lower bound of paths between two places: costs without walls in squares around both, and a field in between."""
 
 from __future__ import annotations
 
@@ -65,3 +65,34 @@ def least_over_rim(
                 rest = max(known, min(beyond, table[u64(inside + h)]))
                 best = min(best, cost[u64(place * headings + h)] + rest)
         bounds[u64(n)] = best
+
+
+@kernel(out=("table",), of="table", each=5_000)
+def least_of_goals(back, half, headings, facing, row, column, price, table_half, table, halt):
+    """The least cost to any of some goal states from the states of a square around them.
+
+    Parameters
+    ----------
+    back : int64 (headings * side * side * headings,): costs without walls to a heading in the middle of a square, from each row,
+        column and heading of it.
+    half : that square has ``2 * half + 1`` cells a side.
+    facing, row, column, price : int64 (n,): heading of each goal, where it is from the middle of the table, what it costs from
+        there on.
+    table_half : the table has ``2 * table_half + 1`` cells a side; all its cells are within the square around each goal.
+    table : int64 (table_side * table_side * headings,): the result, to begin with greater than any cost.
+    """
+    side = 2 * half + 1
+    far = half - table_half
+    width = (2 * table_half + 1) * headings
+    for k in range(len(facing)):
+        if stopped(halt):
+            return
+        more = price[u64(k)]
+        source = (facing[u64(k)] * side + far - row[u64(k)]) * side + far - column[u64(k)]
+        for y in range(2 * table_half + 1):
+            read = (source + y * side) * headings
+            write = y * width
+            for i in range(width):
+                whole = back[u64(read + i)] + more
+                if whole < table[u64(write + i)]:
+                    table[u64(write + i)] = whole

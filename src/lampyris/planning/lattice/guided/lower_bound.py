@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels.lattice.both_ends import least_over_rim
+from lampyris.kernels.lattice.both_ends import least_of_goals, least_over_rim
 from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
 
@@ -107,11 +107,11 @@ def goal_of(
         return None
     middle = row * lattice_map.stride + column
     table = np.full((2 * half + 1, 2 * half + 1, open_space.cost.shape[0]), NEVER)
-    for (_, heading), y, x, price in zip(
-        states, (rows - row).tolist(), (columns - column).tolist(), prices, strict=True
-    ):
-        part = open_space.to(heading)[far - y : far - y + 2 * half + 1, far - x : far - x + 2 * half + 1]
-        np.minimum(table, part + price if price else part, out=table)
+    headings = np.array([heading for _, heading in states], dtype=np.int64)
+    least_of_goals(
+        open_space.towards(headings.tolist()).ravel(), open_space.half, table.shape[2], headings, rows - row, columns - column,
+        np.array(prices, dtype=np.int64), half, table.ravel(),
+    )  # fmt: skip
     around, across, _, _, known = _rim_in(middle, half, lattice_map, heuristic)
     entry = int((table[around, across] - known[:, None]).min(initial=NEVER))
     return Goal(middle, states, prices, table, entry)
@@ -140,13 +140,14 @@ def lower_bounds(
         heuristic, stride, len(heuristic) // stride, cells, headings, row, column, half, open_space.least.ravel(),
         open_space.cost.ravel(), open_space.cost.shape[0], goal.table.ravel(), goal.half, goal.cell, goal.entry, bounds,
     )  # fmt: skip
-    for k, (cell, heading) in enumerate(starts):
-        # Or without leaving the square around the start.
-        least = int(bounds[k])
-        for (end, facing), more in zip(goal.states, goal.costs, strict=True):
-            down, across = (a - b for a, b in zip(divmod(end, stride), divmod(cell, stride), strict=True))
-            if max(abs(across), abs(down)) <= half:
-                least = min(least, int(open_space.cost[heading, half + down, half + across, facing]) + more)
-        known = goal.at_least((cell, heading), stride, int(heuristic[cell]))
-        bounds[k] = start_costs[k] + max(least, known)
-    return bounds
+    # Or without leaving the square around the start.
+    ends, facing = (np.array(part, dtype=np.int64) for part in zip(*goal.states, strict=True))
+    down, across = (
+        a[None, :] - b[:, None]
+        for a, b in zip(np.divmod(ends, stride), np.divmod(cells, stride), strict=True)
+    )
+    n, k = np.nonzero((np.abs(down) <= half) & (np.abs(across) <= half))
+    direct = open_space.cost[headings[n], half + down[n, k], half + across[n, k], facing[k]]
+    np.minimum.at(bounds, n, direct + np.array(goal.costs, dtype=np.int64)[k])
+    known = [goal.at_least(one, stride, int(heuristic[one[0]])) for one in starts]
+    return np.maximum(bounds, known) + np.array(start_costs, dtype=np.int64)

@@ -7,6 +7,7 @@ Such tables: R. Knepper, A. Kelly, "High performance state lattice planning usin
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -47,19 +48,32 @@ class OpenSpace:
 
     def to(self, heading: int) -> NDArray[np.int64]:
         """Costs to a heading in the middle of the square, from each row, column and heading of it."""
-        return _costs_to(self, heading)
+        return self.towards({heading})[heading]
+
+    def towards(self, headings: Iterable[int]) -> NDArray[np.int64]:
+        """Costs to a heading in the middle of the square, from each row, column and heading of it.
+
+        Parameters
+        ----------
+        headings : those for which the result is filled; int64 (headings, side, side, headings).
+        """
+        back, filled = self._back
+        for heading in set(headings) - filled:
+            back[heading] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
+            filled.add(heading)
+        return back
+
+    @cached_property
+    def _back(self) -> tuple[NDArray[np.int64], set[int]]:
+        """Room for the costs to each heading, next to one another in memory, and the headings that are there."""
+        n, side = self.cost.shape[0], 2 * self.half + 1
+        return np.empty((n, side, side, n), dtype=np.int64), set()
 
     @cached_property
     def least(self) -> NDArray[np.int64]:
         """Costs from a heading in the middle to each row and column, with any heading there; int64 (headings, side, side)."""
         found: NDArray[np.int64] = self.cost.min(axis=3)
         return found
-
-
-@lru_cache(32)
-def _costs_to(open_space: OpenSpace, heading: int) -> NDArray[np.int64]:
-    """The costs of :meth:`OpenSpace.to`, next to one another in memory: many goals read them again and again."""
-    return np.ascontiguousarray(open_space.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0))
 
 
 @lru_cache(8)
