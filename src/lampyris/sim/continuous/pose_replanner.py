@@ -29,6 +29,8 @@ from lampyris.motion.geometry.pose_curve import (
     pose_at,
     standing_at,
 )
+from lampyris.planning.base import Planner
+from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.sim.continuous.leg import Ceiling, Leg, comfort, leg_of, squares_near
 from lampyris.sim.continuous.replanner import Replanner
 from lampyris.sim.sensor import ObstacleMessage
@@ -39,6 +41,17 @@ from lampyris.typing import Cell, Floats
 def outlined(scene: Scene) -> Scene:
     """The scene as speed laws are to see it on a curve of poses, which has the robot's outline: its radius is 0."""
     return replace(scene, robot=disc(scene.robot, 0.0))
+
+
+def for_steering(planner: Planner) -> Planner:
+    """The planner whose path a controller that steers follows: a lattice without shortcuts.
+
+    Shortcuts pass close to the corners of walls in arcs of the least radius; a controller that cuts bends is stopped there.
+    """
+    if not isinstance(planner, LatticeSettings) or not getattr(planner, "shortcut", False):
+        return planner
+    plain: Planner = replace(planner, shortcut=False)  # type: ignore[call-arg]
+    return plain
 
 
 _BESIDE = 0.75
