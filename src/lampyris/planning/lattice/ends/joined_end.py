@@ -189,7 +189,7 @@ def _least_costs(nodes: Floats, headings: NDArray[np.int64], angles: Floats, rob
     """
     (x, y, yaw), others = nodes[0], nodes[1:]
     dx, dy = others[:, 0] - x, others[:, 1] - y
-    least = np.sqrt(dx * dx + dy * dy)
+    least: Floats = np.sqrt(dx * dx + dy * dy)
     if robot.drive != "ackermann":
         return least
     turns = np.remainder(others[:, 2] - yaw + math.pi, 2 * math.pi) - math.pi
@@ -198,7 +198,8 @@ def _least_costs(nodes: Floats, headings: NDArray[np.int64], angles: Floats, rob
     cos, sin = elementary.direction(yaw)
     cosines, sines = elementary.cos(angles)[headings], -elementary.sin(angles)[headings]
     aside = np.maximum(np.abs(cos * dy - sin * dx), np.abs(cosines * dy - sines * dx))
-    return np.maximum(least, np.sqrt(2.0 * robot.radius * aside)) * (1.0 - 1e-9)
+    least = np.maximum(least, np.sqrt(2.0 * robot.radius * aside))
+    return least * (1.0 - 1e-9)
 
 
 def _around(pose: Pose, robot: ShortcutShape, lattice_map: LatticeMap) -> NDArray[np.int64]:

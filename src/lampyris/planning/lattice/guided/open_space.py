@@ -48,7 +48,8 @@ class OpenSpace:
 
     def to(self, heading: int) -> NDArray[np.int64]:
         """Costs to a heading in the middle of the square, from each row, column and heading of it."""
-        return self.towards({heading})[heading]
+        table: NDArray[np.int64] = self.towards({heading})[heading]
+        return table
 
     def towards(self, headings: Iterable[int]) -> NDArray[np.int64]:
         """Costs to a heading in the middle of the square, from each row, column and heading of it.

@@ -77,8 +77,8 @@ def with_walls(
             large_enough = bool(kernel.spread_back(*args))
         else:
             large_enough, expanded = run_noting(kernel.spread_back, args, done, 1)
-            y, x = np.divmod(expanded // n, side)
-            places.append(lattice_map.cells(goal.cell + (y - half) * lattice_map.stride + x - half))
+            down, across = np.divmod(expanded // n, side)
+            places.append(lattice_map.cells(goal.cell + (down - half) * lattice_map.stride + across - half))
         keys = np.concatenate((keys, np.zeros_like(keys)))
         states = np.concatenate((states, np.zeros_like(states)))
     least = int(count[kernel.EXCESS])

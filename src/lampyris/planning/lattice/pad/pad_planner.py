@@ -190,7 +190,7 @@ class PadSession(LatticeSession):
         """
         goal, starts = query.ends.goal, {cell for cell, _ in query.starts}
         cells = dict.fromkeys(cell for cell, _ in query.goals)
-        bases = [tuple(sorted(cells))] if goal is None else [(cell,) for cell in cells]
+        bases: list[tuple[int, ...]] = [tuple(sorted(cells))] if goal is None else [(cell,) for cell in cells]
         if search.field is not None and search.field.goals in bases:
             bases.insert(0, search.field.goals)
         reached: NDArray[np.bool_] = np.zeros(search.lattice_map.walls.size, dtype=np.bool_)
