@@ -59,7 +59,7 @@ class OpenSpace:
         headings : those for which the result is filled; int64 (headings, side, side, headings).
         """
         back, filled = self._back
-        for heading in set(headings) - filled:
+        for heading in sorted(set(headings) - filled):
             back[heading] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
             filled.add(heading)
         return back
