@@ -94,7 +94,7 @@ def asked(planner: LatticePlanner | PadPlanner, scene: Scene, optimum: float | N
     spent = []
     plan = None
     for again in range(2):
-        if again and isinstance(planner, LatticePlanner):
+        if again:
             session._shortcut = False
         begin = time.thread_time_ns()
         found = session.plan()

@@ -127,7 +127,7 @@ def compared(scene: Scene, weight: float) -> Pair:
     rng = np.random.default_rng(0)
     full, adaptive = (
         LatticePlanner(weight=weight, shortcut=False).open(scene, rng),
-        PadPlanner(weight=weight).open(scene, rng),
+        PadPlanner(weight=weight, shortcut=False).open(scene, rng),
     )
     for session in (full, adaptive):
         session._search = session._search_among(frozenset())

@@ -14,7 +14,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.lattice.guided import guided_search
-from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bound
+from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bounds
 from lampyris.planning.lattice.guided.open_space import open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
@@ -41,9 +41,9 @@ def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.
     first_try = guided_search.GuidedSearch.first_try
 
     def noted(self, *arguments):  # type: ignore[no-untyped-def]
-        found = first_try(self, *arguments)
+        found, expansions = first_try(self, *arguments)
         tries.append(found is not None)
-        return found
+        return found, expansions
 
     monkeypatch.setattr(guided_search.GuidedSearch, "first_try", noted)
     for seed in range(maps):
@@ -59,6 +59,36 @@ def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.
                 assert path.bound <= weight * (1 + 1e-6)
     assert True in tries
     assert False in tries
+
+
+@sized("maps", 8, 600)
+def test_a_first_try_between_joined_ends_keeps_its_bound(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against a search with weight 1 between the same states, which makes no first try."""
+    monkeypatch.setattr(guided_search, "MANY", 0)
+    quick: list[bool] = []
+    first_try = guided_search.GuidedSearch.first_try
+
+    def noted(self, *arguments):  # type: ignore[no-untyped-def]
+        found, expansions = first_try(self, *arguments)
+        quick.append(found is not None)
+        return found, expansions
+
+    monkeypatch.setattr(guided_search.GuidedSearch, "first_try", noted)
+    for seed in range(maps):
+        scene = scene_of(seed, "ackermann", list(FOOTPRINTS.values())[seed % 3], side=14 + 5 * (seed % 5))
+        best = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0)).plan()
+        for weight in (1.3, 2.5):
+            plan = LatticePlanner(weight=weight).open(scene, np.random.default_rng(0)).plan()
+            assert plan.status is best.status, (seed, weight)
+            if plan.pose_path is None or best.pose_path is None:
+                continue
+            assert check_plan(plan, scene) is None
+            least = best.attributes.get("lattice_cost", best.pose_path.cost_m)
+            cost = plan.attributes.get("lattice_cost", plan.pose_path.cost_m)
+            assert plan.pose_path.lower_bound_m <= least * (1 + 1e-9), (seed, weight)
+            assert cost <= weight * least * (1 + 1e-6), (seed, weight)
+    assert True in quick
+    assert False in quick
 
 
 @sized("pairs", 6, 600)
@@ -82,9 +112,9 @@ def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> 
         )
         assert session._heuristic is not None
         field, open_space = session._heuristic[1], open_space_of(lattice_map.lattice)
-        bound = lower_bound(
-            start, goal_of([goal], open_space, lattice_map, field), open_space, lattice_map, field
-        )
+        known_goal = goal_of([goal], open_space, lattice_map, field)
+        assert known_goal is not None
+        (bound,) = lower_bounds([start], [0], known_goal, open_space, lattice_map, field).tolist()
         assert bound <= plan.pose_path.cost_m * UNIT * (1 + 1e-9)
         higher += bound > field[start[0]] + UNIT
     assert higher > known / 3

@@ -35,6 +35,8 @@ from lampyris.referee.caps import footprint_room
 from lampyris.referee.drive import measure
 from lampyris.referee.geometry.moving_footprint import signed_distance, times_within
 from lampyris.sim.continuous.drive import drive
+from lampyris.sim.continuous.pose_replanner import PoseReplanner
+from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.continuous_traffic import comes_nearer
 from lampyris.sim.world.pose_lookup import PoseLookup
 from lampyris_selfcheck.check import Ask
@@ -398,3 +400,33 @@ def test_an_obstacle_that_leaves_the_base_and_comes_nearer_to_the_front_is_seen_
     away = at - (x, y)
     assert ((to - at) * away).sum(axis=1)[:2].min() > 0.0
     assert comes_nearer(route, 0.0, at, to).tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(("expansions", "tried"), [(7, True), (0, False), (20_000, False)])
+def test_a_robot_whose_pose_is_cut_off_begins_elsewhere_on_its_path(
+    expansions: int, tried: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where the search ended close around it: a long search says that there is no way from a cell farther on, either."""
+    scene = scene_of()
+    replanner = PoseReplanner(scene, LatticePlanner(), 0, "none", None)
+    nobody = ObstacleMessage(0.0, np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    plan = replanner.first(nobody)
+    curve = replanner.curve(plan, (0.0, 0.0), None)
+    assert curve is not None
+    leg = replanner.leg(curve, lambda samples: None)
+    here = pose_at(leg.route.poses, 0.5, scene.grid)
+    whole = replanner.session.plan
+
+    def shut_in(change: Change, budget: object = None) -> lampyris.Plan:
+        assert change.pose is not None
+        if math.dist(change.pose[:2], here[:2]) < 1e-3:
+            return lampyris.Plan(Status.NO_PATH, "lattice", expansions=expansions)
+        return whole(change, None)
+
+    monkeypatch.setattr(replanner.session, "plan", shut_in)
+    answer, onward = replanner.again(leg, 0.5, None, 0.1)
+    assert (onward is not None) is tried
+    assert bool(answer) is tried
+    if onward is not None:
+        assert isinstance(onward, PoseCurve)
+        assert pose_at(onward, 0.0, scene.grid) == pytest.approx(here, abs=1e-9)

@@ -324,3 +324,20 @@ def test_noise_is_other_noise_when_its_window_begins_again() -> None:
         assert abs(np.corrcoef(first[0] * first[1], one._noise[0] * one._noise[1])[0, 1]) < 0.1
         assert np.sort(np.abs(one._noise[0])).tobytes() == np.sort(np.abs(first[0])).tobytes()
     assert len(seen) == 31
+
+
+@pytest.mark.parametrize("planner", ["lattice", "pad"])
+def test_controllers_that_steer_follow_paths_without_shortcuts(planner: str) -> None:
+    """Shortcuts graze corners; the exact controller alone follows them."""
+    scene = _scene("ackermann")
+    exact, steered = (
+        lampyris.drive(scene, planner, time_limit=0.1, controller=controller)
+        for controller in ("exact", "pure-pursuit")
+    )
+    plain = lampyris.plan(scene, planner, shortcut=False).pose_path
+    with_shortcuts = lampyris.plan(scene, planner).pose_path
+    assert plain is not None
+    assert with_shortcuts is not None
+    assert steered.paths[0].length == pytest.approx(plain.length_m, rel=1e-6)
+    assert exact.curves[0].length == pytest.approx(with_shortcuts.length_m, rel=1e-6)
+    assert exact.curves[0].length < steered.paths[0].length - 0.01

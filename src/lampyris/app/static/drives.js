@@ -42,7 +42,7 @@ export function mount(page, into) {
     return { drive: { ...rest, ...(Object.keys(settings).length ? { controller_settings: settings } : {}) } };
   }, "controller");
   const rivals = el("div", { class: "row rivals" });
-  const others = el("fieldset", { class: "stack plain" }, el("legend", null, "Compare with, on the same path"), rivals);
+  const others = el("fieldset", { class: "stack plain" }, el("legend", null, "Compare with, in the same scene"), rivals);
   const form = new Form(page, (settings) => {
     const { controller, controller_settings } = now();
     return { drive: { ...(controller ? { controller } : {}), ...(controller_settings ? { controller_settings } : {}), ...settings } };

@@ -8,7 +8,7 @@ a path by the admissible heuristic are left out, and closed states are not opene
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
-from lampyris.kernels.lattice.search import _pop, _push, is_covered, is_goal
+from lampyris.kernels.lattice.search import _goal_index, _pop, _push, is_covered
 
 
 @kernel(inline=True)
@@ -70,7 +70,7 @@ def _entry(heuristic, start, stride, headings, look, sector, table, half, goal_y
 @kernel(out=("mark", "parent", "closed", "keys", "states", "toward", "count", "best"), of="closed", each=1000)
 def greedy(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
-    disc_first, disc, disc_radius, goals, weight, most, limit, run, mark, parent, closed, keys, states, count, best,
+    disc_first, disc, disc_radius, goals, ends, weight, most, limit, run, mark, parent, closed, keys, states, count, best,
     stride, look, sector, toward, around, table, half, goal, halt,
 ):  # fmt: skip
     """Search until a goal state is reached, nothing waits, or the budget is used.
@@ -78,7 +78,7 @@ def greedy(
     Parameters
     ----------
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep, disc_first, disc,
-        disc_radius, goals, run, mark, parent, closed, keys, states, count, best : see
+        disc_radius, goals, ends, run, mark, parent, closed, keys, states, count, best : see
         :func:`lampyris.kernels.lattice.search.search`.
     weight : keys are cost + weight * estimate.
     most : greatest cost of the path.
@@ -159,8 +159,9 @@ def greedy(
             mark[u64(to)] = low + g_to
             parent[u64(to)] = p
             closed[u64(to)] = 0
-            if is_goal(goals, to):
-                best[u64(0)] = g_to
+            k = _goal_index(goals, to)
+            if k >= 0 and g_to + ends[u64(k)] <= most:
+                best[u64(0)] = g_to + ends[u64(k)]
                 best[u64(1)] = to
                 result = 0
                 break

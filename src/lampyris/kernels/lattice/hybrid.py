@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.lattice.low_field import is_free
-from lampyris.kernels.lattice.search import _pop, _push, is_goal
+from lampyris.kernels.lattice.search import _goal_index, _pop, _push
 
 LOW = 5
 """Entry of ``count``: cells expanded, a part of all expansions."""
@@ -37,7 +37,7 @@ def informed(h, cell, heading, stride, row, table, half, goal, entry):
 def search(
     wall, clear, heuristic, headings, first, offset, turned, cost, reach, inner, sweep_first, sweep,
     inside, member, group_first, most, order, row, table, half, goal, entry,
-    goals, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
+    goals, ends, near, weight, limit, run, mark, parent, closed, round_, keys, states, aside,
     count, best, halt,
 ):  # fmt: skip
     """Search until a goal state is taken out, nothing waits, or the budget is used.
@@ -163,9 +163,13 @@ def search(
                 parent[u64(to)] = p
                 if new:
                     closed[u64(to)] = 0
-                if h <= near and is_goal(goals, to):
-                    best[u64(0)] = g_to
-                    best[u64(1)] = to
+                if h <= near:
+                    k = _goal_index(goals, to)
+                    if k >= 0:
+                        whole = g_to + ends[u64(k)]
+                        if (most < 0 or whole <= most) and (best[u64(0)] < 0 or whole < best[u64(0)]):
+                            best[u64(0)] = whole
+                            best[u64(1)] = to
                 if closed[u64(to)] == round_ and weight > 1.0:
                     aside[u64(aside_n)] = to
                     aside_n += 1

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
@@ -24,7 +25,14 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
-from lampyris.planning.lattice.ends.joined_end import AT_STATES, Ends, JoinedEnd, joined_end, lowered
+from lampyris.planning.lattice.ends.joined_end import (
+    AT_STATES,
+    Ends,
+    JoinedEnd,
+    heuristic_of,
+    joined_end,
+)
+from lampyris.planning.lattice.ends.query import Query
 from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
@@ -195,6 +203,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         self._lattice = lattice_for(scene, settings, primitives)
         self._goal_end: tuple[LatticeMap, JoinedEnd | None] | None = None
         self._field = GoalField()
+        self._spare: tuple[object, NDArray[np.int64]] | None = None
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`."""
@@ -206,13 +215,16 @@ class LatticeSession(PoseSession[LatticeSearch]):
         first: Plan | None = None
         spent = 0
         # Curves that are free lead to few of the states: the nearest ones may be in another part of the lattice.
-        for ends in self._joined_ends(search.lattice_map).and_without():
-            plan = self._between(search, ends, limit)
-            spent += plan.expansions
-            if plan or plan.status is Status.LIMIT:
-                return replace(plan, expansions=spent)
-            first = plan if first is None else first
-            limit = None if limit is None else max(limit - plan.expansions, 0)
+        try:
+            for ends in self._joined_ends(search.lattice_map).and_without():
+                plan = self._between(search, ends, limit)
+                spent += plan.expansions
+                if plan or plan.status is Status.LIMIT:
+                    return replace(plan, expansions=spent)
+                first = plan if first is None else first
+                limit = None if limit is None else max(limit - plan.expansions, 0)
+        finally:
+            self._spare = None
         assert first is not None
         return replace(first, expansions=spent)
 
@@ -225,9 +237,8 @@ class LatticeSession(PoseSession[LatticeSearch]):
         goals = [] if ends.goal is not None else self.goals(lattice_map)
         if not goals and ends.goal is None:
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
-        if ends.start is None and ends.goal is None:
-            return self._searched(search, starts, goals, limit)
-        return self._searched_joined(search, starts, goals, ends, limit)
+        begun, ended = ([(lattice_map.index(cell), h) for cell, h in states] for states in (starts, goals))
+        return self._searched(search, Query.between(begun, ended, ends), limit)
 
     def _joined_ends(self, lattice_map: LatticeMap) -> Ends:
         """The poses at both ends that are no states of the lattice, joined to it."""
@@ -259,38 +270,6 @@ class LatticeSession(PoseSession[LatticeSearch]):
         turned = abs(difference(turns[headings_near(turns, yaw)[0]], yaw))
         return turned >= near or distance((x, y), (math.floor(x + 0.5), math.floor(y + 0.5))) >= near
 
-    def _searched_joined(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], ends: Ends, limit: int | None
-    ) -> Plan:
-        """The answer between states at one end that are free, and a pose at the other, or between two poses."""
-        name, lattice_map = self._settings.name, search.lattice_map
-        start, goal = ends
-        begins = [(lattice_map.index(cell), h) for cell, h in starts] if start is None else start.states
-        if goal is None:
-            known, goal_costs = self._known_goals(search, goals), None
-        else:
-            goal = self._known_end(search, goal)
-            known, goal_costs = goal.states, goal.costs
-        if not known:
-            return Plan(Status.NO_PATH, name, detail=_NO_PATH)
-        assert self._heuristic is not None
-        search.begin(self._heuristic[1], begins, known, None if start is None else start.costs, goal_costs)
-        answer = self._improve(search, limit)
-        return (
-            answer
-            if isinstance(answer, Plan)
-            else self._plan_of(*answer, search=search, ends=Ends(start, goal))
-        )
-
-    def _known_end(self, search: LatticeSearch, goal: JoinedEnd) -> JoinedEnd:
-        """Of the states that lead to the goal those that the heuristic, which is made where it is not there, is known at."""
-        lattice_map = search.lattice_map
-        if self._heuristic is None or self._heuristic[0] is not goal:
-            base = lattice_map.heuristic((lattice_map.cell(goal.states[0][0]),), self._field)
-            self._heuristic = goal, lowered(base, goal)
-        heuristic = self._heuristic[1]
-        return goal.only([k for k, (cell, _) in enumerate(goal.states) if heuristic[cell] >= 0])
-
     def stand(self, cell: Cell, pose: Pose | None) -> None:
         """Put the robot on a cell, in a pose if it is known."""
         self._robot, self._pose = cell, pose
@@ -304,40 +283,37 @@ class LatticeSession(PoseSession[LatticeSearch]):
     ) -> tuple[tuple[Pose, Floats] | None, int]:
         """A path without shortcuts, its first pose and its segments as of :func:`segments_of`, None if none was found; and the
         expansions."""
-        starts, goals = self.starts(search.lattice_map), self.goals(search.lattice_map)
+        lattice_map = search.lattice_map
+        starts, goals = (
+            [(lattice_map.index(cell), h) for cell, h in states]
+            for states in (self.starts(lattice_map), self.goals(lattice_map))
+        )
         if not starts or not goals:
             return None, 0
-        answer = self._search_states(search, starts, goals, limit)
+        answer = self._search_states(search, Query.between(starts, goals), limit)
         if isinstance(answer, Plan):
             return None, answer.expansions
-        return segments_of(answer[0], search.lattice_map), search.expansions
+        return segments_of(answer[0], lattice_map), search.expansions
 
-    def _searched(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
-    ) -> Plan:
+    def _searched(self, search: LatticeSearch, query: Query, limit: int | None) -> Plan:
         """The answer between states that are free."""
-        answer = self._search_states(search, starts, goals, limit)
-        return answer if isinstance(answer, Plan) else self._plan_of(*answer, search=search)
+        answer = self._search_states(search, query, limit)
+        return answer if isinstance(answer, Plan) else self._plan_of(*answer, search=search, ends=query.ends)
 
     def _search_states(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
+        self, search: LatticeSearch, query: Query, limit: int | None
     ) -> tuple[Found, str] | Plan:
         """A path between states that are free, and what is said of it; or the answer that there is none."""
         assert isinstance(self._settings, LatticePlanner)
-        name, lattice_map = self._settings.name, search.lattice_map
-        known = self._known_goals(search, goals)
-        if not known:
-            return Plan(Status.NO_PATH, name, detail=_NO_PATH)
-        assert self._heuristic is not None
-        heuristic = self._heuristic[1]
-        begins = [(lattice_map.index(cell), h) for cell, h in starts]
+        heuristic, query = self._known_goals(search, query)
+        if not query.goals:
+            return Plan(Status.NO_PATH, self._settings.name, detail=_NO_PATH)
         tried = 0
-        if isinstance(search, GuidedSearch) and self._is_guided(search, begins, known):
-            quick = search.first_try(heuristic, begins[0], known, self._settings.weight, limit)
+        if isinstance(search, GuidedSearch) and self._is_guided(search, query):
+            quick, tried = search.first_try(heuristic, query, self._settings.weight, limit)
             if quick is not None:
                 return quick, ""
-            tried = search.expansions
-        search.begin(heuristic, begins, known)
+        search.begin(heuristic, query.starts, query.goals, query.start_costs, query.goal_costs)
         search.charge(tried)
         return self._improve(search, limit)
 
@@ -353,29 +329,34 @@ class LatticeSession(PoseSession[LatticeSearch]):
             found, detail = self._improved(search, found, limit)
         return found, detail
 
-    def _is_guided(
-        self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]]
-    ) -> bool:
-        """Whether a first try is made: see :func:`is_guided`; from one state, to states at one cell."""
+    def _is_guided(self, search: LatticeSearch, query: Query) -> bool:
+        """Whether a first try is made: see :func:`is_guided`; from one pose, to one pose or to states at one cell."""
         assert isinstance(self._settings, LatticePlanner)
         return (
             not self._settings.anytime
-            and len(starts) == 1
-            and len({cell for cell, _ in goals}) == 1
+            and (query.ends.start is not None or len(query.starts) == 1)
+            and (query.ends.goal is not None or len({cell for cell, _ in query.goals}) == 1)
             and is_guided(search.lattice_map, self._settings.weight)
         )
 
-    def _known_goals(self, search: LatticeSearch, goals: list[State]) -> list[tuple[int, int]]:
-        """Of the goals those that the heuristic, which is made where it is not there, is known at."""
-        lattice_map = search.lattice_map
-        goal_cells = frozenset(cell for cell, _ in goals)
-        if self._heuristic is None or self._heuristic[0] != goal_cells:
-            self._heuristic = (
-                goal_cells,
-                lattice_map.heuristic(tuple(dict.fromkeys(cell for cell, _ in goals)), self._field),
-            )
+    def _known_goals(self, search: LatticeSearch, query: Query) -> tuple[NDArray[np.int64], Query]:
+        """The heuristic, which is made where it is not there, and the query with those of its goals that it is known at."""
+        lattice_map, goal = search.lattice_map, query.ends.goal
+        key = frozenset(cell for cell, _ in query.goals) if goal is None else goal
+        if self._spare is not None and self._spare[0] == key:
+            self._heuristic, self._spare = self._spare, self._heuristic
+        if self._heuristic is None or self._heuristic[0] != key:
+            # A fall-back from a joined goal to a state and back again needs both.
+            self._spare = self._heuristic
+            if goal is None:
+                cells = tuple(dict.fromkeys(lattice_map.cell(cell) for cell, _ in query.goals))
+                self._heuristic = key, lattice_map.heuristic(cells, self._field)
+            else:
+                self._heuristic = key, heuristic_of(goal, lattice_map, self._field)
         heuristic = self._heuristic[1]
-        return [(lattice_map.index(cell), h) for cell, h in goals if heuristic[lattice_map.index(cell)] >= 0]
+        return heuristic, query.ending_at(
+            [k for k, (cell, _) in enumerate(query.goals) if heuristic[cell] >= 0]
+        )
 
     def _none_found(self, outcome: int, expansions: int) -> Plan:
         """The answer where a search found no path."""
@@ -419,13 +400,27 @@ class LatticeSession(PoseSession[LatticeSearch]):
         attributes = self._settings.judged_by(scene.grid.resolution)
         if is_shorter:
             attributes["lattice_cost"] = found.cost / UNIT * scene.grid.resolution
-        if ends != AT_STATES and not any(beside):
+        if (
+            self._leaves_lattice(search.lattice_map)
+            and not beside[0]
+            and self._ends_well(path, bool(beside[1]))
+        ):
             attributes["end_error"] = NEAR * scene.grid.resolution
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
             attributes=attributes,
         )  # fmt: skip
+
+    def _ends_well(self, path: PosePath, beside: bool) -> bool:
+        """Whether a path ends at the goal, or ``beside`` it but within the tolerances."""
+        asked, grid, settings = self._scene.goal_pose, self._scene.grid, self._settings
+        if not beside or asked is None:
+            return True
+        x, y, yaw = path.poses[-1].tolist()
+        return distance((x, y), asked[:2]) <= settings.goal_tolerance + 0.5 * NEAR * grid.resolution and abs(
+            difference(yaw, asked[2])
+        ) <= max(settings.goal_yaw_tolerance, NEAR)
 
     def _driven(
         self, found: Found, lattice_map: LatticeMap, arm: float, ends: Ends, *, shorten: bool

@@ -131,13 +131,12 @@ class LiveSearch:
             FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
         )
 
-    def answers(self, limit: int, obstacles: int) -> AnswersInTicks:
+    def answers(self, limit: int) -> AnswersInTicks:
         """For a kernel that asks by itself.
 
         Parameters
         ----------
         limit : states that an answer may expand; -1: any number.
-        obstacles : how many there may be; the kernel leaves a question among more of them to the caller.
         """
         if self._answers is None:
             rest = (

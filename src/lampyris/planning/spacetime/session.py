@@ -146,7 +146,7 @@ class TimedSession(SessionBase):
         Before any other call :meth:`answered` takes in what it has answered.
         """
         search = self._recalled() if live else None
-        return None if search is None else search.answers(-1 if limit is None else limit, obstacles)
+        return None if search is None else search.answers(-1 if limit is None else limit)
 
     def answered(self, asked: NDArray[np.int64]) -> None:
         """Take in what a kernel has answered."""

@@ -191,7 +191,9 @@ def _bars(profile: Profile | None, values: FloatGrid | None, layer: str) -> list
         bars.append((style.speed_map(), _top_speed(profile), f"speed ({profile.units})"))
     if values is not None:
         finite = values[np.isfinite(values)]
-        top = float(finite.max()) if finite.size else 0.0
+        if not finite.size:
+            return bars
+        top = float(finite.max())
         what = "luciferin (lower is better)" if layer == "luciferin" else "cost to the goal (cells)"
         bars.append((style.landscape_map(), top or 1.0, what))
     return bars

@@ -41,7 +41,7 @@ from lampyris.sim.continuous.compiled_periods import CompiledPeriods, supported
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import covered_cells
-from lampyris.sim.continuous.pose_replanner import PoseReplanner
+from lampyris.sim.continuous.pose_replanner import PoseReplanner, for_steering
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.sight import Sight
 from lampyris.sim.continuous.state import DriveState, Log
@@ -157,7 +157,8 @@ class DriveSimulation(Exclusive):
         opened = scene if self.sight is None else self.sight.map.given
         self.visits = self._visits_of(planner, opened)
         opened = aimed(opened, self.visits.target)
-        self.replanner = kind(opened, planner, self.seed, one.smooth, one.spacing, budget)
+        followed = planner if one.controller == "exact" else for_steering(planner)
+        self.replanner = kind(opened, followed, self.seed, one.smooth, one.spacing, budget)
         if self.sight is not None:
             self.replanner.learn(self.sight.scene, [], ())
         if isinstance(self.replanner, TimedReplanner):

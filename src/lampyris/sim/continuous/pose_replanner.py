@@ -29,6 +29,8 @@ from lampyris.motion.geometry.pose_curve import (
     pose_at,
     standing_at,
 )
+from lampyris.planning.base import Planner
+from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.sim.continuous.leg import Ceiling, Leg, comfort, leg_of, squares_near
 from lampyris.sim.continuous.replanner import Replanner
 from lampyris.sim.sensor import ObstacleMessage
@@ -41,6 +43,17 @@ def outlined(scene: Scene) -> Scene:
     return replace(scene, robot=disc(scene.robot, 0.0))
 
 
+def for_steering(planner: Planner) -> Planner:
+    """The planner whose path a controller that steers follows: a lattice without shortcuts.
+
+    Shortcuts pass close to the corners of walls in arcs of the least radius; a controller that cuts bends is stopped there.
+    """
+    if not isinstance(planner, LatticeSettings) or not getattr(planner, "shortcut", False):
+        return planner
+    plain: Planner = replace(planner, shortcut=False)  # type: ignore[call-arg]
+    return plain
+
+
 _BESIDE = 0.75
 """Cells: the middle of a square is at most so far from any place in it, and a little farther."""
 
@@ -49,6 +62,19 @@ _HERE = 1e-9
 
 _ASIDE = (1.0, 2.0, 4.0)
 """Cells along the path, ahead and back, of poses where a path is asked for if none begins where the robot stands."""
+
+
+_CLOSE = 500
+"""Expansions up to which a search without a path has seen the surroundings of the robot alone."""
+
+
+def _is_final(plan: Plan) -> bool:
+    """Whether there will be no path from a pose a little farther on, either.
+
+    There may be one where the robot cannot stand, or where a search has ended close around it: the states that it begins at are
+    few, and from another pose there are others. A search that expands nothing knows from its heuristic that there is no way.
+    """
+    return not plan and plan.status is not Status.START_OCCUPIED and not 0 < plan.expansions <= _CLOSE
 
 
 class PoseReplanner(Replanner):
@@ -105,8 +131,8 @@ class PoseReplanner(Replanner):
                 if plan and plan.pose_path is not None and self._same(pose, plan.pose_path.poses[0]):
                     curve = curve_of_poses(plan.pose_path, self.scene.grid, self.scene.robot)
                     return plan, curve if lead is None else joined(lead, curve)
-                if self._begins_anywhere and not plan and plan.status is not Status.START_OCCUPIED:
-                    break  # nor will there be one from a pose a little farther on
+                if self._begins_anywhere and _is_final(plan):
+                    break
         if plan is None:
             plan = self._ask_from(pose_at(route.poses, s, self.scene.grid), squares_near(self.scene, message))
         return plan, None

@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import elementary
 from lampyris.kernels.hybrid import joins as kernel
 from lampyris.model.path import Pose
+from lampyris.planning.lattice.goal_field import GoalField
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import difference
@@ -29,6 +31,8 @@ _LEAST, _FARTHEST = 3, 8
 """The same for cars, at least and at most."""
 _SAME = 1e-9
 """Cells, and radians, by which two poses may differ that count as one."""
+_SOME = 256
+"""States of a car, those with the least lower bounds, whose curves are worked out first."""
 _SWING = math.radians(70.0)
 """Angle between the headings of a car at a pose and at a state, at most."""
 
@@ -122,6 +126,7 @@ def joined_end(
     """
     if not lattice_map.stands_free(robot.footprint, pose):
         return None
+    car = robot.drive == "ackermann"
     states = _around(pose, robot, lattice_map)
     if not len(states):
         return None
@@ -133,17 +138,37 @@ def joined_end(
     nodes[1:, 2] = -angles[states[:, 2]]
     whole, numbers = kernel_numbers(robot, lattice_map)
     room = (np.zeros(15), np.zeros(3), np.zeros(5), np.zeros(5, dtype=np.int64))
-    costs = np.zeros(len(states))
-    flat = nodes.ravel()
-    kernel.join_costs(flat, into, whole, numbers, costs, *room)
-    order = np.argsort(costs, kind="stable")
-    order = order[np.isfinite(costs[order])] + 1
-    curves, taken = np.zeros(15 * KEPT), np.zeros(KEPT, dtype=np.int64)
     vertices = np.array(robot.footprint)
-    kernel.free_joins(
-        lattice_map.walls, lattice_map.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
-        whole, numbers, flat, into, order, curves, taken, *room,
-    )  # fmt: skip
+    body = vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel()
+    least = _least_costs(nodes, states[:, 2], angles, robot)
+    nearest = np.argsort(least, kind="stable")
+    some = _SOME if car else len(states)
+    while True:
+        # Those that are left out cost more than the ones that count.
+        among = np.concatenate(([0], np.sort(nearest[:some]) + 1))
+        flat, costs = nodes[among].ravel(), np.zeros(len(among) - 1)
+        kernel.join_costs(flat, into, whole, numbers, costs, *room)
+        beyond = float(least[nearest[some]]) if some < len(states) else math.inf
+        order = np.argsort(costs, kind="stable")
+        order = order[costs[order] < beyond] + 1
+        curves, taken = np.zeros(15 * KEPT), np.zeros(KEPT, dtype=np.int64)
+        kernel.free_joins(
+            lattice_map.walls,
+            lattice_map.clear,
+            *body,
+            whole,
+            numbers,
+            flat,
+            into,
+            order,
+            curves,
+            taken,
+            *room,
+        )
+        if some >= len(states) or (taken > 0).all():
+            break
+        some *= 4
+    states = states[among[1:] - 1]
     taken = taken[taken > 0] - 1
     if not len(taken):
         return None
@@ -152,8 +177,29 @@ def joined_end(
         pose,
         [(lattice_map.index((x, y)), h) for x, y, h in states[taken].tolist()],
         [math.ceil(cost * UNIT) for cost in costs[taken].tolist()],
-        [row[(row[:, :2] != 0).any(axis=1)] for row in rows],
+        [row[driven] for row, driven in zip(rows, (rows[:, :, :2] != 0).any(axis=2), strict=True)],
     )
+
+
+def _least_costs(nodes: Floats, headings: NDArray[np.int64], angles: Floats, robot: ShortcutShape) -> Floats:
+    """Costs that no curve of a car between the first node and each other one undercuts, nor one of another drive; float64 (n,).
+
+    Nor is it shorter than the straight line, nor than the turn at the least radius; and in the frame of either end a car gets
+    so far to the side only by turning off.
+    """
+    (x, y, yaw), others = nodes[0], nodes[1:]
+    dx, dy = others[:, 0] - x, others[:, 1] - y
+    least: Floats = np.sqrt(dx * dx + dy * dy)
+    if robot.drive != "ackermann":
+        return least
+    turns = np.remainder(others[:, 2] - yaw + math.pi, 2 * math.pi) - math.pi
+    least = np.maximum(least, robot.radius * np.abs(turns))
+    # Of a curve of length s no more than s * s / (2 * radius) leads to the side, seen from either end.
+    cos, sin = elementary.direction(yaw)
+    cosines, sines = elementary.cos(angles)[headings], -elementary.sin(angles)[headings]
+    aside = np.maximum(np.abs(cos * dy - sin * dx), np.abs(cosines * dy - sines * dx))
+    least = np.maximum(least, np.sqrt(2.0 * robot.radius * aside))
+    return least * (1.0 - 1e-9)
 
 
 def _around(pose: Pose, robot: ShortcutShape, lattice_map: LatticeMap) -> NDArray[np.int64]:
@@ -170,6 +216,27 @@ def _around(pose: Pose, robot: ShortcutShape, lattice_map: LatticeMap) -> NDArra
     cells = np.column_stack((columns[dx], rows[dy]))
     turned = np.tile(np.array(headings, dtype=np.int64), len(cells))
     return np.column_stack((np.repeat(cells, len(headings), axis=0), turned)).astype(np.int64)
+
+
+def heuristic_of(goal: JoinedEnd, lattice_map: LatticeMap, field: GoalField) -> NDArray[np.int64]:
+    """The heuristic of a pose in all parts of the map, separated by walls, in which a state leads to it.
+
+    In each part it is that of the cheapest state there, :func:`lowered`.
+
+    Parameters
+    ----------
+    field : of an earlier map with the same goal, to be repaired.
+    """
+    found: NDArray[np.int64] | None = None
+    for cell, _ in goal.states:
+        if found is not None and found[cell] >= 0:
+            continue
+        base = lattice_map.heuristic((lattice_map.cell(cell),), field if found is None else None)
+        here = [k for k, (other, _) in enumerate(goal.states) if base[other] >= 0]
+        part = lowered(base, goal.only(here)) if here else base
+        found = part if found is None else np.where(part >= 0, part, found)
+    assert found is not None
+    return found
 
 
 def lowered(heuristic: NDArray[np.int64], end: JoinedEnd) -> NDArray[np.int64]:

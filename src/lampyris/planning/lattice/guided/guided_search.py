@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from lampyris._core import elementary
 from lampyris.kernels.lattice.greedy import greedy
 from lampyris.kernels.lattice.search import FULL
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.ends.query import Query
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bounds
 from lampyris.planning.lattice.guided.open_space import NEVER, REACH, open_space_of
 from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.map import LatticeMap
@@ -119,32 +120,49 @@ class GuidedSearch(LatticeSearch):
         self._outlook: Outlook | None = None
 
     def first_try(
-        self, heuristic: NDArray[np.int64], start: tuple[int, int], goals: list[tuple[int, int]], weight: float,
-        limit: int | None,
-    ) -> Found | None:  # fmt: skip
-        """A path of at most ``weight`` times a lower bound, if it is found soon.
+        self, heuristic: NDArray[np.int64], query: Query, weight: float, limit: int | None
+    ) -> tuple[Found | None, int]:
+        """A path of at most ``weight`` times a lower bound, if it is found soon; and the expansions.
 
         Parameters
         ----------
-        goals : all at one cell.
+        query : with goals that the heuristic is known at: joined to one pose, or all at one cell.
         limit : greatest number of expansions.
         """
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
         open_space = open_space_of(lattice)
         outlook = self._outlook
-        headings = [heading for _, heading in goals]
-        if outlook is None or outlook.heuristic is not heuristic or outlook.goal.headings != headings:
-            goal = goal_of(goals, open_space, lattice_map, heuristic)
+        if outlook is None or outlook.heuristic is not heuristic or outlook.goal.states != query.goals:
+            goal = goal_of(query.goals, open_space, lattice_map, heuristic, query.goal_costs)
+            if goal is None:
+                return None, 0
             self._outlook = outlook = Outlook(heuristic, goal, np.zeros(len(heuristic), dtype=np.int8))
-        bound = lower_bound(start, outlook.goal, open_space, lattice_map, heuristic)
-        self.begin(heuristic, [start], goals)
-        while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
-            self._enlarge()
+        query = query.starting_at([k for k, (cell, _) in enumerate(query.starts) if heuristic[cell] >= 0])
+        if not query.starts:
+            return None, 0
+        bounds = lower_bounds(
+            query.starts, query.start_costs, outlook.goal, open_space, lattice_map, heuristic
+        )
+        bound = int(bounds.min())
+        self.begin(heuristic, query.starts, query.goals, query.start_costs, query.goal_costs)
+        self._sort_starts(query, bounds)
+        if not 0 <= self._best[0] <= math.floor(weight * bound):
+            self._best[:] = -1
+            while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
+                self._enlarge()
         if self._best[0] < 0:
-            return None
+            return None, self.expansions
         states, primitives, last = self._followed()
-        cost = lattice_map.cost_of([cell for cell, _ in states], primitives)
-        return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost))
+        cost = int(self._best[0])
+        return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost)), self.expansions
+
+    def _sort_starts(self, query: Query, bounds: NDArray[np.int64]) -> None:
+        """Have the starts wait in the order of their keys, by their lower bounds."""
+        costs = np.array(query.start_costs, dtype=np.int64)
+        keys = costs + (ORDER * (bounds - costs)).astype(np.int64)
+        order = np.argsort(keys, kind="stable")  # a sorted array is a heap
+        states = np.array([cell * self._stride + heading for cell, heading in query.starts])
+        self._keys[: len(order)], self._states[: len(order)] = keys[order], states[order]
 
     def _try(self, outlook: Outlook, bound: int, weight: float, limit: int) -> int:
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
@@ -153,7 +171,7 @@ class GuidedSearch(LatticeSearch):
                 lattice_map.walls, lattice_map.clear, self._heuristic, self._stride, lattice.first, lattice_map.offsets,
                 lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
                 lattice_map.swept, lattice.disc_first, lattice_map.discs, lattice.disc_radius,
-                self._goals, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
+                self._goals, self._ends, ORDER, math.floor(weight * bound), limit, self._run, self._mark,
                 self._parent, self._closed, self._keys, self._states, self._count, self._best, lattice_map.stride, LOOK,
                 sectors(lattice.angles), outlook.toward, around(lattice).ravel(), outlook.goal.table.ravel(),
                 (outlook.goal.table.shape[0] - 1) // 2, outlook.goal.cell,

@@ -1,7 +1,8 @@
 """A lower bound that knows the headings at both ends: tables of open space around them, and the field in between.
 
 A path leaves the square around its start, unless the goal lies in it, and costs until then no less than without walls. The
-same holds at its other end, backward. In between it costs no less than the difference of the field.
+same holds at its other end, backward. In between it costs no less than the difference of the field. Either end may be several
+states, each with the cost of a curve between it and the pose that is asked for.
 """
 
 from __future__ import annotations
@@ -12,26 +13,29 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels.lattice.both_ends import least_of_goals, least_over_rim
 from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
 
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """The goal states, all at one cell.
+    """The states at which a path may end.
 
     Parameters
     ----------
-    cell : index of the cell.
-    headings : of the states.
-    table : int64 (side, side, headings): costs to it without walls from each row, column and heading of a square around it.
+    cell : index of the cell in the middle of the square.
+    states : cell index and heading of each.
+    costs : of the curves from the states to the goal, 0 where the goal is a state.
+    table : int64 (side, side, headings): costs to the goal without walls from each row, column and heading of the square.
     entry : what a path from outside the square costs more than the field says, at least.
 
-    Both may be of open space, or know the walls.
+    Table and entry may be of open space, or know the walls.
     """
 
     cell: int
-    headings: list[int]
+    states: list[tuple[int, int]]
+    costs: list[int]
     table: NDArray[np.int64]
     entry: int
 
@@ -84,37 +88,66 @@ def goal_of(
     open_space: OpenSpace,
     lattice_map: LatticeMap,
     heuristic: NDArray[np.int64],
-) -> Goal:
-    """What is known of goal states (cell index, heading), all at one cell."""
-    table = open_space.to(states[0][1])
-    for _, heading in states[1:]:
-        table = np.minimum(table, open_space.to(heading))
-    row, column, _, _, known = _rim_in(states[0][0], open_space.half, lattice_map, heuristic)
-    entry = int((table[row, column] - known[:, None]).min(initial=NEVER))
-    return Goal(states[0][0], [heading for _, heading in states], np.ascontiguousarray(table), entry)
+    costs: list[int] | None = None,
+) -> Goal | None:
+    """What is known of goal states (cell index, heading); None: they are too far apart for a square around all of them.
+
+    A path that stays in the square around their middle stays in the larger squares around each of them, too.
+
+    Parameters
+    ----------
+    costs : of the curves from the states to the goal; by default they are the goal, all at one cell.
+    """
+    prices = [0] * len(states) if costs is None else costs
+    rows, columns = np.divmod(np.array([cell for cell, _ in states]), lattice_map.stride)
+    row, column = (int((part.min() + part.max()) // 2) for part in (rows, columns))
+    far = int(max(np.abs(rows - row).max(), np.abs(columns - column).max()))
+    half = open_space.half - far
+    if half < 2 * far:
+        return None
+    middle = row * lattice_map.stride + column
+    table = np.full((2 * half + 1, 2 * half + 1, open_space.cost.shape[0]), NEVER)
+    headings = np.array([heading for _, heading in states], dtype=np.int64)
+    least_of_goals(
+        open_space.towards(headings.tolist()).ravel(), open_space.half, table.shape[2], headings, rows - row, columns - column,
+        np.array(prices, dtype=np.int64), half, table.ravel(),
+    )  # fmt: skip
+    around, across, _, _, known = _rim_in(middle, half, lattice_map, heuristic)
+    entry = int((table[around, across] - known[:, None]).min(initial=NEVER))
+    return Goal(middle, states, prices, table, entry)
 
 
-def lower_bound(
-    start: tuple[int, int],
+def lower_bounds(
+    starts: list[tuple[int, int]],
+    start_costs: list[int],
     goal: Goal,
     open_space: OpenSpace,
     lattice_map: LatticeMap,
     heuristic: NDArray[np.int64],
-) -> int:
-    """A cost that no path from a start state to the goal undercuts."""
-    half, (cell, heading) = open_space.half, start
-    row, column, y, x, known = _rim_in(cell, half, lattice_map, heuristic)
-    goal_y, goal_x = divmod(goal.cell, lattice_map.stride)
-    # From the rim on: within the square around the goal, or from outside into it.
-    rest = np.broadcast_to((known + goal.entry)[:, None], (len(known), goal.table.shape[2]))
-    near = (np.abs(y - goal_y) <= half) & (np.abs(x - goal_x) <= half)
-    if near.any():
-        rest = rest.copy()
-        rest[near] = np.minimum(rest[near], goal.table[y[near] - goal_y + half, x[near] - goal_x + half])
-    gone = open_space.cost[heading, row, column]
-    least = int((gone + np.maximum(rest, known[:, None])).min(initial=NEVER))
+) -> NDArray[np.int64]:
+    """For each start state a cost that no path from there to the goal undercuts; int64 (n,).
+
+    Parameters
+    ----------
+    starts : cell index and heading of each, where the heuristic is known.
+    start_costs : of the curves to the start states, which count.
+    """
+    half, stride = open_space.half, lattice_map.stride
+    row, column = _rim(half, int(np.abs(lattice_map.lattice.cell).max()))
+    cells, headings = (np.array(part, dtype=np.int64) for part in zip(*starts, strict=True))
+    bounds = np.zeros(len(starts), dtype=np.int64)
+    least_over_rim(
+        heuristic, stride, len(heuristic) // stride, cells, headings, row, column, half, open_space.least.ravel(),
+        open_space.cost.ravel(), open_space.cost.shape[0], goal.table.ravel(), goal.half, goal.cell, goal.entry, bounds,
+    )  # fmt: skip
     # Or without leaving the square around the start.
-    across, down = goal_x - cell % lattice_map.stride, goal_y - cell // lattice_map.stride
-    if max(abs(across), abs(down)) <= half:
-        least = min(least, int(open_space.cost[heading, half + down, half + across][goal.headings].min()))
-    return max(least, goal.at_least(start, lattice_map.stride, int(heuristic[cell])))
+    ends, facing = (np.array(part, dtype=np.int64) for part in zip(*goal.states, strict=True))
+    down, across = (
+        a[None, :] - b[:, None]
+        for a, b in zip(np.divmod(ends, stride), np.divmod(cells, stride), strict=True)
+    )
+    n, k = np.nonzero((np.abs(down) <= half) & (np.abs(across) <= half))
+    direct = open_space.cost[headings[n], half + down[n, k], half + across[n, k], facing[k]]
+    np.minimum.at(bounds, n, direct + np.array(goal.costs, dtype=np.int64)[k])
+    known = [goal.at_least(one, stride, int(heuristic[one[0]])) for one in starts]
+    return np.maximum(bounds, known) + np.array(start_costs, dtype=np.int64)

@@ -7,8 +7,9 @@ Such tables: R. Knepper, A. Kelly, "High performance state lattice planning usin
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ NEVER = 1 << 40
 """A cost above any in a table."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class OpenSpace:
     """Costs from the middle of an empty square.
 
@@ -47,8 +48,33 @@ class OpenSpace:
 
     def to(self, heading: int) -> NDArray[np.int64]:
         """Costs to a heading in the middle of the square, from each row, column and heading of it."""
-        flipped: NDArray[np.int64] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
-        return flipped
+        table: NDArray[np.int64] = self.towards({heading})[heading]
+        return table
+
+    def towards(self, headings: Iterable[int]) -> NDArray[np.int64]:
+        """Costs to a heading in the middle of the square, from each row, column and heading of it.
+
+        Parameters
+        ----------
+        headings : those for which the result is filled; int64 (headings, side, side, headings).
+        """
+        back, filled = self._back
+        for heading in sorted(set(headings) - filled):
+            back[heading] = self.cost[:, ::-1, ::-1, heading].transpose(1, 2, 0)
+            filled.add(heading)
+        return back
+
+    @cached_property
+    def _back(self) -> tuple[NDArray[np.int64], set[int]]:
+        """Room for the costs to each heading, next to one another in memory, and the headings that are there."""
+        n, side = self.cost.shape[0], 2 * self.half + 1
+        return np.empty((n, side, side, n), dtype=np.int64), set()
+
+    @cached_property
+    def least(self) -> NDArray[np.int64]:
+        """Costs from a heading in the middle to each row and column, with any heading there; int64 (headings, side, side)."""
+        found: NDArray[np.int64] = self.cost.min(axis=3)
+        return found
 
 
 @lru_cache(8)

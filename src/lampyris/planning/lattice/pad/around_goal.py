@@ -52,15 +52,20 @@ def with_walls(
     lattice, half = lattice_map.lattice, goal.half
     n, side = lattice.shape.headings, 2 * half + 1
     began, last, first = by_end(lattice)
-    middle = (half * side + half) * n
+    corner_y, corner_x = (part - half for part in divmod(goal.cell, lattice_map.stride))
     found = np.full(side * side * n, -1, dtype=np.int64)
     done = np.zeros(side * side * n, dtype=np.uint8)
     room = 1 << 14
     keys, states = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int32)
-    for k, heading in enumerate(goal.headings):
-        found[middle + heading] = 0
-        states[k] = middle + heading
-    count = np.array((len(goal.headings), 0, NEVER), dtype=np.int64)
+    waiting = sorted(
+        (cost - int(costs[cell]), cell, heading, cost)
+        for (cell, heading), cost in zip(goal.states, goal.costs, strict=True)
+    )  # a sorted array is a heap
+    for k, (excess, cell, heading, cost) in enumerate(waiting):
+        y, x = divmod(cell, lattice_map.stride)
+        keys[k], states[k] = excess, ((y - corner_y) * side + x - corner_x) * n + heading
+        found[states[k]] = cost
+    count = np.array((len(waiting), 0, NEVER), dtype=np.int64)
     large_enough = False
     while not large_enough:
         args = (
@@ -72,16 +77,16 @@ def with_walls(
             large_enough = bool(kernel.spread_back(*args))
         else:
             large_enough, expanded = run_noting(kernel.spread_back, args, done, 1)
-            y, x = np.divmod(expanded // n, side)
-            places.append(lattice_map.cells(goal.cell + (y - half) * lattice_map.stride + x - half))
+            down, across = np.divmod(expanded // n, side)
+            places.append(lattice_map.cells(goal.cell + (down - half) * lattice_map.stride + across - half))
         keys = np.concatenate((keys, np.zeros_like(keys)))
         states = np.concatenate((states, np.zeros_like(states)))
-    excess = int(count[kernel.EXCESS])
+    least = int(count[kernel.EXCESS])
     known = _square(goal, lattice_map, costs)[:, :, None]
     exact = done.reshape(side, side, n) != 0
-    table = np.where(exact, found.reshape(side, side, n), np.maximum(goal.table, known + excess))
+    table = np.where(exact, found.reshape(side, side, n), np.maximum(goal.table, known + least))
     return (
-        replace(goal, table=np.ascontiguousarray(table), entry=max(goal.entry, excess)),
+        replace(goal, table=np.ascontiguousarray(table), entry=max(goal.entry, least)),
         int(count[kernel.EXPANDED]),
     )
 

@@ -55,6 +55,8 @@ class RegionalHeadingSearch(LatticeSearch):
         """See :meth:`LatticeSearch.begin`; a state outside all regions stands for its cell."""
         begun, ended = ([self._seen(one) for one in states] for states in (starts, goals))
         super().begin(heuristic, begun, ended, start_costs, goal_costs)
+        if 0 <= self.most < self._best[0]:
+            self._best[:] = -1  # a start is a goal, at too high a cost
 
     def _seen(self, state: State) -> State:
         return state if self.inside[state[0]] else (state[0], self._stride - 1)
@@ -92,7 +94,7 @@ class RegionalHeadingSearch(LatticeSearch):
                 lattice_map.offsets, lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6,
                 lattice.sweep_first, lattice_map.swept, self.inside, projection.member, projection.group_first,
                 self.most, self.order, lattice_map.stride, table, half, cell, entry,
-                self._goals, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
+                self._goals, self._ends, self._near, weight, limit, self._run, self._mark, self._parent, self._closed,
                 self._round, self._keys, self._states, self._aside, self._count, self._best,
             )
         )  # fmt: skip

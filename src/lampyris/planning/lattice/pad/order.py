@@ -39,7 +39,6 @@ def put_in_order(
         table[cells] = 0
         return
     open_space = open_space_of(lattice, FAR)
-    half = open_space.half
     towards = _towards(cells, lattice_map, field)
     if lattice.shape.drive == "omnidirectional":
         extra = np.zeros((len(cells), n), dtype=np.int64)
@@ -56,6 +55,7 @@ def put_in_order(
         else [(known.cell, known.table)]
     )
     for goal, table_of in tables:
+        half = (len(table_of) - 1) // 2
         goal_y, goal_x = divmod(goal, lattice_map.stride)
         near = (np.abs(x - goal_x) <= half) & (np.abs(y - goal_y) <= half)
         found = table_of[y[near] - goal_y + half, x[near] - goal_x + half]

@@ -7,16 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.limits import PER_STATE, demand_states
-from lampyris._core.settings import number
+from lampyris._core.settings import flag, number
 from lampyris.kernels.lattice.search import EXHAUSTED
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
+from lampyris.planning.lattice.ends.joined_end import JoinedEnd, lowered
+from lampyris.planning.lattice.ends.query import Query
 from lampyris.planning.lattice.lattice import StateLattice
-from lampyris.planning.lattice.lattice_planner import LatticeSession, State
+from lampyris.planning.lattice.lattice_planner import LatticeSession
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.regions import Sphere, Spheres, Tunnel
@@ -65,6 +68,7 @@ class PadPlanner(LatticeSettings):
     sphere_radius : radius of a new sphere, in which poses are planned.
     sphere_growth : factor by which a sphere grows where it is too small.
     tunnel : half the width of the tunnel around the planned path, in which a path of poses is searched.
+    shortcut : as of ``lattice``: exact curves to both ends, and in place of pieces that cost more.
 
     Raises
     ------
@@ -74,6 +78,7 @@ class PadPlanner(LatticeSettings):
     sphere_radius: float | None = sphere_radius_setting(SPHERE)
     sphere_growth: float = sphere_growth_setting()
     tunnel: float | None = tunnel_setting()
+    shortcut: bool = flag(True, title="shortcuts")
 
     name: ClassVar[str] = "pad"
     traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, plans_headings=True)
@@ -83,6 +88,10 @@ class PadPlanner(LatticeSettings):
     source: ClassVar[str] = (
         "Gochev, Cohen, Butzke, Safonova, Likhachev 2011 and 2013; the low graph, the bound and the order are ours."
     )
+
+    def begins_anywhere(self, scene: Scene) -> bool:
+        """Whether paths in a scene begin at exactly the pose that is asked for, where a curve to the lattice is free."""
+        return self.shortcut
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> PadSession:
         """Start a session. Nothing is drawn from ``rng``; the rounds are recorded always (:attr:`Plan.rounds`)."""
@@ -99,8 +108,9 @@ class PadSession(LatticeSession):
     """
 
     def __init__(self, settings: PadPlanner, scene: Scene) -> None:
-        super().__init__(settings, scene)
+        super().__init__(settings, scene, shortcut=settings.shortcut)
         self._pad = settings
+        self._lowered: tuple[NDArray[np.int64], JoinedEnd, NDArray[np.int64]] | None = None
         self._walls = scene.grid.blocked
         self._spheres: tuple[Sphere, ...] = ()
         self._tunnel: Tunnel | None = None
@@ -147,27 +157,19 @@ class PadSession(LatticeSession):
             self._walls = walls
         return search
 
-    def _searched(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
-    ) -> Plan:
+    def _searched(self, search: LatticeSearch, query: Query, limit: int | None) -> Plan:
         assert isinstance(search, PadSearch)
         lattice_map = search.lattice_map
-        known = [(lattice_map.index(cell), h) for cell, h in starts]
-        wanted = [(lattice_map.index(cell), h) for cell, h in goals]
-        goal_cells = tuple(sorted({cell for cell, _ in wanted}))
-        if search.field is None or search.field.goals != goal_cells:
-            search.field = LowField(lattice_map, goal_cells)
-        costs = search.field.costs({cell for cell, _ in known})
-        known = [one for one in known if costs[one[0]] >= 0]
-        if not known:
+        costs, query = self._projected(search, query)
+        if not query.starts or not query.goals:
             return self._none_found(EXHAUSTED, 0)
         radius = cells_of(self._pad.sphere_radius, SPHERE, self._lattice, self._scene.grid)
         spheres = Spheres(radius, self._pad.sphere_growth)
         spheres.all = list(self._spheres)
         width = cells_of(self._pad.tunnel, TUNNEL, self._lattice, self._scene.grid)
-        rounds = Rounds(search, costs, known, wanted, self._settings.weight, spheres, width, limit)
+        rounds = Rounds(search, costs, query, self._settings.weight, spheres, width, limit)
         old = self._tunnel
-        if old is not None and not any(cell in old for cell, _ in known):
+        if old is not None and not any(cell in old for cell, _ in query.starts):
             old = None
         outcome = rounds.run(old)
         found = rounds.result()
@@ -176,9 +178,38 @@ class PadSession(LatticeSession):
         tunnel = rounds.tunnel
         self._tunnel = tunnel
         self._spheres = tuple(one for one in spheres.all if tunnel is not None and tunnel.meets(one))
-        plan = self._plan_of(found, "" if rounds.enough() else AT_BUDGET, search)
+        plan = self._plan_of(found, "" if rounds.enough() else AT_BUDGET, search, query.ends)
         record = tuple(recorded(one, lattice_map) for one in rounds.records)
         return replace(plan, expansions=rounds.expansions, iterations=len(record), rounds=record)
+
+    def _projected(self, search: PadSearch, query: Query) -> tuple[NDArray[np.int64], Query]:
+        """Costs to the goal in the projected graph, and the query with those of its ends that they are known at.
+
+        To a joined goal they are those to the cheapest of its states, lowered; where walls separate that from the starts, to the
+        next one.
+        """
+        goal, starts = query.ends.goal, {cell for cell, _ in query.starts}
+        cells = dict.fromkeys(cell for cell, _ in query.goals)
+        bases: list[tuple[int, ...]] = [tuple(sorted(cells))] if goal is None else [(cell,) for cell in cells]
+        if search.field is not None and search.field.goals in bases:
+            bases.insert(0, search.field.goals)
+        reached: NDArray[np.bool_] = np.zeros(search.lattice_map.walls.size, dtype=np.bool_)
+        for base in bases:
+            if reached[list(base)].any():
+                continue
+            if search.field is None or search.field.goals != base:
+                search.field = LowField(search.lattice_map, base)
+            costs = search.field.costs(starts)
+            reached |= costs >= 0
+            if any(costs[cell] >= 0 for cell in starts):
+                break
+        ends = [k for k, (cell, _) in enumerate(query.goals) if costs[cell] >= 0]
+        if goal is not None and ends:
+            if self._lowered is None or self._lowered[0] is not costs or self._lowered[1] is not goal:
+                self._lowered = costs, goal, lowered(costs, goal.only(ends))
+            costs = self._lowered[2]
+        begun = [k for k, (cell, _) in enumerate(query.starts) if costs[cell] >= 0]
+        return costs, query.starting_at(begun).ending_at(ends)
 
     @property
     def settled(self) -> int:

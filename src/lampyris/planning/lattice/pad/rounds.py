@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.ends.query import Query
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bounds
 from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
@@ -97,30 +98,37 @@ class PadSearch(RegionalHeadingSearch):
         self.hybrid = RegionalHeadingSearch(lattice_map)
         self.field: LowField | None = None
         self.ordered_for: Tunnel | None = None
-        self._known: tuple[NDArray[np.int64], list[State], Goal] | None = None
+        self._known: tuple[NDArray[np.int64], list[State], Goal | None] | None = None
         self._walled: Goal | None = None
         self._order = np.zeros(len(self._mark), dtype=np.int64)
         self._masked = np.full(lattice_map.walls.size, -1, dtype=np.int64)
 
     def track(
-        self, tunnel: Tunnel, costs: NDArray[np.int64], starts: list[State], goals: list[State], weight: float,
-        most: int, limit: int | None,
-    ) -> tuple[Found | None, int]:  # fmt: skip
+        self,
+        tunnel: Tunnel,
+        costs: NDArray[np.int64],
+        query: Query,
+        weight: float,
+        most: int,
+        limit: int | None,
+    ) -> tuple[Found | None, int]:
         """Poses within a tunnel that cost at most ``most`` (negative: any), and the kernel's outcome.
 
         What is quick to reach the goal, its heading included, is expanded first; no lower bound comes of that.
         """
-        known = [one for one in goals if one[0] in tunnel]
-        if not known:
+        known = query.ending_at([k for k, one in enumerate(query.goals) if one[0] in tunnel])
+        if not known.goals:
             return None, kernel.EXHAUSTED
         self._masked[tunnel.cells] = costs[tunnel.cells]
         if self.ordered_for is not tunnel:
-            put_in_order(self._order, tunnel, goals, self.lattice_map, self.field, self._masked, self.goal)
+            put_in_order(
+                self._order, tunnel, query.goals, self.lattice_map, self.field, self._masked, self.goal
+            )
             self.ordered_for = tunnel
         self.order = self._order
         try:
             self.most = most
-            self.begin(self._masked, starts, known)
+            self.begin(self._masked, known.starts, known.goals, known.start_costs, known.goal_costs)
             outcome = self.improve(weight, limit)
             return self.result(), outcome
         finally:
@@ -133,14 +141,16 @@ class PadSearch(RegionalHeadingSearch):
         if self.field is not None and not self.field.repaired(lattice_map, changed):
             self.field = None
 
-    def goal_among(self, costs: NDArray[np.int64], goals: list[State]) -> Goal | None:
+    def goal_among(self, costs: NDArray[np.int64], query: Query) -> Goal | None:
         """What is known of the headings at the goal; None of several goal cells, or with primitives of a file."""
-        known = [one for one in goals if costs[one[0]] >= 0]
         lattice = self.lattice_map.lattice
-        if len({cell for cell, _ in known}) != 1 or lattice.shape.primitives is not None:
+        is_one = query.ends.goal is not None or len({cell for cell, _ in query.goals}) == 1
+        if not is_one or lattice.shape.primitives is not None:
             return None
-        if self._known is None or self._known[0] is not costs or self._known[1] != known:
-            self._known = costs, known, goal_of(known, open_space_of(lattice, FAR), self.lattice_map, costs)
+        if self._known is None or self._known[0] is not costs or self._known[1] != query.goals:
+            open_space = open_space_of(lattice, FAR)
+            goal = goal_of(query.goals, open_space, self.lattice_map, costs, query.goal_costs)
+            self._known = costs, query.goals, goal
         return self._known[2]
 
     def look_around_goal(self, costs: NDArray[np.int64], goal: Goal, limit: int) -> tuple[Goal, int]:
@@ -171,8 +181,8 @@ class Rounds:
     Parameters
     ----------
     search : the memory.
-    costs : of the projected graph, see :meth:`LowField.costs`.
-    starts, goals : states.
+    costs : of the projected graph, see :meth:`LowField.costs`; below those of the curves at a joined goal.
+    query : with starts and goals that the costs are known at.
     weight : the path may cost so many times the least.
     spheres : to begin with; they grow.
     tunnel : half width, cells.
@@ -186,12 +196,12 @@ class Rounds:
     """
 
     def __init__(
-        self, search: PadSearch, costs: NDArray[np.int64], starts: list[State], goals: list[State], weight: float,
-        spheres: Spheres, tunnel: float, limit: int | None,
+        self, search: PadSearch, costs: NDArray[np.int64], query: Query, weight: float, spheres: Spheres, tunnel: float,
+        limit: int | None,
     ) -> None:  # fmt: skip
         self._search, self._costs = search, costs
         search.ordered_for = None
-        self._starts, self._goals = starts, goals
+        self._query = query
         self._weight, self._spheres, self._width, self._limit = weight, spheres, tunnel, limit
         self.records: list[Round] = []
         self.expansions = 0
@@ -199,22 +209,26 @@ class Rounds:
         self._best: Found | None = None
         self._tracked: Found | None = None
         # No path costs less than the projected graph's, nor than turning at both ends does.
-        self._projected = int(min(costs[cell] for cell, _ in starts))
+        self._projected, self._nearest = min(
+            (int(costs[cell]) + more, cell)
+            for (cell, _), more in zip(query.starts, query.start_costs, strict=True)
+        )
         self._lower_bound = self._projected
         self._planning = self._low = self._tracking = 0
-        self._take_goal(search.goal_among(costs, goals))
+        self._take_goal(search.goal_among(costs, query))
 
     def _take_goal(self, goal: Goal | None) -> None:
         """Have both phases know the headings of the goal, and the lower bound of both ends."""
         search = self._search
         search.goal = search.hybrid.goal = goal
         search.ordered_for = None
-        if goal is not None and len(self._starts) <= MANY_STARTS:
+        query = self._query
+        if goal is not None and len(query.starts) <= MANY_STARTS:
             open_space = open_space_of(search.lattice_map.lattice, FAR)
-            ends = [
-                lower_bound(one, goal, open_space, search.lattice_map, self._costs) for one in self._starts
-            ]
-            self._lower_bound = max(self._lower_bound, min(ends))
+            ends = lower_bounds(
+                query.starts, query.start_costs, goal, open_space, search.lattice_map, self._costs
+            )
+            self._lower_bound = max(self._lower_bound, int(ends.min()))
 
     def _look_around_goal(self) -> bool:
         """Take the walls around the goal into account; whether there was anything to learn."""
@@ -306,9 +320,7 @@ class Rounds:
         search = self._search
         hybrid, field = search.hybrid, search.field
         if not self._spheres.all and field is not None:
-            _, cell = min(
-                (int(self._costs[cell]), cell) for cell, _ in self._starts if self._costs[cell] >= 0
-            )
+            cell = self._nearest
             cells, primitives = field.path(cell)
             cells.append(cells[-1] + int(search.lattice_map.offsets[primitives[-1]]) if cells else cell)
             states = [(cell, hybrid.low) for cell in cells]
@@ -320,7 +332,8 @@ class Rounds:
         if self._best is not None:
             self._hold_ends(hybrid.most)
         self._spheres.mark(hybrid.inside, search.lattice_map)
-        hybrid.begin(self._costs, self._starts, self._goals)
+        query = self._query
+        hybrid.begin(self._costs, query.starts, query.goals, query.start_costs, query.goal_costs)
         outcome = hybrid.improve(1.0, self._left())
         self._planning += hybrid.expansions
         self._low += hybrid.low_expansions
@@ -339,7 +352,7 @@ class Rounds:
         What there is to refute are paths that turn round at less cost; they do so within this distance.
         """
         search = self._search
-        cell, _ = min(self._starts, key=lambda one: int(self._costs[one[0]]))
+        cell = self._nearest
         radius = (most - self._projected) / UNIT
         if radius > 0:
             self._spheres.hold(search.lattice_map.cell(cell), radius)
@@ -354,7 +367,7 @@ class Rounds:
         ``seen``.
         """
         search, self.tunnel = self._search, tunnel
-        wanted = (tunnel, self._costs, self._starts, self._goals)
+        wanted = (tunnel, self._costs, self._query)
         some = FEW * len(tunnel.path) + 100
         found: Found | None = None
         outcome = kernel.LIMIT

@@ -13,7 +13,7 @@ from lampyris.kernels.lattice.search import EXHAUSTED
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
-from lampyris.planning.lattice.lattice_planner import State
+from lampyris.planning.lattice.ends.query import Query
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.pad.field import LowField
 from lampyris.planning.lattice.pad.pad_planner import (
@@ -97,30 +97,26 @@ class PadSippSession(LatticeSippSession):
         )  # fmt: skip
         return LatticeSearch(LatticeMap(grid, lattice, obstacles))
 
-    def _searched(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
-    ) -> Plan:
+    def _searched(self, search: LatticeSearch, query: Query, limit: int | None) -> Plan:
         lattice_map, grid = search.lattice_map, self._scene.grid
-        known = [(lattice_map.index(cell), h) for cell, h in starts]
-        wanted = [(lattice_map.index(cell), h) for cell, h in goals]
-        field = LowField(lattice_map, {cell for cell, _ in wanted})
-        costs = field.costs({cell for cell, _ in known})
-        known = [one for one in known if costs[one[0]] >= 0]
-        if not known:
+        field = LowField(lattice_map, {cell for cell, _ in query.goals})
+        costs = field.costs({cell for cell, _ in query.starts})
+        query = query.starting_at([k for k, (cell, _) in enumerate(query.starts) if costs[cell] >= 0])
+        if not query.starts:
             return self._none_found(EXHAUSTED, 0)
         radius, width = (
             cells_of(metres, motions, self._lattice, grid)
             for metres, motions in ((self._pad.sphere_radius, TIMED_SPHERE), (self._pad.tunnel, TUNNEL))
         )
         rounds = TimedRounds(
-            self._timed(search), lattice_map, field, costs, known, wanted, self._settings.weight,
+            self._timed(search), lattice_map, field, costs, query.starts, query.goals, self._settings.weight,
             Spheres(radius, self._pad.sphere_growth), width, limit,
         )  # fmt: skip
         outcome = rounds.run()
         found = rounds.best
         record = tuple(recorded(one, lattice_map) for one in rounds.records)
         if found is None or found.path is None:
-            plan = self._closed(search, known, wanted, outcome, rounds.expansions)
+            plan = self._closed(search, query, outcome, rounds.expansions)
             return replace(plan, iterations=len(record), rounds=record)
         arrival, bound = found.arrivals[-1], rounds.lower_bound
         least = arrival if arrival <= bound * (1 + ROUNDING) else bound

@@ -13,7 +13,8 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.planning.base import Traits
-from lampyris.planning.lattice.lattice_planner import LatticeSession, State
+from lampyris.planning.lattice.ends.query import Query
+from lampyris.planning.lattice.lattice_planner import LatticeSession
 from lampyris.planning.lattice.search import LatticeSearch
 from lampyris.planning.lattice.settings import LatticeSettings
 from lampyris.planning.lattice.timed.discs import motion_discs
@@ -86,19 +87,14 @@ class LatticeSippSession(LatticeSession):
         self._recorded = [one for one in scene.traffic if isinstance(one, Recorded)]
         self._unknown = len(scene.traffic) > len(self._recorded)
 
-    def _searched(
-        self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
-    ) -> Plan:
-        lattice_map = search.lattice_map
-        known = self._known_goals(search, goals)
-        if not known:
+    def _searched(self, search: LatticeSearch, query: Query, limit: int | None) -> Plan:
+        heuristic, query = self._known_goals(search, query)
+        if not query.goals:
             return self._none_found(EXHAUSTED, 0)
-        assert self._heuristic is not None
-        begins = [(lattice_map.index(cell), h) for cell, h in starts]
-        found = self._timed(search).find(self._heuristic[1], begins, known, self._settings.weight, limit)
+        found = self._timed(search).find(heuristic, query.starts, query.goals, self._settings.weight, limit)
         if found.path is not None:
             return self._timed_plan(found, search)
-        return self._closed(search, begins, known, found.outcome, found.expansions)
+        return self._closed(search, query, found.outcome, found.expansions)
 
     def _timed(self, search: LatticeSearch) -> IntervalSearch:
         """What searches among the obstacles."""
@@ -109,17 +105,13 @@ class LatticeSippSession(LatticeSession):
         made.expanded = search.expanded
         return made
 
-    def _closed(
-        self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]], outcome: int,
-        expansions: int,
-    ) -> Plan:  # fmt: skip
+    def _closed(self, search: LatticeSearch, query: Query, outcome: int, expansions: int) -> Plan:
         """The answer where no path was found: is it walls, or moving obstacles?"""
         if outcome == LIMIT:
             return self._none_found(LIMIT, expansions)
-        self._known_goals(search, [(search.lattice_map.cell(cell), h) for cell, h in goals])
-        assert self._heuristic is not None
+        heuristic, query = self._known_goals(search, query)
         search.expanded = None  # what this expands is counted nowhere
-        search.begin(self._heuristic[1], starts, goals)
+        search.begin(heuristic, query.starts, query.goals)
         if search.improve(1e3, None) == FOUND:
             detail = _AT_START if expansions == 0 else _CLOSED
             return Plan(Status.HEMMED_IN, self._settings.name, expansions=expansions, detail=detail)
