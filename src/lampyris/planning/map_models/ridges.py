@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field.clearance import wall_distance
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
@@ -113,7 +114,7 @@ class RidgeSearch:
     def _widest(self, value: _Ints, start: Cell, goal: Cell) -> tuple[BoolGrid | None, int]:
         """The region of all cells with the greatest clearance that joins the ends, and that clearance."""
         ends = min(int(value[start[1], start[0]]), int(value[goal[1], goal[0]]))
-        steps = np.unique(value[(value > 0) & (value <= ends)])
+        steps = distinct(value[(value > 0) & (value <= ends)])
 
         padded = np.pad(value, 1)
         flat, stride = padded.ravel(), padded.shape[1]
