@@ -67,9 +67,9 @@ def widest(steps, jump, value, start, goal, worst, heap, place, halt):
         if at == goal:
             return -worst[u64(at)]
         take(heap, place, worst, worst, at)
-        ways = int(steps[u64(at)])
+        legal = int(steps[u64(at)])
         for k in range(len(jump)):
-            if (ways >> k) & 1 == 0:
+            if (legal >> k) & 1 == 0:
                 continue
             to = at + jump[u64(k)]
             through = max(worst[u64(at)], -value[u64(to)])
@@ -103,9 +103,9 @@ def cheapest(steps, jump, cost, rank, start, goal, paid, before, heap, place, ha
         if at == goal:
             break
         take(heap, place, paid, rank, at)
-        ways = int(steps[u64(at)])
+        legal = int(steps[u64(at)])
         for k in range(len(jump)):
-            if (ways >> k) & 1 == 0:
+            if (legal >> k) & 1 == 0:
                 continue
             to = at + jump[u64(k)]
             through = paid[u64(at)] + cost[u64(k)]
