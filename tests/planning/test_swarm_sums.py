@@ -34,14 +34,20 @@ def test_the_kernel_adds_up_what_numpy_does(
     nodes[:, 2] = nodes[:, 1]
     walks, weights = LineWalks(ground, nodes.astype(np.int64)), Weights()
     want = score(ground, walks, weights)
-    calls = []
-    monkeypatch.setattr(_jit.Kernel, "pays", lambda kernel, *_: calls.append(kernel) or True)
+    calls: list[_jit.Kernel] = []
+
+    def noted(kernel: _jit.Kernel, *_: object) -> bool:
+        calls.append(kernel)
+        return True
+
+    monkeypatch.setattr(_jit.Kernel, "pays", noted)
     found = score(ground, walks, weights)
     assert calls == [walk_sums]
     assert np.array_equal(found.exact, want.exact)
     assert np.array_equal(found.legal, want.legal)
     assert found.fitness.tobytes() == want.fitness.tobytes()
-    assert (walks.sums(near=False)[:, 3] == 0).all()
+    sums = walks.sums(near=False)
+    assert sums is not None and (sums[:, 3] == 0).all()
 
 
 def test_the_kernel_is_asked_where_it_runs_in_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
