@@ -47,7 +47,8 @@ def test_the_kernel_adds_up_what_numpy_does(
     assert np.array_equal(found.legal, want.legal)
     assert found.fitness.tobytes() == want.fitness.tobytes()
     sums = walks.sums(near=False)
-    assert sums is not None and (sums[:, 3] == 0).all()
+    assert sums is not None
+    assert (sums[:, 3] == 0).all()
 
 
 def test_the_kernel_is_asked_where_it_runs_in_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
