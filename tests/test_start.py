@@ -44,6 +44,17 @@ IDLE = [
     "warming",
     "io.scenario.schema",
     "planning.through",
+    "io.fleet_scenario.scenario",
+    "io.maps.recipes.make",
+    "io.scenario.read",
+    "io.scenario.save",
+    "io.tracks.timed_tracks",
+    "model.drive",
+    "model.trace",
+    "model.settings.drive",
+    "model.settings.steering",
+    "motion.geometry.smoothing",
+    "motion.timing.scheduled",
 ]
 
 CLI = """
@@ -105,6 +116,7 @@ def test_a_small_plan_loads_what_a_plan_needs() -> None:
     show = f"print(__import__('json').dumps([m for m in {asked!r} if m in sys.modules]))"
     assert last(run(CLI + show, "plan", "env-1")) == []
     assert last(run(CLI + show, "plan", "env-1", "--json")) == []
+    assert last(run(CLI + show, "plan", "env-1", "--planner", "voronoi")) == []
 
 
 def test_the_list_of_verbs_imports_no_verb() -> None:
@@ -193,6 +205,71 @@ def test_the_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert last(run(code, *words, **env)) > 0
     assert list(tmp_path.rglob("*.nbc"))
     assert last(run(code, *words, **env)) == 0
+
+
+UNPREPARED = """
+import json, sys
+import numpy as np
+from lampyris.kernels import _jit
+from lampyris.kernels.motion.speed_passes import clock
+_jit.prefer_compiled()
+made = []
+_jit.on_compile(made.append)
+t = np.zeros(4)
+clock(np.array([1.0, 2.0, 3.0]), t)
+print(json.dumps([t.tolist(), sum(made), "numba.np.arraymath" in sys.modules, "scipy.linalg" in sys.modules]))
+"""
+
+
+@pytest.mark.nightly
+def test_kept_machine_code_is_read_without_preparing_to_compile(tmp_path: Path) -> None:
+    """Who compiles imports what numba can compile, without SciPy's linear algebra; who reads what was kept does not."""
+    env = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert last(run(UNPREPARED, **env)) == [[0, 1, 3, 6], 1, True, False]
+    assert last(run(UNPREPARED, **env)) == [[0, 1, 3, 6], 0, False, False]
+
+
+THREADS = """
+import json, os
+from lampyris import cli
+cli.main = lambda: None
+cli.program()
+print(json.dumps({name: os.environ[name] for name in cli.THREADS if name in os.environ}))
+"""
+
+
+@pytest.mark.parametrize("given", [{}, {"OMP_NUM_THREADS": "3"}, {"OPENBLAS_NUM_THREADS": "2"}])
+def test_openblas_starts_no_threads_unless_it_is_told(
+    given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    assert last(run(THREADS, **given)) == (given or {"OPENBLAS_NUM_THREADS": "1"})
+
+
+def test_what_an_import_leaves_counts_as_old() -> None:
+    """Otherwise a garbage collection would follow; what somebody froze stays frozen."""
+    code = """
+    import gc
+    from lampyris.kernels._machine import uncollected
+    with uncollected():
+        assert not gc.isenabled()
+        kept = [[] for _ in range(1000)]
+    assert gc.isenabled()
+    old = {id(one) for one in gc.get_objects(generation=2)}
+    assert all(id(one) in old for one in kept)
+    gc.freeze()
+    frozen = gc.get_freeze_count()
+    with uncollected():
+        pass
+    assert gc.isenabled() and gc.get_freeze_count() == frozen > 1000
+    gc.disable()
+    with uncollected():
+        pass
+    assert not gc.isenabled()
+    """
+    done = run(code)
+    assert done.returncode == 0, done.stderr
 
 
 SMALL = """

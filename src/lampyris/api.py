@@ -34,7 +34,6 @@ from lampyris._core.values import with_fields
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
-from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
@@ -42,30 +41,24 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
-from lampyris.model.settings.sensor import Sensor
-from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec, Recorded
-from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.sampled_path import SampledPath, sample_curve
-from lampyris.motion.geometry.smoothing import drawn, wanted_of
 from lampyris.motion.laws import registry as laws
-from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.laws.physical import PhysicalLaw
-from lampyris.motion.laws.pose_route import pose_route
 from lampyris.motion.profile import start_speed
-from lampyris.motion.timing.scheduled import scheduled_profile
 from lampyris.planning.assess import assess
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import free_space
 from lampyris.planning.least_steps import demand_at_least, least_steps
 from lampyris.planning.selection import chosen_planner
 from lampyris.planning.session_limits import within
-from lampyris.referee.caps import check_caps
-from lampyris.referee.geometry.curve import check_curve
 from lampyris.sim.world.endings import ending_sentence
 from lampyris.typing import CellLike, Points
 
 if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
+    from lampyris.model.settings.sensor import Sensor
+    from lampyris.model.trace import Trace
     from lampyris.sim.sensor import ObstacleSensor
     from lampyris.sim.traffic.motion_sources import MotionSource
 
@@ -313,6 +306,8 @@ def speed_profile(
             )
         if obstacle_states is not None:  # kept clear of the circle around the robot, wherever it looks
             obstacle_states = replace(obstacle_states, radius=obstacle_states.radius + scene.robot.radius)
+        from lampyris.motion.laws.pose_route import pose_route
+
         path, scene = pose_route(poses, scene, law, node_spacing(scene, spacing))
         smooth, spacing = "none", None
     along = path if isinstance(path, SampledPath) else _path(path)
@@ -337,6 +332,11 @@ def _smoothed(
     scene: Scene, path: object, method: Smooth | None, spacing: float | None, option: str
 ) -> SampledPath:
     """See :func:`smooth`; ``option`` is what the caller calls the method."""
+    from lampyris.motion.geometry.curve import polyline_of
+    from lampyris.motion.geometry.smoothing import drawn, wanted_of
+    from lampyris.motion.laws.node_refinement import refined
+    from lampyris.referee.geometry.curve import check_curve
+
     usual: Smooth = SAMPLE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
     drawing = usual if method is None else method
     if not is_word(drawing, tuple(SMOOTHING)):
@@ -362,6 +362,8 @@ def _scheduled(
             where="tick_seconds",
             allowed="a plan, the law physical or a variant, no smooth, spacing, obstacle_states or v0",
         )
+    from lampyris.motion.timing.scheduled import scheduled_profile
+
     _path(path)
     made = scheduled_profile(path, scene, tick_seconds, law=chosen)
     creep = chosen.creep if chosen.clearance else 1.0
@@ -404,6 +406,8 @@ def _judge(
     referee.demand(found)
     if isinstance(along, SampledPath) and along.curve is not None and made.law != "rpp":
         static = made.law != "optimum"
+        from lampyris.referee.caps import check_caps
+
         found = check_caps(
             made,
             along.curve,
@@ -538,6 +542,8 @@ def simulate(
             from lampyris.sim.grid import loop
 
     of_kind("scene", scene, Scene)
+    from lampyris.model.settings.sensor import Sensor
+
     of_kind("sensor", sensor, Sensor, none=True)
     _small_enough(scene, chosen, "simulating")
     scene = among(scene, traffic)

@@ -14,28 +14,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lampyris import api
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import LampyrisError, SettingError, callable_or_none, file_name, of_kind
-from lampyris.io.fleet_scenario.scenario import FleetScenario
 from lampyris.io.maps.formats.document import MapDocument
-from lampyris.io.maps.recipes.make import recipe_named
-from lampyris.io.scenario import read as reading
-from lampyris.io.scenario.save import named_file, write_scenario
 from lampyris.io.scenario.scenario import Made, MapSource, Scenario
-from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.settings.inflation import Inflation
-from lampyris.model.settings.sensor import Sensor
-from lampyris.model.settings.simulation import SimulationSettings
-from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
 
 if TYPE_CHECKING:
+    from lampyris.io.fleet_scenario.scenario import FleetScenario
+    from lampyris.model.drive import Drive
     from lampyris.model.fleet.fleet_plan import FleetPlan
     from lampyris.model.fleet.fleet_trace import FleetTrace
     from lampyris.model.fleet.lifelong import LifelongTrace
+    from lampyris.model.settings.sensor import Sensor
+    from lampyris.model.trace import Trace
 
 
 class PlanWithSpeeds(NamedTuple):
@@ -92,6 +88,8 @@ def load_scenario(
     >>> lampyris.load_scenario("guide.yaml").planner
     'astar'
     """
+    from lampyris.io.scenario import read as reading
+
     parsed, files = reading.open_scenario(path, allow_outside=allow_outside, max_cells=max_cells)
     if "fleet" in parsed.data:
         from lampyris.fleet_scenarios import read_fleet_scenario
@@ -114,6 +112,8 @@ def scenario_of(
     ------
     LampyrisError : the first mistake; the others are its ``__notes__``.
     """
+    from lampyris.io.scenario import read as reading
+
     return reading.scenario_of(data, _Names(), where=where, given=given, source=source, max_cells=max_cells)
 
 
@@ -150,12 +150,11 @@ def run(
     >>> result.plan.status.value
     'found'
     """
-    if not isinstance(scenario, FleetScenario):
-        of_kind("scenario", scenario, Scenario)
+    _demand_scenario(scenario)
     of_kind("record", record, bool)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
-    if isinstance(scenario, FleetScenario):
+    if not isinstance(scenario, Scenario):
         from lampyris.fleet_scenarios import run_fleet
 
         return run_fleet(scenario, progress=progress, budget=budget)
@@ -189,6 +188,16 @@ def run(
         raise
 
 
+def _demand_scenario(scenario: object) -> None:
+    """See that it is one of either kind; what fleets need is imported for fleets alone."""
+    if isinstance(scenario, Scenario):
+        return
+    from lampyris.io.fleet_scenario.scenario import FleetScenario
+
+    if not isinstance(scenario, FleetScenario):
+        of_kind("scenario", scenario, Scenario)
+
+
 def sensor_of(scenario: Scenario) -> Sensor | None:
     """The sensor of a scenario's robot; None: it knows the map.
 
@@ -197,6 +206,8 @@ def sensor_of(scenario: Scenario) -> Sensor | None:
     SettingError : ``SENSOR_RANGE``, ``FIELD_OF_VIEW``, ``UNSEEN_COST``; ``SENSOR_INFLATION``: costs near walls that nobody has
         seen.
     """
+    from lampyris.model.settings.simulation import SimulationSettings
+
     sensor = SimulationSettings(
         sensor_range=scenario.sensor_range,
         field_of_view=scenario.field_of_view,
@@ -270,11 +281,13 @@ def save_scenario(scenario: Scenario | FleetScenario, path: str | os.PathLike[st
     >>> lampyris.load_scenario("guide.yaml").seed
     7
     """
-    if isinstance(scenario, FleetScenario):
+    _demand_scenario(scenario)
+    if not isinstance(scenario, Scenario):
         from lampyris.fleet_scenarios import save_fleet_scenario
 
         return save_fleet_scenario(scenario, Path(file_name("path", path)))
-    of_kind("scenario", scenario, Scenario)
+    from lampyris.io.scenario.save import named_file, write_scenario
+
     target, done = Path(file_name("path", path)), completed(scenario)
     names = {key: done.settings[key] for key in files_of(done.planner) if isinstance(done.settings[key], str)}
     named = {key: named_file(name, target.parent) for key, name in names.items()}
@@ -300,6 +313,8 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     planner = registry.make(scenario.planner, scenario.settings)
     source = scenario.map
     if isinstance(source, Made):
+        from lampyris.io.maps.recipes.make import recipe_named
+
         source = replace(source, settings=recipe_named(source.recipe).complete(source.settings))
     from lampyris.model.settings.drive import DriveSettings
 

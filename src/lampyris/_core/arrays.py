@@ -57,6 +57,14 @@ def cells_of(noun: str, name: str, value: object) -> Cells:
     return array
 
 
+def distinct(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The values of an array of whole numbers, ascending, each once; ``np.unique`` imports masked arrays for that."""
+    ordered = np.sort(values, axis=None)
+    new = np.concatenate((np.ones(min(1, ordered.size), dtype=np.bool_), ordered[1:] != ordered[:-1]))
+    once: NDArray[np.int64] = ordered[new]
+    return once
+
+
 def items_of(noun: str, name: str, value: object) -> tuple[object, ...]:
     """The items of a tuple or list.
 

@@ -24,12 +24,20 @@ GC_THRESHOLD = 150_000
 collecting again and again took a twelfth of the time of a small plan. Importing what a plan needs makes 60,000."""
 
 
+THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS")
+"""What OpenBLAS asks for its number of threads, in this order."""
+
+
 def program() -> None:
     """:func:`main` as the whole of a process.
 
     What there is at its end goes with the process and is not searched for garbage: an eighth of the time of a short call.
+    Unless the environment says how many threads OpenBLAS shall start, it starts none: starting them is a third of the
+    processor time of importing NumPy, and no verb multiplies large matrices.
     """
     gc.set_threshold(GC_THRESHOLD)
+    if not any(os.environ.get(name) for name in THREADS):
+        os.environ[THREADS[0]] = "1"
     try:
         main()
     finally:

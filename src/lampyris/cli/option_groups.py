@@ -2,17 +2,19 @@
 
 :func:`with_groups` makes of such a function one whose signature has every option by itself, which Typer reads.
 Options of the robot, of a simulation and of a drive are derived from the declared settings
-(:mod:`lampyris._core.settings`): names, types, defaults, units, choices and help.
+(:mod:`lampyris._core.settings`): names, types, defaults, units, choices and help. Those groups are made when a verb
+asks for them.
 """
 
 from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, make_dataclass
 from dataclasses import field as dataclass_field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
 
 import typer
@@ -20,10 +22,6 @@ import typer
 from lampyris._core import defaults
 from lampyris._core.settings import Setting, defaults_of, meanings_of, settings_of
 from lampyris.cli import options
-from lampyris.model.robot import Robot
-from lampyris.model.settings.drive import DriveSettings
-from lampyris.model.settings.inflation import Inflation
-from lampyris.model.settings.simulation import SimulationSettings
 
 SENSOR = ("sensor_range", "field_of_view", "unseen_cost")
 """Settings of a simulation that make the sensor."""
@@ -152,19 +150,63 @@ if TYPE_CHECKING:
     SimulationOptions: TypeAlias = Any
     SensorOptions: TypeAlias = Any
     Ticks: TypeAlias = int | None
-else:
-    RobotOptions = group_of(
+
+
+def _robot_options() -> type:
+    from lampyris.model.robot import Robot
+
+    return group_of(
         "RobotOptions", Robot, (("robot_file", options.RobotFile, dataclass_field(default=None)),)
     )
-    MapOptions = group_of("MapOptions", Inflation, base=_MapOptions)
-    DriveOptions = group_of(
-        "DriveOptions",
-        DriveSettings,
-        (("set_controller", options.SetController, dataclass_field(default=None)),),
-    )
-    SimulationOptions = group_of("SimulationOptions", SimulationSettings)
-    SensorOptions = group_of("SensorOptions", SimulationSettings, only=SENSOR)
-    Ticks = get_type_hints(SimulationOptions, include_extras=True)["ticks"]
+
+
+def _map_options() -> type:
+    from lampyris.model.settings.inflation import Inflation
+
+    return group_of("MapOptions", Inflation, base=_MapOptions)
+
+
+def _drive_options() -> type:
+    from lampyris.model.settings.drive import DriveSettings
+
+    first = (("set_controller", options.SetController, dataclass_field(default=None)),)
+    return group_of("DriveOptions", DriveSettings, first)
+
+
+def _simulation_options() -> type:
+    from lampyris.model.settings.simulation import SimulationSettings
+
+    return group_of("SimulationOptions", SimulationSettings)
+
+
+def _sensor_options() -> type:
+    from lampyris.model.settings.simulation import SimulationSettings
+
+    return group_of("SensorOptions", SimulationSettings, only=SENSOR)
+
+
+def _ticks() -> Any:
+    return get_type_hints(__getattr__("SimulationOptions"), include_extras=True)["ticks"]
+
+
+_ON_DEMAND: Mapping[str, Callable[[], Any]] = MappingProxyType(
+    {
+        "RobotOptions": _robot_options,
+        "MapOptions": _map_options,
+        "DriveOptions": _drive_options,
+        "SimulationOptions": _simulation_options,
+        "SensorOptions": _sensor_options,
+        "Ticks": _ticks,
+    }
+)
+"""How each group of declared settings is made: a verb needs two of them, and making all took a fortieth of a small plan."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ON_DEMAND:
+        raise AttributeError(f"module 'lampyris.cli.option_groups' has no attribute {name!r}")
+    made = globals()[name] = globals().get(name) or _ON_DEMAND[name]()
+    return made
 
 
 def settings_in(group: Any, kind: type) -> dict[str, Any]:

@@ -193,8 +193,6 @@ class Outputs:
 
     def check(self) -> None:
         """Reject before any work what could not be written at the end."""
-        from lampyris.io.scenario.save import check_ending as check_scenario_ending
-
         check_outputs(
             self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
             csv=self.csv, export=self.export, bag=self.bag, replay=self.replay,
@@ -205,7 +203,9 @@ class Outputs:
             typestore()  # rosbags is there, or the call ends now
         check_choice("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
         if self.save is not None:
-            check_scenario_ending(self.save)
+            from lampyris.io.scenario.save import check_ending
+
+            check_ending(self.save)
 
     def write_ros(self, what: Any, scene: Any = None, profile: Any = None) -> None:
         """Write the path and the bag that were asked for; a plan or a run that has none gives a note."""

@@ -35,7 +35,6 @@ from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
 from lampyris.io.scenario.scenario import PRESETS, Bundled, MapFile, MapSource, Scenario
-from lampyris.io.tracks.timed_tracks import read_any_track, timed_track
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -280,6 +279,10 @@ def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
 
 def track_speed(options: TrafficOptions) -> float:
     """The maximum speed of the tracks in metres and seconds along an axis, m/s; 0: there are none."""
+    if not options.tracks:
+        return 0.0
+    from lampyris.io.tracks.timed_tracks import timed_track
+
     found = [timed_track(path) for path in options.tracks]
     return max((one.top_speed for one in found if one is not None), default=0.0)
 
@@ -299,6 +302,7 @@ def traffic_of(
     ------
     SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
     """
+    from lampyris.io.tracks.timed_tracks import read_any_track
     from lampyris.sim.traffic.mobility import MOBILITIES, drawn_traffic
 
     mobility, rate, radius = options.mobility, options.rate, options.obstacle_radius

@@ -69,7 +69,9 @@ from lampyris.kernels.loading import loading
 PLAIN_NS = 300_000_000
 """Work in plain form, all kernels together, before numba is imported.
 
-Importing it and loading the kernels of a plan takes about 0.35 s. Whole AD-GSO plans cross at about 205,000
+Importing it and loading the kernels of a plan took about 0.35 s when this was measured; it takes about 0.2 s since kept
+machine code is read without preparing numba to compile. Compiling takes a second or more, once for a machine.
+Whole AD-GSO plans cross at about 205,000
 cells, 485 ms of work (160,000: 0.48 s plain, 0.61 compiled; 262,144: 0.73 and 0.58). The purse is smaller
 because a kernel does not know what comes after it: with 450 ms the first kernel of a map of 512 x 512,
 314 ms, would run in plain form, and numba be imported for the next one all the same. 316 x 316 is 239 ms.
@@ -92,6 +94,8 @@ KERNELS: list[Kernel] = []
 _spent = 0
 _without_numba = ""
 _keeping = True
+_recordings: list[object] = []
+"""What :func:`recorded` notes now."""
 _ears: list[Callable[[bool], None]] = []
 """Called whenever machine code is made that was not kept from before."""
 
@@ -252,6 +256,16 @@ class Kernel:
         longest = max((a.size for a in args if isinstance(a, np.ndarray)), default=1)
         return int(self.each * (math.sqrt(longest) if self._sparse else longest))
 
+    def pays(self, *args: Any) -> bool:
+        """Whether a call would run in machine code: for callers that have the same in NumPy, quicker than the plain form."""
+        if _recordings:
+            return True
+        if jit_disabled():
+            return False
+        if self._compiled is not None or _compiled_only.depth:
+            return True
+        return "numba" in sys.modules and self._spent + self.price(args) > OWN_NS
+
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
         if jit_disabled():
@@ -403,9 +417,11 @@ def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
         return self.run_plain(*args)
 
     Kernel.__call__ = noting  # type: ignore[method-assign]
+    _recordings.append(found)
     try:
         yield found
     finally:
+        _recordings.pop()
         Kernel.__call__ = as_it_was  # type: ignore[method-assign]
 
 

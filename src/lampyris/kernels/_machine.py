@@ -44,8 +44,11 @@ def listen(tell: Callable[[bool], None]) -> None:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """No look for rubbish meanwhile: importing numba makes half a million objects that stay, and looking at
+    """No garbage collection meanwhile: importing numba makes half a million objects that stay, and examining
     them over and over is a quarter of the time that it takes.
+
+    Afterwards they count as old, as if a collection had passed: the first one after it would take 40 to 90 ms. Where
+    objects have been frozen (:func:`gc.freeze`) this is left out, as those would thaw.
     """
     was = gc.isenabled()
     gc.disable()
@@ -53,6 +56,9 @@ def uncollected() -> Iterator[None]:
         yield
     finally:
         if was:
+            if gc.get_freeze_count() == 0:
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 
@@ -65,8 +71,6 @@ def load() -> None:
         before = set(sys.modules)
         try:
             import numba  # noqa: F401
-
-            _without_linear_algebra()
         except BaseException:
             # Memory or the stack has run out. What is complete of it must go, too: a second import would take
             # it as it is, without its place in its package.
@@ -79,8 +83,8 @@ def load() -> None:
 def _without_linear_algebra() -> None:
     """Import the part of numba that looks for SciPy's linear algebra without importing that.
 
-    No kernel uses it, and its import took 14 to 38 % of the first call in three runs. Other code of this process that has numba
-    compile a product of matrices works as before: numba imports it where it is used.
+    No kernel uses it, and its import took 14 to 38 % of the first call that compiles in three runs. Other code of this process
+    that has numba compile a product of matrices works as before: numba imports it where it is used.
     """
     name = "numba.np.arraymath"
     if name in sys.modules or "scipy.linalg" in sys.modules:
@@ -118,6 +122,7 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool
 
     lean = {**LEAN, "no_cpython_wrapper": inner}
     made: Any = numba.njit(cache=cache, nogil=True, fastmath=False, forceinline=forceinline, **lean)(plain)
+    _load_alone(made._cache)
     compile_for, resolve = made._compile_for_args, made.get_call_template
 
     def undivided(*args: Any, **kwargs: Any) -> Any:
@@ -130,6 +135,32 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool
     # Numba calls this for a call of a kernel by a kernel.
     made.get_call_template = lambda args, kws: resolve(tuple(_general(one) for one in args), kws)
     return made
+
+
+def _load_alone(kept: Any) -> None:
+    """Have a dispatcher read its machine code from disk without preparing numba to compile.
+
+    Before it looks on disk numba imports all that it can compile and registers each function of it: 0.2 s, once for a
+    process. Machine code that was kept is complete and asks for none of it. Where there is none, the compiler
+    prepares itself.
+    """
+    read, guarded = (
+        getattr(kept, "_load_overload", None),
+        getattr(kept, "_guard_against_spurious_io_errors", None),
+    )
+    whole = kept.load_overload
+
+    def load_overload(signature: Any, target: Any) -> Any:
+        if read is None or guarded is None:  # it keeps nothing, or this is another version of numba
+            _without_linear_algebra()
+            return whole(signature, target)
+        with guarded():
+            found = read(signature, target)
+        if found is None:
+            _without_linear_algebra()
+        return found
+
+    kept.load_overload = load_overload
 
 
 LEAN: Mapping[str, Any] = {"_nrt": False, "no_cfunc_wrapper": True}

@@ -1,6 +1,6 @@
 """Clocks that stand still while machine code is loaded or compiled.
 
-Importing numba takes a third of a second, a kernel that is compiled for the first time on a machine a second
+Importing numba takes a fifth of a second, a kernel that is compiled for the first time on a machine a second
 or more, one that an earlier run left on disk about 5 ms. Each happens once, within whatever call needs it
 first. So that the first plan of a process and the second take the same time, times of planning are
 differences of :func:`wall` or :func:`cpu`, and :func:`seconds` says what was left out.

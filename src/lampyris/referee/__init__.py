@@ -16,13 +16,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lampyris.errors import UsageError
-from lampyris.model.drive import Drive
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.model.trace import Trace
-from lampyris.referee.geometry.curve import check_curve
 from lampyris.referee.motion import check_motion
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile
@@ -30,11 +27,14 @@ from lampyris.referee.to_go import sum_cost_to_go
 from lampyris.referee.verdict import Violation, demand
 
 if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
+    from lampyris.model.trace import Trace
     from lampyris.referee.drive import check_drive as check_drive
     from lampyris.referee.fleets.fleet_plan import check_fleet_plan as check_fleet_plan
     from lampyris.referee.fleets.fleet_trace import check_fleet_trace as check_fleet_trace
     from lampyris.referee.fleets.lifelong import check_lifelong as check_lifelong
     from lampyris.referee.fleets.swarm import check_swarm as check_swarm
+    from lampyris.referee.geometry.curve import check_curve as check_curve
     from lampyris.referee.trace import check_trace as check_trace
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
 
 
 _LATER = {
+    "check_curve": "geometry.curve",
     "check_drive": "drive",
     "check_fleet_plan": "fleets.fleet_plan",
     "check_fleet_trace": "fleets.fleet_trace",
@@ -76,7 +77,7 @@ def __getattr__(name: str) -> Any:
     return found
 
 
-_Judged = TypeVar("_Judged", Path, Plan, Profile, Trace, Drive)
+_Judged = TypeVar("_Judged", Path, Plan, Profile, "Trace", "Drive")
 
 
 def certify(result: _Judged, scene: Scene | None = None, path: Path | None = None) -> _Judged:
@@ -92,6 +93,9 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     InternalFault : the referee refuses it.
     UsageError : what it is to be judged against is missing.
     """
+    from lampyris.model.drive import Drive
+    from lampyris.model.trace import Trace
+
     if isinstance(result, Trace):
         from lampyris.referee.trace import check_trace
 

@@ -13,15 +13,17 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, did_you_mean
 from lampyris.io.maps.formats.document import FileSource, MapDocument, MapQuery, Reading, document
 from lampyris.io.maps.formats.plain_text import read_text
 from lampyris.io.maps.formats.png import read_png
-from lampyris.io.maps.recipes.make import RecipeCells, RectangleEdit, make_ground
 from lampyris.typing import BoolGrid
+
+if TYPE_CHECKING:
+    from lampyris.io.maps.recipes.make import RecipeCells
 
 _READERS: Mapping[str, Callable[[FileSource], Reading]] = MappingProxyType(
     {"txt": read_text, "png": read_png}
@@ -144,6 +146,8 @@ def remake_ground(name: str) -> RecipeCells:
     ------
     FileError : no bundled map of that name, or one that was not made by a recipe.
     """
+    from lampyris.io.maps.recipes.make import RectangleEdit, make_ground
+
     recipe = _entry(name)["recipe"]
     if recipe is None:
         raise FileError("RECIPE", "this map was not made by a recipe", where=name)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from heapq import heappop, heappush
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field.clearance import wall_distance
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
+from lampyris.kernels.map_models.ridge_walk import FAR, cheapest, connected, widest
 from lampyris.kernels.map_models.thinning import thin
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
@@ -21,6 +22,8 @@ from lampyris.planning.graph.grid_graph import SearchResult, check_cells
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 _NEVER = 2**60
+_AROUND = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
+"""A cell's neighbours, those that share a side first."""
 _Ints = NDArray[np.int64]
 
 
@@ -110,18 +113,20 @@ class RidgeSearch:
 
     def _widest(self, value: _Ints, start: Cell, goal: Cell) -> tuple[BoolGrid | None, int]:
         """The region of all cells with the greatest clearance that joins the ends, and that clearance."""
-        from scipy import ndimage  # bits: labels, whole numbers
-
-        around = np.ones((3, 3), dtype=int) if self._eight else None
         ends = min(int(value[start[1], start[0]]), int(value[goal[1], goal[0]]))
-        steps = np.unique(value[(value > 0) & (value <= ends)])
+        steps = distinct(value[(value > 0) & (value <= ends)])
+
+        padded = np.pad(value, 1)
+        flat, stride = padded.ravel(), padded.shape[1]
+        jump = _jumps(stride, _AROUND[: 8 if self._eight else 4])
+        queue = np.empty(flat.size, dtype=np.int32)
 
         def joined(least: int) -> BoolGrid | None:
             checkpoint()
-            labels, _ = ndimage.label(value >= least, around)
-            here = labels[start[1], start[0]]
-            same: BoolGrid = labels == here
-            return same if labels[goal[1], goal[0]] == here else None
+            mark = np.zeros(flat.size, dtype=np.uint8)
+            connected(flat, least, jump, (start[1] + 1) * stride + start[0] + 1, mark, queue)
+            same: BoolGrid = mark.reshape(padded.shape)[1:-1, 1:-1] != 0
+            return same if same[goal[1], goal[0]] else None
 
         region = joined(int(steps[0]))
         if region is None:
@@ -156,17 +161,18 @@ class RidgeSearch:
         ahead = _branch(steps, start, goal)
         if ahead[-1] == goal:
             # Ridges do not branch: diagonals cut the corners of the one path there is.
-            walk = _shortest(steps, start, goal, set(ahead).__contains__)
+            only = np.zeros(ridge.shape, dtype=np.bool_)
+            x, y = np.array(ahead, dtype=np.int64).T
+            only[y, x] = True
+            walk = _cheapest_along(steps, start, goal, only)
             return walk, min(int(value[y, x]) for x, y in walk)
         back = _branch(steps, goal, start)
         a, b = ahead[-1], back[-1]
-        taken = {*ahead[:-1], *back[:-1]}
-        crest = _least(steps, value, a, b, taken)
-
-        def allowed(cell: Cell) -> bool:
-            return cell in taken or bool(value[cell[1], cell[0]] >= crest)
-
-        return _shortest(steps, start, goal, allowed), crest
+        taken = np.zeros(ridge.shape, dtype=np.bool_)
+        x, y = np.array([*ahead[:-1], *back[:-1]], dtype=np.int64).reshape(-1, 2).T
+        taken[y, x] = True
+        crest = _widest_along(steps, value, a, b, ~taken)
+        return _cheapest_along(steps, start, goal, taken | (value >= crest)), crest
 
 
 def _cells_of(squared: int) -> float | None:
@@ -192,15 +198,57 @@ class _Steps:
                 if (i, j) != (x, y) and self._ridge[j, i]:
                     yield i, j
 
-    def from_cell(self, cell: Cell) -> Iterator[tuple[Cell, int]]:
-        x, y = cell
-        for (dx, dy), cost in self._costs.items():
-            to = (x + dx, y + dy)
-            if not (0 <= to[0] < self._width and 0 <= to[1] < self._height and self._ridge[to[1], to[0]]):
-                continue
-            if dx and dy and not self._eight and not (self._region[y, to[0]] and self._region[to[1], x]):
-                continue
-            yield to, cost
+    def over(self, allowed: BoolGrid) -> StepBits:
+        """The legal steps that end on ridge cells that are allowed."""
+        ends = np.pad(self._ridge & allowed, 1)
+        region = np.pad(self._region, 1)
+        bits = np.zeros(ends.shape, dtype=np.uint8)
+        inner = bits[1:-1, 1:-1]
+        for k, (dx, dy) in enumerate(self._costs):
+            may = self._ridge & _shifted(ends, dx, dy)
+            if dx and dy and not self._eight:
+                may &= _shifted(region, dx, 0) & _shifted(region, 0, dy)
+            inner |= np.where(may, np.uint8(1 << k), np.uint8(0))
+        stride = ends.shape[1]
+        costs = np.array(list(self._costs.values()), dtype=np.int64)
+        return StepBits(bits.ravel(), stride, _jumps(stride, list(self._costs)), costs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepBits:
+    """Steps as kernels take them: see :mod:`lampyris.kernels.map_models.ridge_walk`.
+
+    Parameters
+    ----------
+    steps : uint8 (n,), a bit for each step, over the map with a border.
+    stride : cells in a row, border included.
+    jump, cost : int64 (m,), of each step.
+    """
+
+    steps: NDArray[np.uint8]
+    stride: int
+    jump: _Ints
+    cost: _Ints
+
+    def flat(self, cell: Cell) -> int:
+        """Flat index of a cell."""
+        return (cell[1] + 1) * self.stride + cell[0] + 1
+
+    def cell(self, flat: int) -> Cell:
+        """The cell of a flat index."""
+        y, x = divmod(flat, self.stride)
+        return x - 1, y - 1
+
+
+def _jumps(stride: int, offsets: Sequence[Cell]) -> _Ints:
+    """Offsets as differences of flat indices."""
+    return np.array([dy * stride + dx for dx, dy in offsets], dtype=np.int64)
+
+
+def _shifted(padded: BoolGrid, dx: int, dy: int) -> BoolGrid:
+    """For each cell what is at an offset from it; without the border."""
+    height, width = padded.shape
+    return padded[1 + dy : height - 1 + dy, 1 + dx : width - 1 + dx]
 
 
 def _branch(steps: _Steps, end: Cell, other: Cell) -> list[Cell]:
@@ -215,44 +263,29 @@ def _branch(steps: _Steps, end: Cell, other: Cell) -> list[Cell]:
     return walk
 
 
-def _least(steps: _Steps, value: _Ints, a: Cell, b: Cell, without: set[Cell]) -> int:
+def _widest_along(steps: _Steps, value: _Ints, a: Cell, b: Cell, allowed: BoolGrid) -> int:
     """The greatest least clearance of a path from a to b along ridges."""
-    heap = [(-int(value[a[1], a[0]]), a)]
-    done: set[Cell] = set()
-    while heap:
-        checkpoint()
-        worst, here = heappop(heap)
-        if here == b:
-            return -worst
-        if here in done:
-            continue
-        done.add(here)
-        for to, _ in steps.from_cell(here):
-            if to not in done and to not in without:
-                heappush(heap, (max(worst, -int(value[to[1], to[0]])), to))
-    raise AssertionError("thinning keeps regions connected")
+    bits = steps.over(allowed)
+    n = bits.steps.size
+    worst = np.full(n, FAR, dtype=np.int64)
+    heap, place = np.zeros(n + 1, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    values = np.pad(value, 1).ravel()
+    found = int(widest(bits.steps, bits.jump, values, bits.flat(a), bits.flat(b), worst, heap, place))
+    if found < 0:
+        raise AssertionError("thinning keeps regions connected")
+    return found
 
 
-def _shortest(steps: _Steps, a: Cell, b: Cell, allowed: Callable[[Cell], bool]) -> list[Cell]:
-    """The cheapest path from a to b over the ridge cells allowed."""
-    best: dict[Cell, int] = {a: 0}
-    before: dict[Cell, Cell] = {}
-    heap = [(0, a)]
-    done: set[Cell] = set()
-    while heap:
-        checkpoint()
-        paid, here = heappop(heap)
-        if here in done:
-            continue
-        done.add(here)
-        if here == b:
-            break
-        for to, cost in steps.from_cell(here):
-            if to not in done and allowed(to) and paid + cost < best.get(to, paid + cost + 1):
-                best[to] = paid + cost
-                before[to] = here
-                heappush(heap, (paid + cost, to))
-    walk = [b]
-    while walk[-1] != a:
-        walk.append(before[walk[-1]])
-    return walk[::-1]
+def _cheapest_along(steps: _Steps, a: Cell, b: Cell, allowed: BoolGrid) -> list[Cell]:
+    """The cheapest path from a to b over the ridge cells allowed; equal costs are decided by x, then by y."""
+    bits = steps.over(allowed)
+    n = bits.steps.size
+    rank = np.arange(n, dtype=np.int64).reshape(bits.stride, n // bits.stride).T.ravel()
+    paid, before = np.full(n, FAR, dtype=np.int64), np.zeros(n, dtype=np.int32)
+    heap, place = np.zeros(n + 1, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    first, last = bits.flat(a), bits.flat(b)
+    cheapest(bits.steps, bits.jump, bits.cost, rank, first, last, paid, before, heap, place)
+    walk = [last]
+    while walk[-1] != first:
+        walk.append(int(before[walk[-1]]))
+    return [bits.cell(flat) for flat in reversed(walk)]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.swarm.search_space import THOUSAND, Ints, SearchSpace
-from lampyris.planning.swarm.walks import Paths, WalkBatch
+from lampyris.planning.swarm.walks import LineWalks, Paths, WalkBatch
 
 
 def length(ground: SearchSpace, paths: Paths) -> Ints:
@@ -87,17 +87,27 @@ class Score:
     legal: NDArray[np.bool_]
 
 
-def score(ground: SearchSpace, batch: WalkBatch, weights: Weights) -> Score:
-    """Fitness, exact cost and legality of each walk. Terms of weight 0 are not worked out."""
-    unit = float(ground.moves.unit)
-    names = ["length", "terrain", "blocked"]
-    names += [name for name in ("clearance", "turns") if getattr(weights, name) > 0]
+def _sums(ground: SearchSpace, batch: WalkBatch, names: list[str]) -> dict[str, Ints]:
+    """Each term of each walk."""
+    if isinstance(batch, LineWalks):
+        made = batch.sums(near="clearance" in names)
+        if made is not None:
+            return dict(zip(TERMS, made.T, strict=True))
     sums = {name: np.zeros(len(batch), dtype=np.int64) for name in names}
     for piece in batch.pieces():
         for name in names:
             sums[name][piece.walks] += TERMS[name](ground, piece.paths)
         if "turns" in sums and piece.before >= 0:
             sums["turns"][piece.walk] += ground.turn[piece.before, piece.paths.step[0]]
+    return sums
+
+
+def score(ground: SearchSpace, batch: WalkBatch, weights: Weights) -> Score:
+    """Fitness, exact cost and legality of each walk. Terms of weight 0 are not worked out."""
+    unit = float(ground.moves.unit)
+    names = ["length", "terrain", "blocked"]
+    names += [name for name in ("clearance", "turns") if getattr(weights, name) > 0]
+    sums = _sums(ground, batch, names)
     plain, extra, shut = sums["length"], sums["terrain"], sums["blocked"] + batch.missing
     fitness = plain / unit + weights.terrain * (extra / unit) + weights.blocked * shut
     if weights.clearance > 0:

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.search_space import Ints
@@ -42,12 +43,12 @@ class Pheromone:
         known = np.empty(old.size + trails.size, dtype=np.int64)
         values = np.empty(known.size)
         # Both lists are cut at the same steps, and merged stretch by stretch.
-        cuts = np.union1d(old[PART::PART], trails[PART::PART])
+        cuts = distinct(np.concatenate((old[PART::PART], trails[PART::PART])))
         end = 0
         bounds = ([0, *np.searchsorted(some, cuts).tolist(), some.size] for some in (old, trails))
         for (a, b), (c, d) in zip(*map(pairwise, bounds), strict=True):
             checkpoint()
-            some = np.union1d(old[a:b], trails[c:d])
+            some = distinct(np.concatenate((old[a:b], trails[c:d])))
             tau = np.full(some.size, self.rest)
             tau[np.searchsorted(some, old[a:b])] = self.values[a:b]
             tau *= 1.0 - rho

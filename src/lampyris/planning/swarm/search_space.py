@@ -121,6 +121,12 @@ class SearchSpace:
         added: Ints = self.price[step] // TERRAIN_UNIT * self.terrain[at + self.jump[step]]
         return added
 
+    @property
+    def tables(self) -> tuple[Ints, ...]:
+        """What kernels ask of each step: its price and that of terrain, where it leads, the cells beside it, turns."""
+        heavy = self.price // TERRAIN_UNIT
+        return self.price, heavy, self.jump, self._via, self._across, self.turn.ravel()
+
     @cached_property
     def turn(self) -> Ints:
         """Sixteenths of a full turn between two steps, int64 (steps, steps), 0 to 8."""

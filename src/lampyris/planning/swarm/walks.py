@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
+from lampyris.kernels.swarm.line_walks import walk_sums
 from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.typing import Cells
 
@@ -204,6 +205,25 @@ class LineWalks:
             paths = self._paths(a, b, first)
             yield Piece(walk, paths, before if begin[a] > self._bounds[walk] else -1)
             before, a = int(paths.step[-1]), b
+
+    def sums(self, *, near: bool) -> Ints | None:
+        """What the steps of each walk add up to, int64 (n, 5): see :mod:`lampyris.kernels.swarm.line_walks`.
+
+        None where going through them by :meth:`pieces` is quicker. Nearness is 0 unless ``near``.
+        """
+        ground, at = self._ground, self._ground.flat(self._here)
+        sums: Ints = np.zeros((len(self), 5), dtype=np.int64)
+        none: Ints = np.zeros(0, dtype=np.int64)
+        cells = (
+            ground.free,
+            ground.nearness if near else none,
+            none if ground.terrain is None else ground.terrain,
+        )
+        steps = (at, self._kinds.ravel(), self._counts.ravel(), self._nodes.shape[1] - 1)
+        if not walk_sums.pays(*cells, *ground.tables, *steps, sums.ravel()):
+            return None
+        walk_sums(*cells, *ground.tables, *steps, sums.ravel())
+        return sums
 
     def _paths(self, a: int, b: int, first: Ints) -> Paths:
         """The steps of legs a to b."""

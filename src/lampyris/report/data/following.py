@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lampyris.model.curve import Curve, PoseCurve
-from lampyris.model.drive import Drive
 from lampyris.typing import Floats
+
+if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
 
 LOOK = 0.05
 """Seconds between two looks at a drive."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypedDict
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
-from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.typing import Cells, Floats
+
+if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
 
 
 class PathMetrics(TypedDict):

@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lampyris.model.curve import Curve, PoseCurve
-from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.path import PosePath
@@ -19,10 +18,13 @@ from lampyris.model.plan import Jump, MapModel, Plan, PlanningRound
 from lampyris.model.profile import NodeTable, Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.trace import Trace
 from lampyris.model.traffic import Obstacle
 from lampyris.report.data.following import following
 from lampyris.report.data.metrics import CauseShare, drive_shares, path_metrics
+
+if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
+    from lampyris.model.trace import Trace
 
 STEP_WORDS = ("straight", "diagonal", "knight")
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.model.trace import Trace
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
 from lampyris.typing import Cell
+
+if TYPE_CHECKING:
+    from lampyris.model.drive import Drive
+    from lampyris.model.trace import Trace
 
 
 def ending_sentence(found: Plan | Trace | Drive, scene: Scene) -> str:
