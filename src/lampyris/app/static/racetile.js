@@ -18,6 +18,8 @@ import { radiusOf } from "./shape.js";
 const SHADES = 24;
 /** Share of the planner's colour in the first and in the last of them; of a field before its rings; of rings, and of single jump points. */
 const TINT = { first: 0.22, last: 0.62, field: 0.34, strong: 0.85 };
+/** What is added to these on dark ground, which is as light as some of the colours are to somebody who sees no green. */
+const DARK_TINT = 0.2;
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
 /** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be told. */
@@ -73,7 +75,7 @@ export class Tile {
     this.base = new Uint32Array(ground.width * ground.height);
     for (let k = 0; k < this.base.length; k++) this.base[k] = tones[ground.cells[k]];
     const own = [1, 3, 5].map((k) => parseInt(this.colour.slice(k, k + 2), 16));
-    const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + share * (own[c] - v)))));
+    const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + Math.min(1, share + (dark ? DARK_TINT : 0)) * (own[c] - v)))));
     this.field = mixed(TINT.field);
     this.tones = Uint32Array.from({ length: SHADES }, (_, k) => mixed(TINT.first + ((TINT.last - TINT.first) * k) / (SHADES - 1)));
     if (racer.field || racer.kind === "jump points") this.tones.fill(mixed(TINT.strong));
