@@ -71,7 +71,7 @@ def recorded_answer(verb: str, question: Mapping[str, Any]) -> RecordedAnswer | 
 
 @cache
 def compressed(frames: tuple[bytes, ...]) -> bytes:
-    """The frames of a recorded answer, compressed by gzip: everybody is sent the same, and nothing in it is secret."""
+    """The frames of a recorded answer, compressed by gzip: the same for every client, and nothing in it is secret."""
     return gzip.compress(b"".join(frames), mtime=0)
 
 

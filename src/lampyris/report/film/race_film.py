@@ -23,7 +23,7 @@ WIDE, HIGH = 1200, 760
 """Pixels of the film at most, about."""
 GAP, CAPTION = 10, 60
 SEEN = 3.0
-"""Pixels from a robot's base to its farthest side below which its shape cannot be told."""
+"""Pixels from a robot's base to its farthest side below which its shape cannot be seen."""
 SHADES = 24
 FIRST, LAST, FIELD, RINGS = 0.22, 0.62, 0.34, 0.85
 """Share of the planner's colour in the cells that it expanded first and last; in those of a field, and of rings after it."""
@@ -242,9 +242,7 @@ class RaceRenderer:
             return
         cos, sin = elementary.direction(_heading(racer, driven))
         x0, y0 = self._pixel(k, *at)
-        corners = [
-            (x0 + (x * cos - y * sin) * scale, y0 - (x * sin + y * cos) * scale) for x, y in outline
-        ]
+        corners = [(x0 + (x * cos - y * sin) * scale, y0 - (x * sin + y * cos) * scale) for x, y in outline]
         pen.polygon(corners, fill=colour, outline=(255, 255, 255), width=2)
         nose = max(x for x, _ in outline) * scale
         pen.line((x0, y0, x0 + nose * cos, y0 - nose * sin), fill=(255, 255, 255), width=2)
