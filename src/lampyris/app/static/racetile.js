@@ -23,7 +23,7 @@ const DARK_TINT = 0.2;
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
 /** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be told. */
-const SEEN = 4;
+const SEEN = 9;
 
 export class Tile {
   /** @param {Racer} racer @param {Ground} ground @param {boolean} dark @param {import("./shape.js").Outline | null} outline the robot's footprint, cells; null: a disc @param {number} radius of the disc, cells */

@@ -22,7 +22,7 @@ SEARCH_S, DRIVE_S = 8.0, 6.0
 WIDE, HIGH = 1200, 760
 """Pixels of the film at most, about."""
 GAP, CAPTION = 10, 60
-SEEN = 3.0
+SEEN = 9.0
 """Pixels from a robot's base to its farthest side below which its shape cannot be seen."""
 SHADES = 24
 FIRST, LAST, FIELD, RINGS = 0.22, 0.62, 0.34, 0.85
