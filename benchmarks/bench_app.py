@@ -18,7 +18,8 @@ What is measured
 * painting: from when the browser got a pointer's event until the cell's pixel is read back from the screen's
   canvas. The screen itself shows it with the browser's next frame.
 * dragging: from a move of the goal until a way to there, or to where a later move put it, is on the canvas.
-* weight: what the browser was sent of the page, and what that is unpacked.
+* weight: what the browser was sent until the opening scene drives: files, their heads, answers; and of all files that
+  buttons and panels load later.
 * memory: of the page after garbage collection, of server and engines as the system counts it, while runs are
   played and made again, in a browser of its own whose network nobody watches (:mod:`benchmarks.app_pipe`).
   The
@@ -35,6 +36,7 @@ import json
 import os
 import platform
 import random
+import re
 import statistics
 import sys
 import time
@@ -85,6 +87,14 @@ def until(page: Any, holds: str) -> None:
         if time.monotonic() > end:
             raise TimeoutError(holds)
         page.wait_for_timeout(20)
+
+
+def until_still(page: Any, sent: Callable[[], dict[str, float]]) -> None:
+    """Wait until nothing more has been sent for a second."""
+    before = -1.0
+    while (now := sum(sent().values())) != before:
+        before = now
+        page.wait_for_timeout(1000)
 
 
 class Bench:
@@ -144,28 +154,70 @@ class Bench:
         return [row("first frame, env-3", said, "< 1000 ms", max(found) < 1000, ms=found)]
 
     def weight(self) -> list[Row]:
-        """What a browser is sent of the page: when it is opened, and with what is fetched when needed."""
-        names = sorted(file.name for file in files("lampyris.app").joinpath("static").iterdir())
-        sizes = """() => ["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind))
-            .filter(({ name }) => !name.includes("/api/"))
-            .reduce(([a, b], one) => [a + one.encodedBodySize, b + one.decodedBodySize], [0, 0])"""
-        with self.browser.new_context() as context:
+        """What a browser that was never here is sent, with the heads: until the opening scene drives, and of all files.
+
+        Answers to the page's questions (the list of maps, the plan, the drive) count as well as its files.
+        """
+        asked: dict[str, str] = {}
+        parts: dict[str, list[float]] = {}
+        whole: dict[str, float] = {}
+
+        def sent() -> dict[str, float]:
+            """Bytes by name. The end of the icon, and of an answer that was read to its last frame, is not always told."""
+            found: dict[str, float] = {}
+            for id, url in asked.items():
+                name = re.sub(r"^http://[^/]*|[#?].*", "", url)
+                found[name] = found.get(name, 0.0) + whole.get(id, sum(parts.get(id, [])))
+            return found
+
+        with self.browser.new_context(viewport={"width": 1280, "height": 720}) as context:
             page = context.new_page()
-            page.goto(self.address)
-            page.wait_for_selector("body.ready", timeout=SOON)
-            first, _ = page.evaluate(sizes)
-            page.evaluate(
-                """async (names) => {
-                  const known = performance.getEntriesByType("resource").map(({ name }) => name);
-                  const missing = names.filter((name) => !known.some((one) => one.endsWith("/" + name)));
-                  for (const name of missing) await (await fetch(`/static/${name}`)).text();
-                }""",
-                names,
+            wire = context.new_cdp_session(page)
+            wire.send("Network.enable")
+            wire.on(
+                "Network.requestWillBeSent", lambda it: asked.update({it["requestId"]: it["request"]["url"]})
             )
-            sent, raw = page.evaluate(sizes)
-        said = f"{sent / 1000:.0f} kB, at first {first / 1000:.0f}; unpacked {raw / 1000:.0f}"
-        more = {"sent": sent, "first": first, "unpacked": raw}
-        return [row("page, as sent", said, "< 200 kB", sent < 200_000, **more)]
+            wire.on(
+                "Network.responseReceived",
+                lambda it: parts.setdefault(it["requestId"], []).append(it["response"]["encodedDataLength"]),
+            )
+            wire.on(
+                "Network.dataReceived",
+                lambda it: parts.setdefault(it["requestId"], []).append(it["encodedDataLength"]),
+            )
+            wire.on(
+                "Network.loadingFinished", lambda it: whole.update({it["requestId"]: it["encodedDataLength"]})
+            )
+            page.goto(self.address.partition("&")[0])
+            page.wait_for_selector("body.ready", timeout=SOON)
+            end = time.monotonic() + SOON / 1000
+            while not any(
+                url.endswith("/api/drive") and len(parts.get(id, [])) > 1 for id, url in asked.items()
+            ):
+                page.wait_for_timeout(100)
+                if time.monotonic() > end:
+                    raise TimeoutError("the answer to /api/drive")
+            until_still(page, sent)
+            first = sent()
+            opened, answers = sum(first.values()), sum(v for k, v in first.items() if k.startswith("/api/"))
+            names = {file.name for file in files("lampyris.app").joinpath("static").iterdir()}
+            left = sorted(names - {name.removeprefix("/static/") for name in first} - {"index.html"})
+            raw = page.evaluate(
+                """async (names) => {
+                  for (const name of names) await (await fetch(`/static/${name}`)).text();
+                  return ["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind))
+                    .filter(({ name }) => !name.includes("/api/")).reduce((sum, one) => sum + one.decodedBodySize, 0);
+                }""",
+                left,
+            )
+            until_still(page, sent)
+            files_ = sum(v for k, v in sent().items() if not k.startswith("/api/"))
+        said = f"{opened / 1000:.0f} kB: files {(opened - answers) / 1000:.0f}, answers {answers / 1000:.0f}"
+        every = f"{files_ / 1000:.0f} kB in {len(names)} files, unpacked {raw / 1000:.0f}"
+        return [
+            row("page at the opening, as sent", said, "< 200 kB", opened < 200_000, sent=opened),
+            row("all files of the page, each loaded", every, sent=files_, unpacked=raw),
+        ]
 
     def frames(self, what: str, least: float | None, begin: Callable[[], None]) -> Row:
         """How many frames a second while something goes on, over all rounds."""

@@ -35,12 +35,16 @@ def test_its_question_is_answered_without_an_engine_and_any_other_by_one(verb: s
     held = recorded_answers()[verb]
     world = World()
 
-    def asked(question: dict[str, Any]) -> Any:
+    def asked(question: dict[str, Any], *more: tuple[str, str]) -> Any:
         body = json.dumps(question).encode()
-        return run(world.ask("POST", f"/api/{verb}", own(json_=True), body))
+        return run(world.ask("POST", f"/api/{verb}", (*own(json_=True), *more), body))
 
     told = asked(held.question)
     assert (told.status, told.body) == (200, b"".join(held.frames))
+    packed = asked(held.question, ("Accept-Encoding", "gzip, br"))
+    assert (packed.status, gzip.decompress(packed.body)) == (200, told.body)
+    assert (b"content-encoding", b"gzip") in packed.headers
+    assert len(packed.body) < len(told.body) / 2
     assert world.engines.asked == []
     for change in ({"seed": 1}, {"seed": False}, {"start": [36, 41]}, {"name": "x"}):
         asked({**held.question, "scenario": {**held.question["scenario"], **change}})

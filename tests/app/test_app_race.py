@@ -71,7 +71,18 @@ def test_planners_of_poses_race_beside_planners_of_cells() -> None:
         assert head["kind"] == ("cells" if poses is None else "poses")
         if poses is not None:
             assert (head["cost"], head["any_angle"]) == (poses.length_m / scene.grid.resolution, True)
-            assert len(head["path"]) == len(head["t"]) > 1
+            assert len(head["path"]) == len(head["t"]) == len(head["yaw"]) > 1
+            assert head["yaw"][0] == 0.0
+            turns = np.unwrap(poses.poses[:, 2])
+            assert head["yaw"][-1] == pytest.approx(turns[-1], abs=1e-3)
+            # Ahead of where it looks, unless it drives in reverse: the heading is that of the node, not of another.
+            ahead = np.diff(np.array(head["path"]), axis=0) * [1, -1]
+            moves = np.linalg.norm(ahead, axis=1) > 0.05
+            looks = np.column_stack([np.cos(head["yaw"]), np.sin(head["yaw"])])[:-1]
+            along = (ahead * looks).sum(axis=1)[moves] / np.linalg.norm(ahead, axis=1)[moves]
+            assert np.abs(along).min() > 0.9
+        else:
+            assert head["yaw"] == []
 
 
 def test_who_refuses_is_named_and_the_others_race(monkeypatch: pytest.MonkeyPatch) -> None:

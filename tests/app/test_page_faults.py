@@ -150,7 +150,7 @@ def test_a_map_that_is_not_there_is_not_taken_for_the_one_before(tab: Any, addre
     click(tab, (20, 20))  # nothing to click on
     tab.keyboard.press("Control+z")
     tab.locator("#where").get_by_text("env-3").wait_for()
-    assert in_address(tab)["start"] == [4, 4]
+    assert in_address(tab)["goal"] == [4, 4]
     tab.keyboard.press("Control+Shift+z")
     tip.get_by_text("The map cannot be opened").wait_for()
     tab.get_by_role("button", name="env-1 ").click()

@@ -208,6 +208,24 @@ def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> Non
     assert not page.locator("#layers .bad").count()
 
 
+def test_a_plan_that_takes_long_is_not_taken_for_the_one_before(page: Any) -> None:
+    """While the answer is held back the status says so, and not that the path to the old goal was found."""
+
+    def late(route: Any) -> None:
+        page.wait_for_timeout(1500)
+        route.continue_()
+
+    page.route("**/api/plan", late)
+    page.click("#tab-settings")
+    page.get_by_label("seed", exact=True).first.fill("7")
+    page.keyboard.press("Tab")
+    page.wait_for_selector("#status >> text=Planning")
+    page.wait_for_selector("#status >> text=the one from before the change")
+    assert page.locator("#status >> text=found").count() == 0
+    page.wait_for_selector("#status >> text=found")
+    assert page.locator("#status >> text=Planning").count() == 0
+
+
 # ---- studies of worlds that change --------------------
 
 

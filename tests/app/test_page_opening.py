@@ -50,7 +50,7 @@ def test_it_opens_on_a_robot_that_brakes_for_somebody_and_a_draft_comes_before_t
     assert first.locator("#welcome").is_visible()
     assert "m" in first.inner_text("#stage .scale")
     first.get_by_role("button", name="Take the tour").click()
-    for title in ("Drag the goal", "Paint a wall", "Read why", "Compare planners", "Export"):
+    for title in ("Drag the goal", "Paint a wall", "Read why", "Race planners", "Export"):
         first.locator("#first-steps h2", has_text=title).wait_for()
         first.locator("#first-steps .btn.primary").click()
     first.locator("#first-steps").wait_for(state="detached")

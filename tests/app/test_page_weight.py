@@ -43,9 +43,12 @@ WINDOWS = {
     "video.js": {"video.js"},
     "posecompare.js": {"posecompare.js"},
     "fleetcompare.js": {"fleetcompare.js"},
+    "hover.js": {"hover.js"},
+    "rounds.js": {"rounds.js"},
 }
 """What is loaded only when a race, the 3-D view, contour lines, the results page, the ruler, the palette of commands, what
-lies over a layer, the optimal path, a video, or a comparison of planners of poses or of fleets are asked for."""
+lies over a layer, the optimal path, a video, a comparison of planners of poses or of fleets, or the rounds of the planner
+pad are asked for, or when the pointer first moves over the map."""
 WINDOW = 12_000
 """Bytes as sent of one of these."""
 
@@ -277,6 +280,7 @@ def test_the_first_look_is_light_and_everything_is_under_200_kb(tab: Any, addres
 def test_windows_are_loaded_when_they_are_asked_for_and_are_light(tab: Any, address: str) -> None:
     scales = Scales(tab)
     arrive(tab, address)
+    tab.locator("#map").hover()
     tab.click("#tab-compare")
     tab.get_by_role("button", name="Race", exact=True).click()
     tab.wait_for_selector("dialog.race figure")
@@ -305,12 +309,15 @@ def test_windows_are_loaded_when_they_are_asked_for_and_are_light(tab: Any, addr
     tab.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
     tab.get_by_role("button", name="Compare", exact=True).click()
     tab.wait_for_selector("#compare table.controllers")
+    tab.get_by_role("tab", name="Planner").click()
+    tab.locator("select[aria-label=Planner]").select_option("pad")
+    tab.get_by_label("Rounds of pad").wait_for(state="attached")
     tab.click("#tab-fleet")
     tab.get_by_role("button", name="Compare planners").click()
     tab.wait_for_selector("dialog[open] table")
     loaded(tab)
     for name, files_ in WINDOWS.items():
-        assert files_ <= scales.files.keys()
+        assert files_ <= scales.files.keys(), name
         assert sum(scales.files[one] for one in files_) < WINDOW, name
 
 

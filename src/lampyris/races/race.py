@@ -11,11 +11,14 @@ import numpy as np
 from lampyris import api
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import compiled_only
+from lampyris.model.grid import Grid
+from lampyris.model.path import PosePath
 from lampyris.model.profile import Profile
 from lampyris.model.race.race import MOST_RACERS, Race, Racer
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
 from lampyris.planning.exploration import exploration
+from lampyris.typing import Floats
 
 MOST_CALLS: Final = 9
 """Planning calls that are timed, at most."""
@@ -63,7 +66,25 @@ def racer(
         at,
         0.0 if profile is None else profile.mean,
         scene.grid.resolution,
+        np.zeros(0) if plan.pose_path is None else _headings(nodes, plan.pose_path, scene.grid),
     ), profile
+
+
+def _headings(nodes: Floats, path: PosePath, grid: Grid) -> Floats:
+    """The heading at each node, radians counterclockwise from the rows: the pose as far along the path as the node."""
+    places = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    along, of_poses = _along(nodes), _along(places)
+    yaws = np.unwrap(path.poses[:, 2] - grid.origin[2])
+    scale = of_poses[-1] / along[-1] if len(along) and along[-1] > 0 else 1.0
+    found: Floats = np.interp(along * scale, of_poses, yaws)
+    return found
+
+
+def _along(points: Floats) -> Floats:
+    """Distance along a line of points at each of them, in the unit of the points."""
+    steps = np.diff(points, axis=0)
+    lengths: Floats = np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2)
+    return np.concatenate((np.zeros(min(len(points), 1)), np.cumsum(lengths)))
 
 
 def race(

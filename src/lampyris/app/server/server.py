@@ -27,7 +27,7 @@ from starlette.routing import BaseRoute, Mount, Route
 
 from lampyris.app.engine.frames import error_frame, fault_of
 from lampyris.app.server import opening
-from lampyris.app.server.answers import STATUS, Streamed
+from lampyris.app.server.answers import FRAMES, STATUS, Streamed
 from lampyris.app.server.guard import Door, Guard, Json, Refused
 from lampyris.app.server.request_parsing import (
     BYTES,
@@ -234,7 +234,10 @@ class Desk:
         verb = request.url.path.rpartition("/")[2]
         body = await said(request, ASKED[verb])
         if (recorded := opening.recorded_answer(verb, body)) is not None:
-            return Streamed(opening.stream(recorded))
+            if "gzip" not in request.headers.get("accept-encoding", ""):
+                return Streamed(opening.stream(recorded))
+            packed = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+            return Response(opening.compressed(recorded.frames), media_type=FRAMES, headers=packed)
         ground = {} if verb == "make" else await self._ground_of(body.get("scenario"))
         question = {**body, "verb": verb, **ground}
         frames = self._counted(question)

@@ -37,14 +37,14 @@ export class Api {
 
   /**
    * @param {string} path
-   * @param {{json?: unknown, bytes?: Uint8Array, signal?: AbortSignal}} [body] none: a GET
+   * @param {{json?: unknown, bytes?: Uint8Array, signal?: AbortSignal, method?: string}} [body] none: a GET
    * @returns {Promise<Response>}
    */
   async call(path, body) {
     /** @type {Record<string, string>} */
     const headers = { "X-Lampyris-Token": this.token };
     /** @type {RequestInit} */
-    const init = { headers, cache: "no-store", credentials: "omit", redirect: "error", signal: body?.signal };
+    const init = { method: body?.method, headers, cache: "no-store", credentials: "omit", redirect: "error", signal: body?.signal };
     if (body && (body.json !== undefined || body.bytes)) {
       init.method = "POST";
       headers["Content-Type"] = body.bytes ? "application/octet-stream" : "application/json";

@@ -10,7 +10,7 @@ export const THEMES = {
     paper: "#e7e7e4", ink: "#20242c", faint: "#6b7280", line: "#c9ccd2",
   },
   dark: {
-    free: [44, 48, 56], wall: [8, 9, 12], unknown: [84, 90, 100], unseen: [20, 30, 62], dear: [140, 112, 70],
+    free: [88, 94, 106], wall: [5, 6, 8], unknown: [46, 50, 58], unseen: [20, 30, 62], dear: [196, 150, 84],
     paper: "#16181d", ink: "#eceef2", faint: "#9aa3b2", line: "#3a404b",
   },
 };

@@ -6,7 +6,7 @@ import { brought } from "./later.js";
 import { block, button, el, explained, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
-import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
+import { chosen, followed, labelOf, linked, meeting, textOf } from "./meeting.js";
 import { bodiesAt, gather, goalAt, headingsAt, outlinesOf, placeAt, robotHeading, seenAt } from "./runs.js";
 
 /** @typedef {import("./meeting.js").Entry} Entry */
@@ -56,6 +56,7 @@ class Comparison {
     page.on("theme", (dark) => this.mosaic.setDark(dark));
     page.store.listen((keys) => {
       this.offers.forEach((offer) => offer());
+      if (keys.has("planner") && followed(page)) this._list();
       // Where no law was chosen the scenario's own counts.
       if (!WORLD.some((key) => keys.has(key)) && !(keys.has("law") && !this.who.laws.length)) return;
       if (this.asked) this.asked.abort();

@@ -14,10 +14,10 @@ const STEPS = [
     words: "The brush is in your hand: close a door on the path. The robot is planned and driven again around it. Undo (Ctrl+Z) opens the door." },
   { title: "Read why it slowed", panel: "status", at: "charts",
     words: "The coloured strip below the speed says what limits it at each moment: clearance to walls, a moving obstacle, the robot's own acceleration. Drag the slider to any moment to read it." },
-  { title: "Compare planners", panel: "compare", at: "compare",
-    words: "Choose two planners, and run them in the same world: overlaid or side by side, with their costs and times in a table." },
+  { title: "Race planners", panel: "compare", at: "compare",
+    words: "Press Race: the planners of the list search this map side by side, then their robots drive. Compare runs them among the same obstacles, with costs and times in a table." },
   { title: "Export", panel: "keep", at: "keep",
-    words: "Take away a picture, a film, a table or the scenario file, which gives the same drive on the command line. The address of this page contains everything, too." },
+    words: "Press HTML for one page with this run, to play and scrub in any browser, also offline. Or take a picture, a film, a table or the scenario file, which gives the same drive on the command line. The address of this page contains everything, too." },
 ];
 
 class FirstSteps {

@@ -23,6 +23,8 @@ const PATIENCE = 2500;
 const FOLLOWED = new Set(["start", "goal", "edits"]);
 /** Milliseconds without a change, after which it is made again. */
 const SETTLED = 400;
+/** Milliseconds after which it is said that a plan is on its way: what is shown meanwhile is an older one. */
+const LATE = 500;
 /** Milliseconds between two drawings of the way of a run that is still coming in. */
 const OFTEN = 250;
 
@@ -325,6 +327,24 @@ class Plans {
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
+    /** Says that a plan is late. */
+    this._late = 0;
+  }
+
+  /** From now on a plan is awaited, or it is not any more. @param {boolean} on */
+  _wait(on) {
+    const page = this._page;
+    if (on) {
+      this._late ||= window.setTimeout(() => {
+        page.planning = true;
+        page.busy("plan", true);
+      }, LATE);
+      return;
+    }
+    clearTimeout(this._late);
+    this._late = 0;
+    page.planning = false;
+    page.busy("plan", false);
   }
 
   want() {
@@ -352,14 +372,17 @@ class Plans {
       }
       this._abort = new AbortController();
       this._began = performance.now();
+      this._wait(true);
       try {
         const plan = await this._plan(this._abort.signal);
         this._put(plan);
       } catch (error) {
         if (this._abort.signal.aborted) continue;
+        this._wait(false);
         this._failed(error);
       }
     }
+    this._wait(false);
     this._asking = false;
     this._abort = null;
   }
@@ -379,6 +402,7 @@ class Plans {
 
   /** @param {Plan | null} plan */
   _put(plan) {
+    this._wait(false);
     this._page.plan = plan;
     this._page.tell("plan", plan);
   }

@@ -30,7 +30,7 @@ export function mount(page) {
     if (!page.gone) return;
     let status = 0;
     try {
-      status = (await wire.ask("/api/hello", { headers: { "X-Lampyris-Token": page.api.token }, cache: "no-store", credentials: "omit" })).status;
+      status = (await wire.ask("/api/hello", { method: "HEAD", headers: { "X-Lampyris-Token": page.api.token }, cache: "no-store", credentials: "omit" })).status;
     } catch {
       // Still gone.
     }
@@ -47,7 +47,7 @@ export function mount(page) {
     if (!page.gone && !document.hidden && page.hello && performance.now() - api.heard >= SILENT) {
       const late = AbortSignal.timeout(PATIENT);
       try {
-        await (await api.call("/api/hello", { signal: late })).arrayBuffer();
+        await (await api.call("/api/hello", { method: "HEAD", signal: late })).arrayBuffer();
       } catch {
         if (late.aborted) api.onGone(true);
       }

@@ -101,8 +101,8 @@ function nearest(places, n, x, y, reach) {
   return found;
 }
 
-/** @param {Page} page @param {HTMLElement} element */
-export function mount(page, element) {
+/** The card beside the pointer, from one of its moves on. @param {Page} page @param {HTMLElement} element @param {PointerEvent} first */
+export function askHover(page, element, first) {
   const { canvas, view } = page.map;
   const list = el("dl", { class: "facts" });
   element.setAttribute("aria-hidden", "true");
@@ -113,7 +113,7 @@ export function mount(page, element) {
   let asked = false;
   let rest = 0;
   let announced = "";
-  let box = { left: 0, top: 0 };
+  let box = canvas.getBoundingClientRect();
   /** Of the card, read when its rows change. */
   let size = { width: 0, height: 0 };
 
@@ -160,7 +160,7 @@ export function mount(page, element) {
   canvas.addEventListener("pointerenter", () => {
     box = canvas.getBoundingClientRect();
   });
-  canvas.addEventListener("pointermove", (event) => {
+  const moved = (/** @type {PointerEvent} */ event) => {
     // A finger hides what it points at, and a pressed button draws or pans.
     if (event.pointerType === "touch" || event.buttons) {
       hide();
@@ -172,7 +172,8 @@ export function mount(page, element) {
     clearTimeout(rest);
     rest = setTimeout(rested, REST);
     soon();
-  });
+  };
+  canvas.addEventListener("pointermove", moved);
   canvas.addEventListener("pointerleave", hide);
   canvas.addEventListener("pointerdown", hide);
   new ResizeObserver(() => (box = canvas.getBoundingClientRect())).observe(canvas);
@@ -185,4 +186,6 @@ export function mount(page, element) {
     last = now;
     soon();
   });
+  // It may have left meanwhile.
+  if (canvas.matches(":hover")) moved(first);
 }

@@ -6,13 +6,13 @@ import { meeting } from "./meeting.js";
 
 /** What, how its name ends, what it is. @type {Array<{title: string, kinds: Array<[string, string, string]>}>} */
 const GROUPS = [
+  { title: "To send", kinds: [["replay", "html", "Interactive page: play and scrub the run in any browser, without lampyris"]] },
   { title: "Picture", kinds: [["png", "png", "Map and path as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
   { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"],
     ["webm", "webm", "The same as a video, made by this browser"], ["mp4", "mp4", "The same, for slides and chats"]] },
   { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
   {
-    title: "Everything", kinds: [
-      ["replay", "html", "Interactive page: play and scrub the run in any browser, without lampyris"],
+    title: "Files and reports", kinds: [
       ["scenario", "yaml", "What decides the run: the command line replays it to the same bytes"],
       ["report", "html", "One page about the run: pictures, film, numbers, events"],
       ["compared", "html", "One page about those chosen to meet, with statistics"],

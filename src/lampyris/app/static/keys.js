@@ -19,7 +19,7 @@ const LIST = [
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
-  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, now, compare, keep, learn, fleet"], ["M", "to the map"], ["U", "measure a distance: with the pointer, or from the cursor with the arrow keys"], ["T", "colours"]]],
+  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 8", "map, planner, traffic, status, compare, export, learn, fleet"], ["M", "to the map"], ["U", "measure a distance: with the pointer, or from the cursor with the arrow keys"], ["T", "colours"]]],
   ["Scenario", [["Ctrl K", "commands: every verb, layer, planner, map and example by name"], ["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
 

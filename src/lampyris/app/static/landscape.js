@@ -2,13 +2,15 @@
 
 import { GOAL, LINES, THEMES, levels } from "./colours.js";
 import { button, el, formatted, tell } from "./make.js";
-import { Surface, seenFrom } from "./surface.js";
+import { Surface, distanceFor, seenFrom } from "./surface.js";
 
 /** Corners of the mesh along its longer side at most; every second one while it moves. */
 const MOST = 256;
 /** Height of the greatest value, as a share of the longer side; how much higher walls are. */
 const HIGH = 0.34;
 const BUMP = 0.035;
+/** From where it is seen at first: turned about the vertical, and above the ground, radians. */
+const FIRST = { turn: -0.5, height: 0.75 };
 /** Seconds of a drive on the screen at most. */
 const DRIVE_S = 14;
 /** Pixels that are drawn in each direction at most, at rest and while it moves, and at least on a busy machine: software draws them as well. */
@@ -35,9 +37,12 @@ class Landscape {
     this.wide = 0.5;
     this.moment = 0;
     this.playing = false;
-    this.turn = -0.5;
-    this.height = 0.75;
+    this.turn = FIRST.turn;
+    this.height = FIRST.height;
     this.far = 1;
+    /** Width to height of the view, and from how far all of the ground is seen in it. */
+    this._ratio = 0;
+    this._from = 1;
     this._before = 0;
     /** Pixels while it moves, as many as this machine draws in time. */
     this.pixels = PIXELS.moving;
@@ -88,7 +93,8 @@ class Landscape {
     this.coarse = ground.across * ground.down < 20_000 ? this.fine : surface.keep({ ...ground, index: trianglesOf(ground.across, ground.down, 2) });
     const longer = Math.max(layer.width, layer.height);
     this.middle = [0, 0.12 * longer, 0];
-    this.reach = 1.45 * longer;
+    // A few corners of the ground say how large it looks.
+    this.ends = ground.places.filter((_, k) => Math.floor(k / 3) % 7 === 0 || k < 3);
     const speed = /** @type {any} */ (page.plan?.speed);
     const flat = speed?.xy ? speed.xy.flat() : [...(page.plan?.cells ?? [])];
     for (let k = 0; k + 1 < flat.length; k += 2) {
@@ -256,7 +262,16 @@ class Landscape {
       this.slider.setAttribute("aria-valuetext", this.words.textContent);
     }
     const paper = hex(THEMES[this.page.dark ? "dark" : "light"].paper).map((v) => v / 255);
-    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, this.far * (this.reach ?? 1) * (w < h ? 1.2 : 1), w / h), still, robot);
+    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, this.far * this._reach(w / h), w / h), still, robot);
+  }
+
+  /** From how far all of it is seen, before anybody has turned it. @param {number} ratio */
+  _reach(ratio) {
+    if (ratio !== this._ratio) {
+      this._ratio = ratio;
+      this._from = distanceFor(this.ends ?? [], this.middle ?? [0, 0, 0], FIRST.turn, FIRST.height, ratio);
+    }
+    return this._from;
   }
 
   _close() {

@@ -50,8 +50,25 @@ export function mount(page) {
   page.on("measure", () => void measure());
   page.on("optimal", () => brought(page, "optimal").then(([optimal]) => optimal.askOptimal(page)).catch(page.fault));
   page.on("palette", () => brought(page, "palette").then(([palette]) => palette.askPalette(page)).catch(page.fault));
+  pointed(page);
+  let rounds = false;
+  page.on("plan", (plan) => {
+    if (rounds || !plan?.rounds?.length) return;
+    rounds = true;
+    brought(page, "rounds").then(([part]) => part.askRounds(page, byId("layers"), page.plan)).catch((error) => {
+      rounds = false;
+      page.fault(error);
+    });
+  });
   // A tab may have been chosen before it was known what there is.
   all.forEach((one) => one.group.panels.some((panel) => !byId(panel).hidden) && one.open());
+}
+
+/** What the card beside the pointer needs is loaded when the pointer first moves over the map. @param {Page} page */
+function pointed(page) {
+  page.map.canvas.addEventListener("pointermove", (event) => {
+    brought(page, "hover").then(([hover]) => hover.askHover(page, byId("hover"), event)).catch(() => pointed(page));
+  }, { once: true });
 }
 
 class Later {

@@ -43,6 +43,8 @@ export class Source {
     this._wanted = new Set();
     /** Grows when the scenario or the map changes. */
     this._state = 0;
+    /** What the state is of. @type {unknown[]} */
+    this._from = [];
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
@@ -58,8 +60,11 @@ export class Source {
     this.onLayer = () => {};
   }
 
-  /** The scenario is another one: what is held is old. */
+  /** The scenario or its ground may be another: then what is held is old. */
   changed() {
+    const from = [this.page.store.scenario, this.page.ground];
+    if (from.every((one, k) => one === this._from[k])) return;
+    this._from = from;
     this._state++;
   }
 
@@ -121,15 +126,17 @@ export class Source {
       this.onAsked(name);
       let layer = null;
       let fault = "";
+      let answered = true;
       try {
         layer = await this._fetch(name, abort.signal);
       } catch (error) {
         if (abort.signal.aborted) continue;
         fault = error instanceof ServerError ? error.message : "";
-        if (!fault) this.page.fault(error);
+        answered = Boolean(fault);
+        if (!answered) this.page.fault(error);
         // Where there is nothing to be had nobody asks again before something changes.
       }
-      this._have.set(name, { key, layer });
+      this._have.set(name, { key: answered ? key : "", layer });
       this.onLayer(name, layer, fault);
     }
     this._abort = null;

@@ -40,7 +40,7 @@ function marks(page) {
   if (run?.seen) all.push(["not yet seen", cell(theme.unseen)]);
   if (ground?.terrain) all.push(["costly terrain", cell(theme.dear)]);
   if (map.contours && map.layer) all.push(["contour line of the layer", (pen) => dashes(pen, theme.ink, [])]);
-  if (map.over.has("inflation")) all.push(["too close to a wall for the robot", cell(mixed(theme.ink, 0.4, theme.free))]);
+  if (map.over.has("inflation")) all.push(["too close to a wall for the robot", cell(mixed(THEMES.light.ink, 0.41, theme.free))]);
   if (map.over.has("regions")) all.push(["reachable from the start", cell(mixed(START, 0.34, theme.free))], ["reachable from the goal", (pen) => stripes(pen, page.dark ? GOAL_ON_DARK : GOAL)]);
   if (map.beside) all.push(["optimal path (A*)", (pen) => dashes(pen, LINES[1][0], LINES[1][1])]);
   if (map.patrols.length) all.push(["path of a patrol", (pen) => dashes(pen, KINDS.patrol[1])]);

@@ -7,8 +7,8 @@ import { fragment } from "./link.js";
 /** Modules and the element each is mounted on, in order: what comes later may use what came before. */
 const PARTS = [
   ["tabs", "left"], ["panels", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
-  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["rounds", "layers"], ["legend", "legend"],
-  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["opening", "learn"], ["keys", "help"],
+  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["legend", "legend"],
+  ["timeline", "timeline"], ["charts", "charts"], ["opening", "learn"], ["keys", "help"],
   ["later", "left"],
 ];
 

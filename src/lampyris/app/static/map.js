@@ -9,7 +9,6 @@ import { GroundPicture, LayerPicture, UnseenPicture, drawCells, penOf } from "./
 import { drawWay, goalMark, startMark, Trail } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
-import { drawRound } from "./rounds.js";
 import { drawShape } from "./shape.js";
 import { View } from "./view.js";
 
@@ -45,7 +44,8 @@ export class MapView {
     this.robotRadius = 0;
     /** The robot's footprint, its poses and the headings of the ends; null: a disc, and a planner on cells. @type {import("./shape.js").Shape | null} */
     this.shape = null;
-    /** A round of planning with adaptive dimensionality; null: none is shown. @type {import("./rounds.js").Round | null} */
+    /** A round of planning with adaptive dimensionality; as it draws itself; null: none is shown.
+     * @type {((pen: CanvasRenderingContext2D, view: View, ground: Ground, dark: boolean) => void) | null} */
     this.round = null;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
@@ -263,7 +263,7 @@ export class MapView {
       this.actors.base(pen, view);
       return;
     }
-    if (this.round) drawRound(pen, view, ground, this.round, this.dark);
+    this.round?.(pen, view, ground, this.dark);
     if (this.gates.length) drawGates(pen, view, this.gates);
     for (const way of this.ways) drawWay(pen, view, way, { dark: this.dark, layered: this.layer !== null });
     if (this.beside) drawWay(pen, view, this.beside, { dark: this.dark, layered: this.layer !== null });

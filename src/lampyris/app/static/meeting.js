@@ -1,14 +1,17 @@
 // Meeting: who was chosen to meet, for the comparison, for a study of it, and for the file of both.
 
 import { fragment } from "./link.js";
+import { plansPoses } from "./shape.js";
 
 /** @typedef {Who & {label: string}} Entry */
 /** No law: the scenario's own. @typedef {{planners: Entry[], laws: Entry[], seeds: number}} Meeting */
+/** `first`: what the list was before anybody changed it. @typedef {Meeting & {first?: string}} Known */
 
-const FIRST = ["ad-gso", "astar", "dstar-lite"];
+/** Who is worth comparing, for a robot on cells and for one with headings. */
+const FIRST = { cells: ["ad-gso", "astar", "dstar-lite"], poses: ["lattice", "hybrid-astar", "pose-rrt-connect"] };
 const LONGEST = 64;
 
-/** @type {WeakMap<Page, Meeting>} */
+/** @type {WeakMap<Page, Known>} */
 const known = new WeakMap();
 
 /** Who was chosen, to be changed; at first those of the link, or some that are worth comparing. @param {Page} page @returns {Meeting} */
@@ -16,10 +19,36 @@ export function chosen(page) {
   if (!known.has(page)) linked(page);
   let found = known.get(page);
   if (!found) {
-    found = { planners: FIRST.filter((name) => isOne(page.hello.planners, name)).map((name) => entry(page, [name, {}])), laws: [], seeds: 1 };
+    found = { planners: firstOf(page), laws: [], seeds: 1 };
+    found.first = namesOf(found.planners);
     known.set(page, found);
   }
   return found;
+}
+
+/** Who meets as long as nobody has chosen: planners of the kind of the scenario's own. @param {Page} page */
+function firstOf(page) {
+  const { hello, store } = page;
+  const poses = plansPoses(page);
+  const own = store.scenario.planner.name;
+  const names = poses ? [own, ...FIRST.poses.filter((name) => name !== own)].slice(0, 3) : FIRST.cells;
+  return names.filter((name) => isOne(poses ? hello.planners_of_poses : hello.planners, name)).map((name) => entry(page, [name, {}]));
+}
+
+/** @param {Entry[]} planners */
+function namesOf(planners) {
+  return planners.map(({ name, settings }) => [name, ...Object.keys(settings)]).join();
+}
+
+/** Have the list follow the scenario's planner while nobody has changed it; whether it is another one now. @param {Page} page */
+export function followed(page) {
+  const found = known.get(page);
+  if (!found || found.first !== namesOf(found.planners)) return false;
+  const planners = firstOf(page);
+  const first = namesOf(planners);
+  if (first === found.first) return false;
+  Object.assign(found, { planners, first });
+  return true;
 }
 
 /** @param {any[]} rows @param {unknown} name */
@@ -39,9 +68,9 @@ function entry(page, [name, settings]) {
  * @param {Page} page @param {number} look
  */
 export function textOf(page, look) {
-  const { planners, laws, seeds } = chosen(page);
+  const { planners, laws, seeds, first: before } = /** @type {Known} */ (chosen(page));
   const [some, others] = [planners, laws].map((list) => list.map(({ name, settings }) => [name, settings]));
-  const first = !look && !laws.length && seeds === 1 && planners.map(({ name, settings }) => [name, ...Object.keys(settings)]).join() === FIRST.join();
+  const first = !look && !laws.length && seeds === 1 && namesOf(planners) === before;
   return first ? "" : JSON.stringify([some, others, seeds, look, look ? Math.floor(page.play.tick) : 0]);
 }
 

@@ -53,15 +53,16 @@ function pictureOf(name, { width, height, values }, dark) {
   const pixels = new Uint32Array(image.data.buffer);
   const tone = (/** @type {string} */ text, /** @type {number} */ share) =>
     ((packed(/** @type {[number, number, number]} */ ([1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16)))) & 0xffffff) | (Math.round(255 * share) << 24)) >>> 0;
-  const close = tone(THEMES[dark ? "dark" : "light"].ink, 0.4);
+  // Dark stripes: seen on the bright end of a layer and on bare ground, in both themes.
+  const [close, between] = [tone(THEMES.light.ink, 0.6), tone(THEMES.light.ink, 0.22)];
   // Told apart by more than their colour: what the goal's side has is striped.
-  const stripe = Math.max(2, Math.round(Math.max(width, height) / 60));
+  const stripe = name === "inflation" ? Math.max(1, Math.round(Math.max(width, height) / 160)) : Math.max(2, Math.round(Math.max(width, height) / 60));
   // On dark ground a dark red is no colour to somebody with protanopia.
   const [start, goal, gap] = [tone(START, 0.34), tone(dark ? GOAL_ON_DARK : GOAL, 0.46), tone(dark ? GOAL_ON_DARK : GOAL, 0.12)];
   for (let k = 0; k < values.length; k++) {
     if (!values[k]) continue;
     const striped = ((k % width) + Math.floor(k / width)) % (2 * stripe) < stripe;
-    pixels[k] = name === "inflation" ? close : values[k] === 1 ? start : striped ? goal : gap;
+    pixels[k] = name === "inflation" ? (striped ? close : between) : values[k] === 1 ? start : striped ? goal : gap;
   }
   picture.getContext("2d")?.putImageData(image, 0, 0);
   return picture;

@@ -44,7 +44,7 @@ export function makePage(token) {
     },
     say, fault,
     simulate: async () => {}, stop: nothing, replan: nothing, turn: () => 0, open: async () => false, adopt: async () => false,
-    asked: () => page.store.scenario, drives: () => false, driving: "", driver: null, link: async () => location.href.split("#")[0],
+    asked: () => page.store.scenario, drives: () => false, driving: "", planning: false, driver: null, link: async () => location.href.split("#")[0],
     titleOf: (name) => ["planners", "planners_of_poses", "planners_of_fleets"].flatMap((key) => page.hello[key]).find((row) => row.name === name)?.title ?? name,
     show: nothing, use: nothing, met: () => fragment().get("c") ?? "",
   };

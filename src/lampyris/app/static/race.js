@@ -7,6 +7,7 @@ import { asked } from "./flow.js";
 import { json } from "./frames.js";
 import { button, el, fill, formatted, sentence, tell } from "./make.js";
 import { Tile } from "./racetile.js";
+import { outlineOf } from "./shape.js";
 
 /** @typedef {import("./racetile.js").Racer} Racer */
 
@@ -91,7 +92,7 @@ class Race {
       for await (const { kind, bytes: data } of page.api.frames("/api/race", { scenario: this.scenario, planners: this.planners }, asked.signal)) {
         if (kind === "X") throw new ServerError(200, json(data));
         if (kind === "H") {
-          racer = { jumps: [], note: "", steps: 0, field: 0, expansions: 0, cost: null, gap: null, any_angle: false, ms: 0, units: "", order: new Uint32Array(0), lines: new Float32Array(0), ...json(data) };
+          racer = { jumps: [], note: "", steps: 0, field: 0, expansions: 0, cost: null, gap: null, any_angle: false, ms: 0, units: "", yaw: [], order: new Uint32Array(0), lines: new Float32Array(0), ...json(data) };
           if (racer?.outcome === "refused") this._add(racer, ground);
         }
         if (kind === "O" && racer) this._add(ordered(racer, data), ground);
@@ -111,7 +112,8 @@ class Race {
   /** @param {Racer} racer @param {Ground} ground */
   _add(racer, ground) {
     const { page } = this;
-    const tile = new Tile(racer, ground, page.dark);
+    const { robot } = this.scenario;
+    const tile = new Tile(racer, ground, page.dark, outlineOf(robot, ground.resolution), Number(robot.radius ?? 0) / ground.resolution);
     this.tiles.push(tile);
     this.stage.append(tile.root);
     tell(this.said, `${this.tiles.length} of ${this.planners.length} planners`);

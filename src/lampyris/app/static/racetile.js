@@ -5,24 +5,31 @@ import { GOAL, LINES, START, THEMES, packed } from "./colours.js";
 import { el, formatted } from "./make.js";
 import { goalMark, robotMark, startMark } from "./marks.js";
 import { swatch } from "./measures.js";
+import { radiusOf } from "./shape.js";
 
 /**
  * What the server says of a planner, and the order in which it expands cells (or the lines of its tree).
  * @typedef {{k: number, label: string, planner: string, outcome: string, sentence: string, kind: string, steps: number, field: number, jumps: number[][],
  *   note: string, expansions: number, cost: number | null, gap: number | null, any_angle: boolean, ms: number, path: number[][],
- *   t: number[], units: string, order: Uint32Array, lines: Float32Array}} Racer
+ *   t: number[], yaw: number[], units: string, order: Uint32Array, lines: Float32Array}} Racer
  */
 
 /** Shades of cells that were expanded earlier and later. */
 const SHADES = 24;
 /** Share of the planner's colour in the first and in the last of them; of a field before its rings; of rings, and of single jump points. */
 const TINT = { first: 0.22, last: 0.62, field: 0.34, strong: 0.85 };
+/** What is added to these on dark ground, which is as light as some of the colours are to somebody who sees no green. */
+const DARK_TINT = 0.2;
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
+/** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be told. */
+const SEEN = 9;
 
 export class Tile {
-  /** @param {Racer} racer @param {Ground} ground @param {boolean} dark */
-  constructor(racer, ground, dark) {
+  /** @param {Racer} racer @param {Ground} ground @param {boolean} dark @param {import("./shape.js").Outline | null} outline the robot's footprint, cells; null: a disc @param {number} radius of the disc, cells */
+  constructor(racer, ground, dark, outline, radius) {
+    this.outline = outline;
+    this.radius = radius;
     this.racer = racer;
     this.ground = ground;
     this.dark = dark;
@@ -68,7 +75,7 @@ export class Tile {
     this.base = new Uint32Array(ground.width * ground.height);
     for (let k = 0; k < this.base.length; k++) this.base[k] = tones[ground.cells[k]];
     const own = [1, 3, 5].map((k) => parseInt(this.colour.slice(k, k + 2), 16));
-    const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + share * (own[c] - v)))));
+    const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + Math.min(1, share + (dark ? DARK_TINT : 0)) * (own[c] - v)))));
     this.field = mixed(TINT.field);
     this.tones = Uint32Array.from({ length: SHADES }, (_, k) => mixed(TINT.first + ((TINT.last - TINT.first) * k) / (SHADES - 1)));
     if (racer.field || racer.kind === "jump points") this.tones.fill(mixed(TINT.strong));
@@ -94,11 +101,17 @@ export class Tile {
     this.lines.width = w * ratio;
     this.lines.height = h * ratio;
     this.ratio = ratio;
-    this._size = Math.max(ROBOT_SIZE, 0.4 * scale);
+    this._size = Math.max(ROBOT_SIZE, Math.max(this.radius, 0.4) * scale);
+    const { outline } = this;
+    const far = outline ? radiusOf(outline) * scale : 0;
+    const shaped = outline && far >= SEEN;
+    if (shaped) this._size = far;
     const side = 2 * Math.ceil(this._size + 2);
     this.robot.width = this.robot.height = side * ratio;
     this.robot.style.width = this.robot.style.height = `${side}px`;
-    robotMark(this._penOf(this.robot), side / 2, side / 2, this._size, this.colour);
+    if (shaped) bodyMark(this._penOf(this.robot), side / 2, outline, scale, this.colour);
+    else robotMark(this._penOf(this.robot), side / 2, side / 2, this._size, this.colour);
+    this._turns = Boolean(shaped);
     this._clear();
   }
 
@@ -264,7 +277,15 @@ export class Tile {
     const share = span > 0 ? Math.min((driven - t[k]) / span, 1) : 1;
     const [x, y] = this._at(path[k][0] + share * (path[k + 1][0] - path[k][0]), path[k][1] + share * (path[k + 1][1] - path[k][1]));
     const half = Math.ceil(/** @type {number} */ (this._size) + 2);
-    this.robot.style.transform = `translate(${(x - half).toFixed(1)}px, ${(y - half).toFixed(1)}px)`;
+    const turn = this._turns ? ` rotate(${(-this._heading(k, share)).toFixed(3)}rad)` : "";
+    this.robot.style.transform = `translate(${(x - half).toFixed(1)}px, ${(y - half).toFixed(1)}px)${turn}`;
+  }
+
+  /** Where the robot looks on a leg, radians counterclockwise: along its path, if nothing says. @param {number} k @param {number} share of the leg */
+  _heading(k, share) {
+    const { path, yaw } = this.racer;
+    if (yaw.length) return yaw[k] + share * (yaw[k + 1] - yaw[k]);
+    return Math.atan2(path[k][1] - path[k + 1][1], path[k + 1][0] - path[k][0]);
   }
 
   /** What the caption says; written only when it changes. @param {string} state @param {string} count */
@@ -275,6 +296,22 @@ export class Tile {
     this.state.textContent = state;
     this.count.textContent = count;
   }
+}
+
+/** A footprint that looks to the right, and a line from its base ahead. @param {CanvasRenderingContext2D} pen @param {number} at @param {import("./shape.js").Outline} outline @param {number} scale @param {string} colour */
+function bodyMark(pen, at, outline, scale, colour) {
+  pen.fillStyle = colour;
+  pen.strokeStyle = "#fff";
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  for (const [x, y] of outline) pen.lineTo(at + x * scale, at - y * scale);
+  pen.closePath();
+  pen.fill();
+  pen.stroke();
+  pen.beginPath();
+  pen.moveTo(at, at);
+  pen.lineTo(at + Math.max(...outline.map(([x]) => x)) * scale, at);
+  pen.stroke();
 }
 
 /** @param {Racer} racer */

@@ -16,7 +16,7 @@ const [SPHERE, TUNNEL] = ["#117733", "#44aa99"];
 const PLANNED = ["#332288", "#b9a6ff"];
 
 /** @param {CanvasRenderingContext2D} pen @param {import("./view.js").View} view @param {{width: number, height: number}} ground @param {Round} round @param {boolean} dark */
-export function drawRound(pen, view, ground, round, dark) {
+function drawRound(pen, view, ground, round, dark) {
   const planned = round.planned_cells.flat();
   pen.save();
   pen.beginPath();
@@ -64,8 +64,8 @@ function words(round, k, of) {
     + `Tracking path (dotted): ${metres(round.tracked_m)}, ${count(round.tracking_expansions)} poses. No path costs less than ${metres(round.lower_bound_m)}.`;
 }
 
-/** @param {Page} page @param {HTMLElement} element */
-export function mount(page, element) {
+/** The choice of rounds below the layers, from a plan that has some on. @param {Page} page @param {HTMLElement} element @param {Plan | null} first */
+export function askRounds(page, element, first) {
   const on = el("input", { type: "checkbox", onchange: () => show() });
   const which = el("input", { type: "range", min: 1, max: 1, value: 1, "aria-label": "Round", oninput: () => show() });
   const about = el("p", { class: "hint", "aria-live": "polite" });
@@ -75,21 +75,26 @@ export function mount(page, element) {
   element.append(root);
   /** @type {Round[]} */
   let rounds = [];
+  /** The one that is drawn. @type {Round | null} */
+  let shown = null;
   const show = () => {
     const k = Math.min(Number(which.value), rounds.length) - 1;
     const { map } = page;
-    const before = map.round;
-    map.round = on.checked && k >= 0 ? rounds[k] : null;
-    more.hidden = !map.round;
-    about.textContent = map.round ? words(map.round, k, rounds.length) : "";
-    if (map.round !== before) map.refresh();
+    const round = on.checked && k >= 0 ? rounds[k] : null;
+    map.round = round && ((pen, view, ground, dark) => drawRound(pen, view, ground, round, dark));
+    more.hidden = !round;
+    about.textContent = round ? words(round, k, rounds.length) : "";
+    if (round !== shown) map.refresh();
+    shown = round;
   };
-  page.on("plan", (plan) => {
+  const renew = (/** @type {Plan | null} */ plan) => {
     rounds = plan?.rounds ?? [];
     root.hidden = !rounds.length;
     which.max = String(Math.max(rounds.length, 1));
     which.value = which.max;
     which.disabled = rounds.length < 2;
     show();
-  });
+  };
+  page.on("plan", renew);
+  renew(first);
 }

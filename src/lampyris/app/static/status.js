@@ -101,6 +101,11 @@ class Status {
       this._show([]);
       return;
     }
+    if (this.page.planning) {
+      this._now("Planning\u2026");
+      set(this.next, "The path on the map is the one from before the change.");
+      return;
+    }
     this._now(plan.sentence, plan.cost === null);
     set(this.next, this.page.driving ? this.page.driving : plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : plansTimes(this.page) ? "The plan has times, by the tracks of recorded obstacles. Press Play to see the robot follow them. Drag S or G, and the path follows." : plan.pose_cells ? "Press Play to see the robot drive it. Drag S or G, or a round handle to turn it, and the path follows." : "Press Play to see the robot drive it. Drag S or G, and the path follows.");
     this._show(this._planFacts());

@@ -146,10 +146,9 @@ export function seenFrom(middle, turn, height, far, ratio) {
   const up = [right[1] * ahead[2] - right[2] * ahead[1], right[2] * ahead[0] - right[0] * ahead[2], right[0] * ahead[1] - right[1] * ahead[0]];
   const eye = middle.map((v, k) => v - far * ahead[k]);
   const dot = (/** @type {number[]} */ a) => a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2];
-  const lens = 2.2;
   const [near, end] = [far / 50, far * 4];
   const [a, b] = [-(end + near) / (end - near), (-2 * end * near) / (end - near)];
-  const [sx, sy] = ratio >= 1 ? [lens / ratio, lens] : [lens, lens * ratio];
+  const [sx, sy] = lensOf(ratio);
   // Rows of the turned frame: right, up, backwards.
   const back = ahead.map((v) => -v);
   const rows = [[...right, -dot(right)], [...up, -dot(up)], [...back, -dot(back)]];
@@ -161,4 +160,28 @@ export function seenFrom(middle, turn, height, far, ratio) {
     out[4 * c + 3] = -rows[2][c];
   }
   return out;
+}
+
+/** How much a view of a width and height enlarges in each direction. @param {number} ratio @returns {[number, number]} */
+function lensOf(ratio) {
+  const lens = 2.2;
+  return ratio >= 1 ? [lens / ratio, lens] : [lens, lens * ratio];
+}
+
+/**
+ * From how far places are seen whole, and as large as they can be.
+ * @param {ArrayLike<number>} places x, height, y one after another @param {number[]} middle @param {number} turn @param {number} height @param {number} ratio width to height
+ */
+export function distanceFor(places, middle, turn, height, ratio) {
+  const [sx, sy] = lensOf(ratio);
+  const [sin, cos, low, flat] = [Math.sin(turn), Math.cos(turn), Math.sin(height), Math.cos(height)];
+  let far = 0;
+  for (let k = 0; k < places.length; k += 3) {
+    const [x, y, z] = [places[k] - middle[0], places[k + 1] - middle[1], places[k + 2] - middle[2]];
+    const ahead = -sin * flat * x - low * y - cos * flat * z;
+    const right = cos * x - sin * z;
+    const up = -sin * low * x + flat * y - cos * low * z;
+    far = Math.max(far, (Math.max(sx * Math.abs(right), sy * Math.abs(up)) / 0.94) - ahead);
+  }
+  return far;
 }

@@ -104,7 +104,7 @@
  *   open: (map: unknown, turn?: number) => Promise<boolean>,
  *   adopt: (scenario: Scenario, turn?: number) => Promise<boolean>,
  *   titleOf: (name: string) => string,
- *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string, driver: typeof import("./driven.js").driver | null,
+ *   asked: (ticks?: boolean) => Scenario, drives: () => boolean, driving: string, planning: boolean, driver: typeof import("./driven.js").driver | null,
  *   link: () => Promise<string>,
  *   show: (section: string) => void | Promise<void>,
  *   use: (tool: string) => void, met: () => string,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
+
+import numpy as np
 
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -59,6 +61,8 @@ class Racer:
     times : float64 (n,): when it is at each, by the speed law.
     mean_speed : along the path, in the law's unit; 0 without a path.
     resolution : metres of a cell.
+    headings : float64 (n,), radians counterclockwise from the rows of the grid: the robot's heading at each node, of a
+        planner of poses; of others none.
     """
 
     label: str
@@ -69,6 +73,7 @@ class Racer:
     times: Floats
     mean_speed: float = 0.0
     resolution: float = 1.0
+    headings: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def length(self) -> float:

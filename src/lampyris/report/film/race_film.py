@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lampyris._core import elementary
 from lampyris.errors import UsageError
 from lampyris.model.race.race import Race, Racer
 from lampyris.report.film import sprites
@@ -21,6 +22,8 @@ SEARCH_S, DRIVE_S = 8.0, 6.0
 WIDE, HIGH = 1200, 760
 """Pixels of the film at most, about."""
 GAP, CAPTION = 10, 60
+SEEN = 9.0
+"""Pixels from a robot's base to its farthest side below which its shape cannot be seen."""
 SHADES = 24
 FIRST, LAST, FIELD, RINGS = 0.22, 0.62, 0.34, 0.85
 """Share of the planner's colour in the cells that it expanded first and last; in those of a field, and of rings after it."""
@@ -180,7 +183,7 @@ class RaceRenderer:
             self._mark(pen, self._pixel(k, *scene.start), "square", sprites.START)
             self._mark(pen, self._pixel(k, *scene.goal), "flag", sprites.GOAL)
             if driven is not None and len(racer.nodes) > 1:
-                self._mark(pen, self._pixel(k, *_place(racer, driven)), "robot", colour)
+                self._robot(pen, k, racer, driven, colour)
             pen.rectangle((x + 6, y - CAPTION + 7, x + 18, y - CAPTION + 19), fill=colour)
             pen.text((x + 24, y - CAPTION + 4), racer.label, font=bold, fill=INK)
             state = self._state(racer, over, driven)
@@ -230,6 +233,20 @@ class RaceRenderer:
             pen.line(line, fill=colour, width=width)
         box[:] = np.asarray(image)
 
+    def _robot(self, pen: Any, k: int, racer: Racer, driven: float, colour: tuple[int, int, int]) -> None:
+        """The robot's footprint to scale with its heading, where it has one and can be seen; else a mark of its place."""
+        at, outline = _place(racer, driven), self._race.scene.robot.footprint
+        scale = self._scale / racer.resolution
+        if outline is None or max(max(abs(x), abs(y)) for x, y in outline) * scale < SEEN:
+            self._mark(pen, self._pixel(k, *at), "robot", colour)
+            return
+        cos, sin = elementary.direction(_heading(racer, driven))
+        x0, y0 = self._pixel(k, *at)
+        corners = [(x0 + (x * cos - y * sin) * scale, y0 - (x * sin + y * cos) * scale) for x, y in outline]
+        pen.polygon(corners, fill=colour, outline=(255, 255, 255), width=2)
+        nose = max(x for x, _ in outline) * scale
+        pen.line((x0, y0, x0 + nose * cos, y0 - nose * sin), fill=(255, 255, 255), width=2)
+
     def _mark(self, pen: Any, at: tuple[float, float], shape: str, colour: tuple[int, int, int]) -> None:
         (x, y), r = at, max(5.0, 0.4 * self._scale)
         if shape == "square":
@@ -271,3 +288,12 @@ def _place(racer: Racer, driven: float) -> tuple[float, float]:
     """Where the robot is after so many seconds, cells."""
     x, y = (float(np.interp(driven, racer.times, racer.nodes[:, c])) for c in (0, 1))
     return x, y
+
+
+def _heading(racer: Racer, driven: float) -> float:
+    """Where the robot looks after so many seconds, radians counterclockwise from the rows: along its path, if nothing says."""
+    if len(racer.headings):
+        return float(np.interp(driven, racer.times, racer.headings))
+    k = min(max(int(np.searchsorted(racer.times, driven, side="right")), 1), len(racer.nodes) - 1)
+    dx, dy = racer.nodes[k] - racer.nodes[k - 1]
+    return float(elementary.atan2(-dy, dx))

@@ -76,6 +76,7 @@ def record(made: Racer) -> dict[str, Any]:
         "ms": 1000 * made.plan_s,
         "path": np.round(made.nodes, 3).tolist(),
         "t": np.round(made.times, 4).tolist(),
+        "yaw": np.round(made.headings, 3).tolist(),
     }
 
 
