@@ -68,6 +68,10 @@ class CellIndex:
         y, x = np.divmod(np.array(numbers, dtype=np.int64), self.stride)
         return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
+    def cells_of(self, numbers: NDArray[np.int64]) -> Cells:
+        """The (x, y) of cell numbers of any shape, on a small map; int32, (..., 2), a new array."""
+        return _cells_by_number(self.width, self.height).take(numbers, axis=0)
+
     def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
         """Numbers of all True cells, rising; int64, (n,)."""
         ys, xs = np.nonzero(mask)
@@ -225,6 +229,13 @@ KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
 SMALL_CELLS = 1 << 15
 """Cells of a map up to which they are kept, ticks are compiled and walkers placed by a kernel: tens of bytes a cell."""
+
+
+@lru_cache(maxsize=KEPT)
+def _cells_by_number(width: int, height: int) -> Cells:
+    """The (x, y) of every cell number of a map; int32, (n, 2)."""
+    y, x = np.divmod(np.arange((height + 2) * (width + 2)), width + 2)
+    return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
 
 def shared(scene: Scene) -> bool:
