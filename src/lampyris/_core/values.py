@@ -55,7 +55,7 @@ def with_fields(value: V, **others: Any) -> V:
     """The same value with other contents of some fields, without checks; its arrays are shared, not copied."""
     for other in others.values():
         _freeze(other)
-    kind = type(value)
+    kind: Any = type(value)
     return unchecked(
         kind, {name: others[name] if name in others else getattr(value, name) for name in names(kind)}
     )

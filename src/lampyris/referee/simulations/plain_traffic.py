@@ -7,7 +7,7 @@ import numpy as np
 from lampyris.model.trace import Trace
 from lampyris.referee.geometry.shapes import disc_cells
 
-_MOST_CELLS = 2**28
+_NARROW = 2**28
 """Cells of a map whose numbers, and sums of two of them, have 32 bits."""
 
 
@@ -20,7 +20,7 @@ def plainly_legal(trace: Trace) -> bool:
     """
     grid = trace.scene.grid
     height, width = grid.blocked.shape
-    if not trace.tracks or any(trace.appears) or not _of_one_cell(trace) or height * width > _MOST_CELLS:
+    if not trace.tracks or any(trace.appears) or not _of_one_cell(trace) or height * width > _NARROW:
         return False
     flat = np.concatenate((trace.robot, *trace.tracks))
     if flat.dtype != np.int32 or flat.shape[1] != 2:
