@@ -91,7 +91,10 @@ class Placing:
         if radius not in self._shapes:
             bars = self._world.lane_bars(self._recorded, radius)
             grid, moves = self.scene.grid, self.scene.moves
-            self._shapes[radius] = obstacle_shape(grid, moves, self.space, radius, self._kept_clear, bars)
+            like = None if grid.blocked.size <= SMALL_CELLS else self._world.robot_shape
+            self._shapes[radius] = obstacle_shape(
+                grid, moves, self.space, radius, self._kept_clear, bars, like
+            )
         return self._shapes[radius]
 
     def hold(self, k: int, shape: Shape, number: int) -> None:
