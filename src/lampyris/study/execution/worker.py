@@ -57,7 +57,10 @@ from lampyris.study.execution.pose_evidence import pose_plan_evidence
 from lampyris.study.execution.site import RecentCache, StudyWorld, not_a_job, world_of
 
 SCRATCH_KEPT = 1 << 19
-"""Bytes of room for fields that are kept from job to job; more is made again, which adds at most 2 % to a field of 192 to 512 cells a side."""
+"""Bytes of room for fields that are kept from job to job.
+
+More is made again, which adds at most 2 % to a field of 192 to 512 cells a side.
+"""
 MAX_WORDS = 500
 """Characters of what is said of an error."""
 
