@@ -247,8 +247,10 @@ class TimedSearch:
         )  # fmt: skip
 
         def cells_of(states: _Ints) -> _Ints:
-            beyond = np.append(table.owner, s)
-            return np.where(states < n, states, beyond[np.maximum(states - n, 0)])
+            cells = np.where(states < n, states, s)  # the last state is the start
+            inside = (states >= n) & (states < n + len(table.owner))
+            cells[inside] = table.owner[states[inside] - n]
+            return cells
 
         return self._route(result, came, cells_of, arrive)
 
