@@ -86,6 +86,8 @@ PATIENCE = SIMULATION_PATIENCE
 The dissertation's own would be 1: wait one step, repair, then fail.
 """
 
+_USUAL = SimulationSettings()
+
 GoalTrack: TypeAlias = Recorded | Sequence[Any] | None
 
 HOLD: Step = (-1, 0, 0)
@@ -153,7 +155,7 @@ class Simulation(Exclusive):
         demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
-        settings = SimulationSettings(ticks, patience)
+        settings = _USUAL if ticks is None and patience is None else SimulationSettings(ticks, patience)
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
         self.sensor, self.goal = sensor, scene.goal
