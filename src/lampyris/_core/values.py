@@ -55,16 +55,14 @@ def with_fields(value: V, **others: Any) -> V:
     """The same value with other contents of some fields, without checks; its arrays are shared, not copied."""
     for other in others.values():
         _freeze(other)
-    kind: Any = type(value)
-    return unchecked(
-        kind, {name: others[name] if name in others else getattr(value, name) for name in names(kind)}
-    )
+    kept = {name: getattr(value, name) for name in names(value.__class__)}
+    return unchecked(type(value), kept | others)
 
 
 @cache
-def names(kind: type[Value]) -> tuple[str, ...]:
+def names(kind: Any) -> tuple[str, ...]:
     """Names of the fields of a class, in order."""
-    return tuple(f.name for f in fields(kind))  # type: ignore[arg-type]
+    return tuple(f.name for f in fields(kind))
 
 
 def unchecked(kind: type[V], values: dict[str, Any]) -> V:
