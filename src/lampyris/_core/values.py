@@ -55,7 +55,8 @@ def with_fields(value: V, **others: Any) -> V:
     """The same value with other contents of some fields, without checks; its arrays are shared, not copied."""
     for other in others.values():
         _freeze(other)
-    kept = {name: getattr(value, name) for name in names(value.__class__)}
+    kind: Any = type(value)
+    kept = {name: getattr(value, name) for name in names(kind)}
     return unchecked(type(value), kept | others)
 
 
