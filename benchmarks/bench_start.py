@@ -13,12 +13,23 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
+from benchmarks.limits import NATIVE
 from benchmarks.maps import random_map
+from benchmarks.native import Native, build
+from benchmarks.turns import take_turns
+
+import lampyris
+from lampyris.kernels._jit import prefer_compiled
+from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES
+from lampyris.planning.field.gates import find_gates
+from lampyris.planning.field.solve import solve
 
 TITLE = "Start-up"
 HOW = """Seconds by the clock, each in a process of its own, called alternately. Python's byte code is kept (it is after
@@ -61,6 +72,8 @@ TERRAIN = 0
 SMALL = ("astar", "jps", "fastest", "dstar-lite", "theta-star", "sipp", "dstar", "lpa-star")
 """Planners that are started besides the default one, on 316 x 316 cells."""
 DEFAULT = "ad-gso"
+FASTEST = "-O3 -march=native"
+"""Of the builds in C++."""
 
 
 def bench(quick: bool) -> Section:
@@ -92,12 +105,41 @@ def bench(quick: bool) -> Section:
             warm = Wait("`lampyris warm`, nothing kept", ("-c", PLAIN, "warm"), fresh=True)
             waits.append(warm)
             times[warm.task] = [seconds(warm, folder)]
+        largest = [] if quick else stages(maps[4096])
     spreads = {task: Spread.of(values) for task, values in times.items()}
-    figures = _figures(waits, spreads)
+    figures = [*_figures(waits, spreads), *largest]
     return Section(
         "start", TITLE, HOW, (_table(waits, spreads), _small(waits, spreads)), tuple(figures),
         tuple(_verdicts(waits, spreads)), versions(["numpy", "numba", "typer", "rich"]),
     )  # fmt: skip
+
+
+def stages(path: Path) -> list[Figure]:
+    """What the parts of a plan on the largest map take, code compiled: seconds of this thread's processor time."""
+    prefer_compiled()
+    native, moves = build().get(FASTEST), MOVES["octile"]
+
+    def read() -> Grid:
+        return lampyris.load_grid(path)
+
+    grid = read()
+    free, goal = ~grid.blocked, (grid.width - 1, grid.height - 1)
+    free.setflags(write=False)
+    calls = {
+        "reading the map": read,
+        "field": partial(solve, free, moves, goal),
+        "gates": lambda: find_gates(Grid(grid.blocked)),
+        # A field is luciferin, cost and step of each cell, in memory that is new to the process.
+        "new memory": lambda: [np.full(free.size, 1, kind) for kind in (np.float64, np.int64, np.int8)],
+    }
+    if native is not None:
+        calls[NATIVE] = Native(native, free, moves, goal)
+    times = take_turns(calls, rounds=3, per=1e9)
+    task, theirs = f"`lampyris plan`, {grid.width} x {grid.height}", times.pop(NATIVE, None)
+    return [
+        Figure(f"{task}, {what}", "s of CPU", took, *((NATIVE, theirs) if what == "field" and theirs else ()))
+        for what, took in times.items()
+    ]
 
 
 def _waits(maps: Mapping[int, Path], quick: bool) -> list[Wait]:

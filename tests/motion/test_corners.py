@@ -11,15 +11,20 @@ import pytest
 
 import lampyris
 from lampyris import api, referee
-from lampyris.errors import InternalFault, SettingError, UsageError
+from lampyris.errors import InternalFault, UsageError
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.path import Path, path_of
+from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.sampled_path import corners_of_path, sample_with_corners
 from lampyris.motion.laws import registry as laws
 from lampyris.typing import FloatGrid, Points
+from lampyris_selfcheck.check import Ask, Part
+from lampyris_selfcheck.checks.traffic import moving
+from lampyris_selfcheck.checks.traffic.moving_drive import least_gap
 
 LAWS = ("physical", "constant", "optimum", "blind", "uncertainty")
 
@@ -187,9 +192,35 @@ def test_what_has_no_effect_is_refused() -> None:
     for given in ({"smooth": "straight"}, {"spacing": 0.1}):
         with pytest.raises(UsageError, match="OPTIONS"):
             api.speed_profile(scene, course, **given)  # type: ignore[arg-type]
-    plan = lampyris.plan(Scene(scene.grid, (0, 0), (9, 3), robot=Robot(turn_radius=9.0)), "sipp")
-    with pytest.raises(SettingError, match="TURN_RADIUS"):
-        api.speed_profile(replace(scene, robot=Robot(turn_radius=9.0)), plan, tick_seconds=1.0)
+
+
+def test_a_schedule_in_seconds_stops_in_corners_that_are_too_tight() -> None:
+    scene = Scene(Grid(np.zeros((12, 12), bool)), (0, 0), (9, 3), robot=Robot(turn_radius=9.0))
+    plan = lampyris.plan(scene, "sipp")
+    assert plan.path is not None
+    made = api.speed_profile(scene, plan, tick_seconds=1.0)
+    corners = corners_of_path(plan.path, 1.0, scene.robot)
+    assert corners.stop.any()
+    assert made.cause.count("turn") == int(corners.stop.sum())
+    assert not made.v[np.isin(made.s, plan.path.arc[corners.node[corners.stop]])].any()
+
+
+def test_a_schedule_in_seconds_may_turn_back_on_itself() -> None:
+    """Into a side cell and out again, until an obstacle has left the way (``moving``, seed 5, driven 114)."""
+    cells = np.array([(2, 1), (1, 1), (0, 1), (1, 1), (2, 1), (3, 2), (4, 3)])
+    late = Recorded(((4, 3),) * 12 + ((5, 3),))
+    scene = Scene(Grid(np.zeros((5, 8), bool)), (2, 1), (4, 3), moves="dissertation", traffic=(late,))
+    plan = Plan(Status.FOUND, "sipp", path_of(cells, scene.moves), schedule=np.arange(7))
+    made = api.speed_profile(scene, plan, tick_seconds=4.0)
+    (turn,) = (k for k, word in enumerate(made.cause) if word == "turn")
+    assert (float(made.s[turn]), float(made.v[turn])) == (2.0, 0.0)
+    assert "wait" in made.cause
+    assert made.duration > 44.0, "not before the obstacle has left"
+    gap, whom, _ = least_gap(made, plan, scene, 4.0)
+    assert whom == 0
+    assert gap > 0.0
+    asked = moving.run(Ask(seed=5), Part("driven", 114, 1))
+    assert not asked.failed
 
 
 def test_a_schedule_in_seconds_minds_the_lateral_limit() -> None:

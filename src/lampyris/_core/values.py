@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -52,17 +53,32 @@ def _hashed(value: Any) -> Any:
 
 def with_fields(value: V, **others: Any) -> V:
     """The same value with other contents of some fields, without checks; its arrays are shared, not copied."""
-    kept = {f.name: getattr(value, f.name) for f in fields(value)}  # type: ignore[arg-type]
-    return _rebuilt(type(value), {**kept, **others})
+    for other in others.values():
+        _freeze(other)
+    kind: Any = type(value)
+    kept = {name: getattr(value, name) for name in names(kind)}
+    return unchecked(type(value), kept | others)
+
+
+@cache
+def names(kind: Any) -> tuple[str, ...]:
+    """Names of the fields of a class, in order."""
+    return tuple(f.name for f in fields(kind))
+
+
+def unchecked(kind: type[V], values: dict[str, Any]) -> V:
+    """A value from all of its fields, without checks and copies: its arrays must be its own, and read-only."""
+    made = object.__new__(kind)
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
+    return made
 
 
 def _rebuilt(kind: type[V], values: dict[str, Any]) -> V:
     """A value from its fields, without the checks that they have passed."""
-    made = object.__new__(kind)
-    for name, value in values.items():
+    for value in values.values():
         _freeze(value)
-        object.__setattr__(made, name, value)
-    return made
+    return unchecked(kind, values)
 
 
 def _freeze(value: Any) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 from lampyris.model.grid import GridKey
 from lampyris.model.moves import Moves
@@ -81,9 +83,8 @@ class FieldCache:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
         free = self._map.free
-        if self._shared and terrain is None and not self._map.revision and free.size <= SHARED_CELLS:
-            given = GridKey(self._map.given), self._map.radius, self._moves, self._goal
-            repairer = _solved(*given, self._rho, self._gamma).copy_on_write()
+        if self._is_shared:
+            repairer = _solved(*self._given).copy_on_write()
         else:
             repairer = FieldRepairer(
                 free, self._moves, self._goal, terrain=terrain, rho=self._rho, gamma=self._gamma
@@ -91,6 +92,24 @@ class FieldCache:
         self.spent += repairer.field.expansions
         self._kept.append(_Kept(repairer, frozenset()))
         return self._kept[-1]
+
+    @property
+    def _is_shared(self) -> bool:
+        """Whether the bare field is that of a map as given which sessions share."""
+        as_given = not self._map.has_terrain and not self._map.revision
+        return self._shared and as_given and self._map.free.size <= SHARED_CELLS
+
+    @property
+    def _given(self) -> tuple[GridKey, float, Moves, Cell, float, float]:
+        """What the bare field of the map as given depends on."""
+        return GridKey(self._map.given), self._map.radius, self._moves, self._goal, self._rho, self._gamma
+
+    def spare(self, ground: Padded, settings: Hashable) -> list[Any] | None:
+        """Where sessions leave what they have worked out on a field for the next with the same settings; None: it is not
+        the bare one that is shared, which never changes."""
+        if not self._is_shared or _solved(*self._given).padded is not ground:
+            return None
+        return _spare(*self._given).setdefault(settings, [])
 
     def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
         """Repair a field to the map as it is, with these cells sealed."""
@@ -110,3 +129,11 @@ class FieldCache:
 def _solved(key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float) -> FieldRepairer:
     """The bare field of a map as given; never repaired itself."""
     return FieldRepairer(free_cells(key.grid, radius), moves, goal, rho=rho, gamma=gamma)
+
+
+@lru_cache(maxsize=SHARED)
+def _spare(
+    key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float
+) -> dict[Hashable, list[Any]]:
+    """See :meth:`FieldCache.spare`."""
+    return {}

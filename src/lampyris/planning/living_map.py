@@ -31,8 +31,9 @@ class LivingMap:
         """The map as given."""
         self.radius = scene.robot.radius
         """The robot's, metres."""
-        self._walls: BoolGrid = grid.blocked.copy()
-        self.free: BoolGrid = free_cells(grid, self.radius).copy()
+        self._walls: BoolGrid = grid.blocked  # copied before it is first written to
+        self.free: BoolGrid = free_cells(grid, self.radius)
+        self.free.setflags(write=True)
         """Where the robot's centre may be; bool, (height, width)."""
         self.terrain: ByteGrid | None = None if grid.terrain is None else grid.terrain.copy()
         """What cells cost to enter; None as long as no cell of the map has ever had a value."""
@@ -68,6 +69,8 @@ class LivingMap:
     def _write(self, change: Change) -> list[Cell]:
         self.revision += 1
         turned = dict.fromkeys(change.freed, False) | dict.fromkeys(change.blocked, True)
+        if self._walls is self.given.blocked:
+            self._walls = self.given.blocked.copy()
         width, walls = self._walls.shape[1], _bytes(self._walls)
         turned = {(int(x), int(y)): b for (x, y), b in turned.items() if walls[y * width + x] != b}
         for (x, y), blocked in turned.items():

@@ -37,24 +37,6 @@ class AgentTracks:
     covers: Sequence[Ints]
 
 
-def never_meet(traffic: AgentTracks) -> bool:
-    """Whether obstacles of one cell, all there from the beginning, can be seen at once to break no rule; False says nothing.
-
-    Nobody is in one cell with another, so the cells of a tick are all different. Two that change places, and two that
-    cross in a block of four cells, have one point in common half way: the middles of all steps of a tick are different, too.
-    """
-    if not traffic.there.all() or any(len(cover) != 1 for cover in traffic.covers):
-        return False
-    x, y = traffic.at[..., 0], traffic.at[..., 1]
-    wide = 2 * (int(x.max()) - int(x.min()) + 1)  # so that sums of two places say both coordinates
-    place = y * wide + x - int(x.min())
-    rank = np.sort(place, axis=1)
-    if (rank[:, 1:] == rank[:, :-1]).any():
-        return False
-    middle = np.sort(place[1:] + place[:-1], axis=1)
-    return not (middle[:, 1:] == middle[:, :-1]).any()
-
-
 @dataclass(frozen=True, slots=True, order=True)
 class Clash:
     """Two obstacles that broke a rule. The earliest sorts first; in one tick: together, swap, cross."""

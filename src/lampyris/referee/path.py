@@ -88,6 +88,9 @@ def walk_violation(
 
     A walk of one cell has no steps.
     """
+    plain = _plainly_legal(cells, grid, robot, moves)
+    if plain is not None:
+        return None, plain
     none = np.zeros(0, dtype=np.int64)
     x = cells[:, 0].astype(np.int64)
     y = cells[:, 1].astype(np.int64)
@@ -118,6 +121,35 @@ def walk_violation(
         if over is not None:
             return _step("knight", cells, over, "passes over a blocked cell"), code
     return None, code
+
+
+def _plainly_legal(cells: NDArray[np.int32], grid: Grid, robot: Robot, moves: Moves) -> Ints | None:
+    """The look-up codes of a walk to neighbours of a robot of one cell that can be seen at once to break no rule; None says
+    nothing."""
+    steps = _steps_of(moves)
+    if steps.reach > 1 or robot.radius > 0 or cells.dtype != np.int32 or not len(cells):
+        return None
+    wide = grid.width
+    # As numbers without a sign those left of the map and above it are very large.
+    x, y = np.array(cells.T, dtype=np.int64, order="C")
+    if x.view(np.uint64).max() >= wide or y.view(np.uint64).max() >= grid.height:
+        return None
+    at = y * wide + x
+    if grid.blocked.take(at).any():
+        return None
+    dx, dy = x[1:] - x[:-1] + 1, y[1:] - y[:-1] + 1
+    if len(dx) and max(int(dx.view(np.uint64).max()), int(dy.view(np.uint64).max())) > 2:
+        return None
+    code: Ints = 3 * dx + dy
+    kind = steps.kind[code]
+    if len(kind) and kind.min() < 0:
+        return None
+    if not moves.corner_cutting:
+        # Of a straight step these are its own two cells.
+        beside = grid.blocked.take(at[:-1] + dx - 1) | grid.blocked.take(at[1:] - dx + 1)
+        if beside.any():
+            return None
+    return code
 
 
 def _at(rule: str, cells: NDArray[np.int32], bad: NDArray[np.bool_], what: str) -> _Fault:
@@ -237,7 +269,8 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
     """Count the steps and add up their costs again, each times what the cell it enters weighs."""
     moves = _in_units(moves, 1)
     steps = _steps_of(moves)
-    counted = np.bincount(index_array(steps.kind[code]), minlength=3).tolist()
+    kind = steps.kind[code]
+    counted = np.bincount(index_array(kind), minlength=3).tolist()
     stated = [*path.steps, 0, 0, 0][:3]
     if counted != stated or len(path.steps) > 3:
         return Violation(
@@ -245,17 +278,18 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
             "path",
             f"claims {tuple(path.steps)} straights, diagonals and knight's steps; has {counted}",
         )
+    ground, weighed = 1, counted
     if grid.terrain is None:
-        weight, ground = np.ones(len(code), dtype=np.int64), 1
+        exact = int(steps.cost[code].sum())
     else:
         entered = path.cells[1:]
         weight = _PLAIN_GROUND + grid.terrain[entered[:, 1], entered[:, 0]].astype(np.int64)
-        ground = _PLAIN_GROUND
-    exact = int((steps.cost[code] * weight).sum())
+        ground, exact = _PLAIN_GROUND, int((steps.cost[code] * weight).sum())
+        weighed = [int(weight[kind == k].sum()) for k in (0, 1)]
     if path.exact != exact:
         return Violation("cost", "path", f"claims the exact cost {path.exact}; its steps cost {exact}")
     if moves.name == "octile":
-        n, m = (int(weight[steps.kind[code] == k].sum()) for k in (0, 1))
+        n, m = weighed[:2]
         value = (n + math.sqrt(2 * m**2)) / ground
     else:
         value = exact / (moves.unit * ground)

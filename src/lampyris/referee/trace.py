@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
-from lampyris.referee.clashes import AgentTracks, ClashDetector, never_meet
+from lampyris.referee.clashes import AgentTracks, ClashDetector
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
 from lampyris.referee.simulations.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.simulations.moving_goal import goal_violation
+from lampyris.referee.simulations.plain_traffic import plainly_legal
 from lampyris.referee.simulations.sensing import sensing_violation
 from lampyris.referee.simulations.visits import trace_visits_violation
 from lampyris.referee.verdict import Violation
@@ -42,8 +43,9 @@ def check_trace(trace: Trace) -> Violation | None:
     broken = _lengths(trace)
     if broken is not None:
         return broken
-    eras = eras_of(trace)
-    traffic, codes = _traffic(trace), list[Ints]()
+    eras, codes = eras_of(trace), list[Ints]()
+    plain = len(eras) == 1 and trace.scene.moves.reach == 1 and plainly_legal(trace)
+    traffic = None if plain and trace.outcome is not Outcome.HIT else _traffic(trace)
     driven = _driven(trace.robot)
     return (
         edits_violation(trace, eras)
@@ -51,10 +53,9 @@ def check_trace(trace: Trace) -> Violation | None:
         or sensing_violation(trace)
         or goal_violation(trace)
         or trace_visits_violation(trace)
-        or _obstacles(trace, eras, traffic)
-        or _pairs(trace, traffic)
+        or (None if plain or traffic is None else _obstacles(trace, eras, traffic) or _pairs(trace, traffic))
         or _outcome(trace, traffic)
-        or _path_violation(trace, driven[0], codes)
+        or _path_violation(trace, driven, codes)
         or _events(trace)
         or _speeds(trace)
     )
@@ -70,6 +71,8 @@ def _lengths(trace: Trace) -> Violation | None:
     if not len(trace.tracks) == len(trace.appears) == len(trace.obstacle_specs):
         counts = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.obstacle_specs)} obstacles"
         return Violation("lengths", "trace", counts)
+    if not any(trace.appears) and all(len(track) == n for track in trace.tracks):
+        return None
     before = 0
     for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
         if not before <= t0 <= trace.ticks:
@@ -84,18 +87,20 @@ def _lengths(trace: Trace) -> Violation | None:
     return None
 
 
-def _driven(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
-    """The robot's cells without repeats, and the tick, from the first, at which it left each."""
+def _driven(cells: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The robot's cells without repeats."""
     new = np.ones(len(cells), dtype=np.bool_)
-    moved = new[1:]
-    moved[:] = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
-    leaves = np.append(np.flatnonzero(moved), len(cells) - 1)
-    return cells[new], leaves.astype(np.int64)
+    new[1:] = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
+    return cells[new]
 
 
-def _robot(
-    trace: Trace, eras: list[Era], driven: tuple[NDArray[np.int32], Ints], codes: list[Ints]
-) -> Violation | None:
+def _leaves(cells: NDArray[np.int32]) -> list[int]:
+    """The tick, from the first, at which the robot left each of its cells without repeats."""
+    moved = (cells[1:, 0] != cells[:-1, 0]) | (cells[1:, 1] != cells[:-1, 1])
+    return [*np.flatnonzero(moved).tolist(), len(cells) - 1]
+
+
+def _robot(trace: Trace, eras: list[Era], driven: NDArray[np.int32], codes: list[Ints]) -> Violation | None:
     """The robot alone, whose cells without repeats are ``driven``; ``codes`` is filled with those of its steps, era by era,
     if it drove."""
     scene = trace.scene
@@ -103,15 +108,15 @@ def _robot(
     if first != scene.start:
         return Violation("start", "tick 0", f"the robot is at {first}; the start is {scene.start}")
     if trace.outcome is Outcome.START_OCCUPIED:
-        return None if len(driven[0]) == 1 else Violation("outcome", "trace", "drove from an occupied start")
+        return None if len(driven) == 1 else Violation("outcome", "trace", "drove from an occupied start")
     for era, grid in with_maps(eras, scene.grid):
         # The step into an era is made on its map, from a cell that cannot have turned into a wall.
-        whole = len(eras) == 1
-        cells, leaves = driven if whole else _driven(trace.robot[era.since : era.last + 1])
+        there = trace.robot[era.since : era.last + 1]
+        cells = driven if len(eras) == 1 else _driven(there)
         fault, code = walk_violation(cells, grid, scene.robot, scene.moves)
         codes.append(code)
         if fault is not None:
-            tick = era.since + int(leaves[fault.index])
+            tick = era.since + _leaves(there)[fault.index]
             return Violation(fault.rule, f"robot after tick {tick}", fault.sentence)
     return None
 
@@ -133,8 +138,6 @@ def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation
                 what = f"covers {len(stated)} cells, a disc of {obstacle.radius:g} m covers {len(inner)}"
                 return Violation("footprint", f"obstacle {k}", what)
         good.add((obstacle.radius, obstacle.footprint))
-    if len(eras) == 1 and _plainly_legal(traffic, grid.blocked):
-        return None
     at, there = traffic.at[:, 1:], traffic.there[:, 1:]
     x, y = at[..., 0], at[..., 1]
     outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
@@ -145,20 +148,6 @@ def _obstacles(trace: Trace, eras: list[Era], traffic: AgentTracks) -> Violation
         return _body("obstacle step", far, at, "more than one cell from where it is a tick later")
     found = (_walled(traffic, era, ground.blocked) for era, ground in with_maps(eras, grid))
     return next((broken for broken in found if broken is not None), None)
-
-
-def _plainly_legal(traffic: AgentTracks, blocked: BoolGrid) -> bool:
-    """Whether obstacles of one cell, all there from the beginning, can be seen at once to be on free cells of the map and to
-    make steps to neighbours alone; False says nothing."""
-    at, (height, width) = traffic.at[:, 1:], blocked.shape
-    if not at.size or not traffic.there.all() or any(len(cover) != 1 for cover in traffic.covers[1:]):
-        return False
-    x, y = at[..., 0], at[..., 1]
-    if at.min() < 0 or x.max() >= width or y.max() >= height:
-        return False
-    step = at[1:] - at[:-1]
-    far = step.size and (step.max() > 1 or step.min() < -1)
-    return not far and not blocked.take(y * width + x).any()
 
 
 def _walled(traffic: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | None:
@@ -206,8 +195,6 @@ def _traffic(trace: Trace) -> AgentTracks:
 
 def _pairs(trace: Trace, traffic: AgentTracks) -> Violation | None:
     grid = trace.scene.grid
-    if trace.scene.moves.reach == 1 and never_meet(traffic):
-        return None
     judge = ClashDetector(traffic, grid.width, grid.height, _hits(trace))
     clash = judge.first()
     over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
@@ -259,7 +246,7 @@ def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None
     return None
 
 
-def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
+def _outcome(trace: Trace, traffic: AgentTracks | None) -> Violation | None:
     scene = trace.scene
     last = (int(trace.robot[-1, 0]), int(trace.robot[-1, 1]))
     word = trace.outcome.value
@@ -276,6 +263,7 @@ def _outcome(trace: Trace, traffic: AgentTracks) -> Violation | None:
         return Violation("outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {goal}")
     if trace.outcome is Outcome.HIT:
         hits = _hits(trace)
+        assert traffic is not None
         covers = traffic.covers
         mine = {(last[0] + dx, last[1] + dy) for dx, dy in covers[0].tolist()}
         for k in hits:

@@ -45,8 +45,7 @@ def scheduled_profile(
 
     Raises
     ------
-    SettingError : ``NO_PATH``, ``TICK``, ``TURN_RADIUS``, ``PROFILE_BLOCKED``, and what
-        ``through_tracks`` names.
+    SettingError : ``NO_PATH``, ``TICK``, ``PROFILE_BLOCKED``, and what ``through_tracks`` names.
     """
     if plan.path is None:
         raise SettingError("NO_PATH", plan.sentence, where="plan", allowed="a plan with a path")
@@ -69,28 +68,19 @@ def scheduled_profile(
 def divided(path: Path, resolution: float, robot: Robot) -> SampledPath:
     """A path of cells as a sampled path whose every step is divided evenly; its corners have their curvature.
 
-    Raises
-    ------
-    SettingError : ``TURN_RADIUS``: a corner in which the robot would have to stop and turn in place.
+    Where a corner is tighter than the robot's turning circle, or the path turns back on itself, it is a stop.
     """
     whole, corners = sample_path(path, resolution), corners_of_path(path, resolution, robot)
-    if corners.stop.any():
-        k = int(corners.stop.argmax())
-        x, y = path.cells[corners.node[k]].tolist()
-        raise SettingError(
-            "TURN_RADIUS",
-            f"{robot.turn_radius:g} m; the path turns within {float(corners.radius[k]):.6g} m at ({x}, {y})",
-            where="robot.turn_radius",
-            allowed="corners that the robot can drive, for a plan's schedule in seconds",
-            todo="leave tick_seconds out: the robot then stops in such a corner",
-        )
     n = len(whole)
     at = np.arange((n - 1) * _PARTS + 1) / _PARTS
     nodes = np.arange(n)
     s = elementary.interp(at, nodes, whole.s)
     xy = np.stack([elementary.interp(at, nodes, whole.xy[:, k]) for k in (0, 1)], axis=-1)
     heading = whole.heading[np.minimum(np.arange(len(at)) // _PARTS, n - 1)]
-    kappa = np.zeros(len(at))
+    kappa, stop = np.zeros(len(at)), np.zeros(len(at), dtype=np.bool_)
+    stop[_PARTS * corners.node[corners.stop]] = True
+    arcs = ~corners.stop
+    node, bend = corners.node[arcs], 1.0 / corners.radius[arcs]
     for k in range(-(_PARTS // 2), _PARTS // 2 + 1):
-        np.maximum.at(kappa, _PARTS * corners.node + k, 1.0 / corners.radius)
-    return SampledPath(s, xy, heading, kappa, np.zeros(len(at), dtype=np.bool_), resolution)
+        np.maximum.at(kappa, _PARTS * node + k, bend)
+    return SampledPath(s, xy, heading, kappa, stop, resolution)

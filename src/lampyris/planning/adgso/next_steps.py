@@ -7,7 +7,7 @@ the session is asked for a plan.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
 from lampyris.planning.base import AnswersInTicks, NextSteps
 from lampyris.planning.field.repair import Padded
 
+Spare: TypeAlias = list[tuple[tuple[Any, ...], Any, tuple[Any, ...]]]
+SPARED = 4
+"""Finders whose work is kept on one field with one set of settings."""
+
 
 class StepFinder:
     """Finds next steps on one field.
@@ -33,21 +37,46 @@ class StepFinder:
     start : any cell.
     moves : the step set.
     wanted : steps after the first sub-path that are wanted.
+    spare : where finders on the same field with the same settings, ``wanted`` among them, leave what they have worked out:
+        jumps among no obstacles are the same for all of them. Each is used by one finder at a time. None: nowhere.
     """
 
-    def __init__(self, walker: Walker, ground: Padded, start: int, moves: Moves, wanted: int) -> None:
+    def __init__(
+        self,
+        walker: Walker,
+        ground: Padded,
+        start: int,
+        moves: Moves,
+        wanted: int,
+        spare: Spare | None = None,
+    ) -> None:
+        self._spare, self._at_rest = spare, True
         trip = walker.start(start)
         trip.tally[w.ALLOWED] = NO_LIMIT
         setup, self._tally, _, path, _, *rest = walker.kernel_setup(trip)
         self._path = np.zeros(len(path) + wanted, dtype=np.int64)
-        shut = walls(ground).astype(np.int64)
-        cost = frozen(ground.cost.astype(np.int64))  # one width: compiling the kernel takes seconds
-        known = np.zeros(KNOWN * len(cost), dtype=np.int64)
-        lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
         self._pairs = np.zeros(64, dtype=np.int64)
         self._answers: AnswersInTicks | None = None
-        self._field: tuple[Any, ...] = (cost, ground.luciferin, ground.step, shut, ground.terrain)
-        self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest, known, int(lower), wanted)
+        left = _left_in(spare)
+        if left is None:
+            shut = walls(ground).astype(np.int64)
+            cost = frozen(ground.cost.astype(np.int64))  # one width: compiling the kernel takes seconds
+            known = np.zeros(KNOWN * len(cost), dtype=np.int64)
+            lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
+            field = (cost, ground.luciferin, ground.step, shut, ground.terrain)
+            left = field, setup, (*rest, known, int(lower), wanted)
+        self._left = left
+        self._field, setup, others = left
+        self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *others)
+
+    def __del__(self) -> None:
+        # A kernel that was stopped may have left its room in any state.
+        spare = self._spare
+        if spare is not None and self._at_rest and len(spare) < SPARED:
+            spare.append(self._left)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_spare": None}
 
     def answers(self, hemmed: int, limit: int, closed: int) -> AnswersInTicks:
         """For a kernel that asks by itself.
@@ -58,6 +87,7 @@ class StepFinder:
         limit : states that an answer may expand; -1: any number.
         closed : cells that obstacles close, at most.
         """
+        self._at_rest = False
         if len(self._pairs) < 2 * closed or self._answers is None:
             self._pairs = np.zeros(max(2 * closed, len(self._pairs)), dtype=np.int64)
             asked = np.zeros(ASKED_STATE, dtype=np.int64)
@@ -65,6 +95,10 @@ class StepFinder:
             self._answers = AnswersInTicks(advance_adgso, asked, rest, self._path)
         self._answers.asked[HEMMED_AT], self._answers.asked[PER_ANSWER] = hemmed, limit
         return self._answers
+
+    def answered(self) -> None:
+        """The kernel has come back."""
+        self._at_rest = True
 
     def find(self, robot: int, closed: NDArray[np.int64], count: int) -> NextSteps | None:
         """The steps from a cell; None: they take a plan.
@@ -78,10 +112,20 @@ class StepFinder:
             return None
         if len(self._pairs) < 2 * count:
             self._pairs = np.zeros(4 * count, dtype=np.int64)
+        self._at_rest = False
         code = next_steps(robot, closed, count, self._pairs, *self._field, *self._rest)
+        self._at_rest = True
         tally = self._tally
         if code == w.HEMMED:
             return NextSteps(self._path, -1, 0, int(tally[w.LOOKED]))
         if code != w.ARRIVED:
             return None
         return NextSteps(self._path, int(tally[w.LENGTH]) - 1, int(tally[w.FIRST]), int(tally[w.LOOKED]))
+
+
+def _left_in(spare: Spare | None) -> tuple[tuple[Any, ...], Any, tuple[Any, ...]] | None:
+    """What a finder before has left, which nobody else takes from now on; None: nothing."""
+    try:
+        return spare.pop() if spare else None
+    except IndexError:  # another thread was quicker
+        return None

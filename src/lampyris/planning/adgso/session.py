@@ -162,6 +162,8 @@ class AdGsoSession(SessionBase):
 
     def answered(self, asked: NDArray[np.int64]) -> None:
         """Take in what a kernel has answered."""
+        if self._finder is not None:
+            self._finder[2].answered()
         hemmed = int(asked[HEMMED_AT])
         self._hemmed = None if hemmed < 0 else self._walker.cell(hemmed)
         if asked[ANSWERS]:
@@ -180,7 +182,9 @@ class AdGsoSession(SessionBase):
             ground = self._grounds.sealed(_NONE)
             if self._grounds.spent != before:
                 return None
-            finder = StepFinder(self._walker, ground, self._walker.flat(self._robot), self._moves, wanted)
+            spare = self._grounds.spare(ground, (settings.choice, settings.nt, settings.mvr, wanted))
+            here = self._walker.flat(self._robot)
+            finder = StepFinder(self._walker, ground, here, self._moves, wanted, spare)
             self._finder = self._map.revision, wanted, finder
         return self._finder[2]
 

@@ -175,6 +175,11 @@ class Scratch(threading.local):
         self.block = block if block.size <= _SCRATCH_BYTES else None
         return arrays
 
+    def shrink(self, size: int) -> None:
+        """Let go of this thread's block if it has more bytes than that."""
+        if self.block is not None and self.block.size > size:
+            self.block = None
+
     def within(self, host: NDArray[Any], *wanted: Wanted) -> list[NDArray[Any]]:
         """The same, those for which there is room in the memory of another array there, the largest first."""
         sizes = [-(-length * np.dtype(kind).itemsize // 64) * 64 for length, kind in wanted]

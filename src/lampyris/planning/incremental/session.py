@@ -113,8 +113,9 @@ class IncrementalSession(SessionBase):
             self._torn = True
         elif moved:
             self._search.move(self._robot)
-        inside, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
-        covered = frozenset((int(x), int(y)) for x, y in change.obstacles if inside((x, y))).difference(ends)
+        height, width = self._map.free.shape
+        inside = [(int(x), int(y)) for x, y in change.obstacles if 0 <= x < width and 0 <= y < height]
+        covered = frozenset(inside).difference((self._robot, self._scene.goal))
         cells = list(dict.fromkeys(altered + sorted(covered ^ self._covered)))
         self._covered = covered
         if cells:

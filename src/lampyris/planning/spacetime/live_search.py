@@ -123,13 +123,15 @@ class LiveSearch:
             n: (self.search.cell(cell), first)
             for n, (cell, first) in enumerate(zip(cells, since, strict=True))
         }
+        return stood, self.route()
+
+    def route(self) -> TimedSearchResult | None:
+        """The route that is driven; None: there is none."""
         if not self._length:
-            return stood, None
+            return None
         y, x = np.divmod(self._route[: self._length], self._stride)
         cells_of = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
-        return stood, TimedSearchResult(
-            FOUND, self.spent, False, cells_of, self._enter[: self._length].copy()
-        )
+        return TimedSearchResult(FOUND, self.spent, False, cells_of, self._enter[: self._length].copy())
 
     def answers(self, limit: int) -> AnswersInTicks:
         """For a kernel that asks by itself.

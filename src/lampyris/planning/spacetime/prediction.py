@@ -16,9 +16,11 @@ known to be standing: whatever else it may do, it may also stay.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +66,41 @@ class _Notes:
     endless: bool = False
 
 
+_Alike: TypeAlias = tuple[tuple[Cell, ...], int, int, int | None]
+"""Footprint, first tick, length and period: tracks that have these in common are worked out together."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lasting:
+    """What tracks that end forbid from a tick on, by rising tick: it stays true as long as the tracks are the same.
+
+    Parameters
+    ----------
+    tracks : those of the obstacles.
+    first, last : the first tick that was worked out, and the tick at which they end.
+    at, steps, forever : rows of :class:`Forbidden`.
+    """
+
+    tracks: list[tuple[Cell, ...]]
+    first: int
+    last: int
+    at: _Ints
+    steps: _Ints
+    forever: _Ints
+
+    def holds(self, tracks: list[tuple[Cell, ...]], tick: int) -> bool:
+        """Whether it is of these very tracks, and begins early enough."""
+        same = len(tracks) == len(self.tracks) and all(map(operator.is_, tracks, self.tracks))
+        return same and self.first <= min(tick, self.last)
+
+    def write(self, tick: int, notes: _Notes) -> None:
+        """Note what is left of it from a tick on."""
+        tick = min(tick, self.last)
+        notes.at.append(self.at[np.searchsorted(self.at[:, 1], tick) :])
+        notes.steps.append(self.steps[np.searchsorted(self.steps[:, 1], tick, side="right") :])
+        notes.forever.append(self.forever)
+
+
 class Forecaster:
     """Turns what is seen into what is forbidden.
 
@@ -85,6 +122,7 @@ class Forecaster:
         self._guess = guess
         self._growth = growth
         self._height, self._width = free.shape
+        self._lasting: dict[_Alike, _Lasting] = {}
 
     def forbidden(
         self,
@@ -106,16 +144,23 @@ class Forecaster:
             those with an unknown future, and not with a horizon of 0.
         """
         notes = _Notes()
-        alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[ObstacleTrack]] = {}
+        alike: dict[_Alike, list[ObstacleTrack]] = {}
         for seen in obstacles:
             # Those of one size that are known for the same ticks are computed together.
             key = (seen.footprint, seen.since, len(seen.track), seen.period)
             alike.setdefault(key, []).append(seen)
-        for (cells, since, _, period), group in alike.items():
+        lasting: dict[_Alike, _Lasting] = {}
+        for key, group in alike.items():
+            cells, since, _, period = key
+            if period == 1:
+                lasting[key] = self._last(key, [seen.track for seen in group], tick)
+                lasting[key].write(tick, notes)
+                continue
             tracks = np.array([seen.track for seen in group], dtype=np.int64)
             self._known(tracks, since, period, cells, tick, unrolled, notes)
             if period is None and horizon > 0:
                 self._guessed(tracks, since, cells, tick, horizon, notes)
+        self._lasting = lasting
         for seen in obstacles:
             if horizon > 0 and seen.period is None and standing and seen.obstacle in standing:
                 self._stays(seen, standing[seen.obstacle], notes)
@@ -133,6 +178,17 @@ class Forecaster:
         return Forbidden(at, steps, forever, still, notes.endless)
 
     # ---- what is known --------------------
+
+    def _last(self, key: _Alike, tracks: list[tuple[Cell, ...]], tick: int) -> _Lasting:
+        """What tracks that end forbid, worked out again only if they are others than those of the call before."""
+        known = self._lasting.get(key)
+        if known is not None and known.holds(tracks, tick):
+            return known
+        cells, since, length, period = key
+        notes, last = _Notes(), since + length - 1
+        self._known(np.array(tracks, dtype=np.int64), since, period, cells, tick, 0, notes)
+        at, steps = _by_tick(_rows(notes.at, 2)), _by_tick(_rows(notes.steps, 4))
+        return _Lasting(tracks, min(max(tick, since), last), last, at, steps, _rows(notes.forever, 2))
 
     def _known(
         self,
@@ -269,6 +325,11 @@ class Forecaster:
         inside = self._inside(cells)
         inside[inside] = self._free[cells[inside, 1], cells[inside, 0]]
         return inside
+
+
+def _by_tick(rows: _Ints) -> _Ints:
+    """Rows in the order of their ticks, those of one tick as they were."""
+    return rows[np.argsort(rows[:, 1], kind="stable")]
 
 
 def _rows(parts: list[_Ints], width: int) -> _Ints:

@@ -180,26 +180,29 @@ class TimedSearch:
     def timetable(self, given: Forbidden) -> Timetable:
         """Lay out a forecast. Valid until the next one is laid out."""
         checkpoint()
-        at = np.stack((self._padded(given.at[:, 0]), given.at[:, 1]), axis=1)
-        forever = np.stack((self._padded(given.forever[:, 0]), given.forever[:, 1]), axis=1)
+        at, forever = self._padded(given.at[:, 0]), self._padded(given.forever[:, 0])
         kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
         may = kinds >= 0
         out = self._padded(given.steps[may, 0])
         code = given.steps[may, 1] * len(self._offset) + kinds[may]
         checkpoint()
-        touched = _distinct(np.concatenate((at[:, 0], forever[:, 0], out)))
+        slot = self._slot
+        slot[:] = -1
+        for cells in (at, forever, out):
+            slot[cells] = 0
+        touched = np.flatnonzero(slot == 0).astype(np.int64)
         checkpoint()
-        self._slot[:] = -1
-        self._slot[touched] = np.arange(len(touched), dtype=np.int32)
-        begin, end, owner = _intervals(at, forever, touched)
+        slot[touched] = np.arange(len(touched), dtype=np.int32)
+        busy = slot[at].astype(np.int64), given.at[:, 1]
+        begin, end, owner = _intervals(busy, (slot[forever], given.forever[:, 1]), touched)
         checkpoint()
-        first = np.searchsorted(owner, np.concatenate((touched, [len(self._slot)])))
+        first = np.searchsorted(owner, np.concatenate((touched, [len(slot)])))
         # One number for slot and code: sorting pairs by column takes twenty times as long.
         span = int(code.max(initial=0)) + 1
-        bans = _distinct(self._slot[out].astype(np.int64) * span + code)
+        bans = _distinct(slot[out].astype(np.int64) * span + code)
         barred = np.searchsorted(bans, np.arange(len(touched) + 1) * span)
         return Timetable(
-            self._slot,
+            slot,
             touched,
             first.astype(np.int64),
             begin,
@@ -244,8 +247,10 @@ class TimedSearch:
         )  # fmt: skip
 
         def cells_of(states: _Ints) -> _Ints:
-            beyond = np.append(table.owner, s)
-            return np.where(states < n, states, beyond[np.maximum(states - n, 0)])
+            cells = np.where(states < n, states, s)  # the last state is the start
+            inside = (states >= n) & (states < n + len(table.owner))
+            cells[inside] = table.owner[states[inside] - n]
+            return cells
 
         return self._route(result, came, cells_of, arrive)
 
@@ -343,13 +348,21 @@ def _distinct(values: _Ints) -> _Ints:
     return ordered[new]
 
 
-def _intervals(at: _Ints, forever: _Ints, touched: _Ints) -> tuple[_Ints, _Ints, _Ints]:
-    """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick."""
+def _intervals(
+    at: tuple[_Ints, _Ints], forever: tuple[NDArray[np.int32], _Ints], touched: _Ints
+) -> tuple[_Ints, _Ints, _Ints]:
+    """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick.
+
+    Parameters
+    ----------
+    at, forever : the place in ``touched`` of the cells that are taken, and the tick, or the first, at which each is.
+    touched : cells, rising.
+    """
     ends = np.full(len(touched), NEVER, dtype=np.int64)  # the first tick from which an obstacle never leaves
-    np.minimum.at(ends, np.searchsorted(touched, forever[:, 0]), forever[:, 1])
-    early = int(at[:, 1].min(initial=0))
-    span = int(at[:, 1].max(initial=0)) - early + 1
-    where, tick = np.divmod(_distinct(np.searchsorted(touched, at[:, 0]) * span + at[:, 1] - early), span)
+    np.minimum.at(ends, forever[0], forever[1])
+    early = int(at[1].min(initial=0))
+    span = int(at[1].max(initial=0)) - early + 1
+    where, tick = np.divmod(_distinct(at[0] * span + at[1] - early), span)
     busy = np.stack((touched[where], tick + early), axis=1)
     keep = busy[:, 1] < ends[where]
     busy, where = busy[keep], where[keep]

@@ -176,12 +176,13 @@ class TimedSession(SessionBase):
 
     def whole_plan(self, change: Change) -> Plan:
         """The plan that the last answer of :meth:`next_steps` is a part of."""
+        live = self._live if self._ahead else None
+        route = self._current if live is None else live.route()
         spent = 0 if self._live is None else self._live.spent
-        self._remember()
-        assert self._current is not None
-        assert self._current.cells is not None
-        path = path_of(self._current.cells, self._moves, self._scene.grid.terrain)
-        ticks = self._current.ticks
+        assert route is not None
+        assert route.cells is not None
+        path = path_of(route.cells, self._moves, self._scene.grid.terrain)
+        ticks = route.ticks
         return Plan(Status.FOUND, self._name, path, iterations=1, expansions=spent, commit=1, schedule=ticks)
 
     def _remember(self) -> None:

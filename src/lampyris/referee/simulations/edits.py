@@ -20,6 +20,8 @@ from lampyris.referee.geometry.shapes import disc_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 
+_NOTHING = Edit(0)
+
 
 @dataclass(frozen=True, slots=True)
 class Era:
@@ -45,7 +47,7 @@ class Era:
 
 def eras_of(trace: Trace) -> list[Era]:
     """The times of a trace, in order: one, and one more for each edit that came to pass."""
-    eras = [Era(0, trace.ticks, Edit(0))]
+    eras = [Era(0, trace.ticks, _NOTHING)]
     if not trace.scene.edits:
         return eras
     walls = trace.scene.grid.blocked.copy()
@@ -66,6 +68,8 @@ def eras_of(trace: Trace) -> list[Era]:
 def with_maps(eras: list[Era], grid: Grid) -> Iterator[tuple[Era, Grid]]:
     """Each era with its map, from the map as given; one at a time, for there may be thousands."""
     yield eras[0], grid
+    if len(eras) == 1:
+        return
     walls = grid.blocked.copy()
     for era in eras[1:]:
         _turn(walls, era.turned)

@@ -14,6 +14,8 @@ def trace_visits_violation(trace: Trace) -> Violation | None:
     broken = _order(trace.scene, trace.via, len(trace.via_ticks), trace.arrived)
     if broken is not None:
         return broken
+    if not trace.via and not trace.via_ticks:
+        return None
     cells = [(int(x), int(y)) for x, y in trace.robot.tolist()]
     tick, found = 0, []
     for cell in trace.via:

@@ -47,7 +47,7 @@ from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, b
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy
-from lampyris.typing import Cell, Cells, Floats
+from lampyris.typing import Cell, Floats
 
 BLOCK = 64
 """Ticks whose draws are made at once, and for which there is room at first."""
@@ -536,6 +536,16 @@ class CompiledTicks:
         """The tick of which the arrays were made."""
         return self._base
 
+    def history(self) -> tuple[Ints, Ints, Floats, tuple[str, ...]]:
+        """The same as :meth:`places` with the first tick, whole: numbers of cells, speeds (a new array) and causes."""
+        ticks = int(self._st[k.NOW]) + 1 - self._base
+        words = self._words
+        tracks = self._tracks[: ticks * self._capacity].reshape(ticks, -1)[:, : int(self._st[k.OBSTACLES])]
+        causes = ("start", *[words[code] for code in self._causes[1:ticks].tolist()])
+        speeds = self._speeds[:ticks].copy()
+        speeds[0] = 0.0
+        return self._robots[:ticks], tracks, speeds, causes
+
     def write_back(self) -> None:
         """Bring the simulation up to the arrays."""
         run, st = self._run, self._st
@@ -608,9 +618,3 @@ def _flat(rows: Any) -> Ints:
     """Whole numbers as one row, at least one."""
     made = np.array(rows, dtype=np.int64).reshape(-1)
     return made if len(made) else np.zeros(1, dtype=np.int64)
-
-
-def cells_of_numbers(space: CellIndex, numbers: Ints) -> Cells:
-    """The (x, y) of cell numbers of any shape; int32, (..., 2)."""
-    y, x = np.divmod(numbers, space.stride)
-    return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)

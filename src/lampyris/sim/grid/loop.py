@@ -49,9 +49,11 @@ from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.limits import TICKS
 from lampyris._core.scalars import MOST_WHOLE, is_whole
+from lampyris._core.values import unchecked
 from lampyris.errors import SettingError, shown
 from lampyris.kernels import loading
 from lampyris.model.change import Change
+from lampyris.model.grid import frozen
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
@@ -63,7 +65,7 @@ from lampyris.planning.base import Budget, Planner, Session, SessionBase
 from lampyris.planning.field.layers import moves_on
 from lampyris.planning.selection import demand_cells
 from lampyris.planning.through import not_free
-from lampyris.sim.grid.compiled_ticks import CompiledTicks, cells_of_numbers, supported
+from lampyris.sim.grid.compiled_ticks import CompiledTicks, supported
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import follow
 from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
@@ -83,6 +85,8 @@ PATIENCE = SIMULATION_PATIENCE
 
 The dissertation's own would be 1: wait one step, repair, then fail.
 """
+
+_USUAL = SimulationSettings()
 
 GoalTrack: TypeAlias = Recorded | Sequence[Any] | None
 
@@ -151,7 +155,7 @@ class Simulation(Exclusive):
         demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
-        settings = SimulationSettings(ticks, patience)
+        settings = _USUAL if ticks is None and patience is None else SimulationSettings(ticks, patience)
         self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
         self.sensor, self.goal = sensor, scene.goal
@@ -554,57 +558,62 @@ class Simulation(Exclusive):
         moved[1:] = (robot[1:, 0] != robot[:-1, 0]) | (robot[1:, 1] != robot[:-1, 1])
         route = robot[moved]
         grid = self.scene.grid
-        return Trace(
-            scene=self.scene,
-            planner=self.planner.name,
-            seed=self.seed,
-            outcome=Outcome.TIMEOUT if self.state.outcome is None else self.state.outcome,
-            robot=robot,
-            tracks=tracks,
-            appears=tuple(self.traffic.appears),
-            obstacle_specs=tuple(self.traffic.obstacles),
-            speed=speeds,
-            cause=causes,
-            law=self.tick_speed.name,
-            units=self.tick_speed.units,
-            events=tuple(self.state.events),
-            replans=self.state.replans,
-            waits=self.state.waits,
-            path_switches=self.state.path_switches,
-            iterations=self.state.iterations,
-            expansions=self.state.expansions,
-            path=path_of(route, moves_on(grid, self.scene.moves), grid.terrain)
+        fields: dict[str, Any] = {
+            "scene": self.scene,
+            "planner": self.planner.name,
+            "seed": self.seed,
+            "outcome": Outcome.TIMEOUT if self.state.outcome is None else self.state.outcome,
+            "robot": robot,
+            "tracks": tracks,
+            "appears": tuple(self.traffic.appears),
+            "obstacle_specs": tuple(self.traffic.obstacles),
+            "speed": speeds,
+            "cause": causes,
+            "law": self.tick_speed.name,
+            "units": self.tick_speed.units,
+            "events": tuple(self.state.events),
+            "replans": self.state.replans,
+            "waits": self.state.waits,
+            "path_switches": self.state.path_switches,
+            "iterations": self.state.iterations,
+            "expansions": self.state.expansions,
+            "path": path_of(route, moves_on(grid, self.scene.moves), grid.terrain)
             if self.state.started
             else None,
-            detail=self.state.detail,
-            timing={
+            "detail": self.state.detail,
+            "timing": {
                 "total_s": self.state.total_s,
                 "planning_s": self.state.planning_s,
                 "loading_s": self.state.loading_s,
             },
-            last_tick=self.state.last_tick,
-            edits=tuple(self.walls.done),
-            notes=self.notes.all(),
-            sensor=self.sensor,
-            via=self.visits.via,
-            via_ticks=tuple(int(tick) for tick in self.visits.times),
-            goal_track=None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
-            seen=None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
-        )
+            "last_tick": self.state.last_tick,
+            "edits": tuple(self.walls.done),
+            "notes": self.notes.all(),
+            "sensor": self.sensor,
+            "via": self.visits.via,
+            "via_ticks": tuple(int(tick) for tick in self.visits.times),
+            "goal_track": None if self.pursuit is None else np.array(self.pursuit.cells, dtype=np.int32),
+            "seen": None if self.walls.seen is None else self.walls.seen.seen.reshape(grid.blocked.shape),
+        }
+        # Without a sensor and a goal's track all arrays are new, and of the right kind: they need no look at each.
+        plain = self.sensor is None and self.pursuit is None
+        return unchecked(Trace, fields) if plain else Trace(**fields)
 
     def _history(self) -> tuple[Cells, tuple[Cells, ...], Floats, tuple[str, ...]]:
         """The robot's cells, the obstacles' from when they appeared, speeds and causes, tick by tick."""
         state, space, arrays = self.state, self.world.space, self._arrays
         if arrays is not None and arrays.base == 0 and len(state.cells) <= 1:
             # Nothing has been written back: these need not become lists first.
-            numbers, places, speeds, causes = arrays.places()
-            robot = cells_of_numbers(space, np.concatenate(([space.number(self.scene.start)], numbers)))
-            cells = cells_of_numbers(space, np.ascontiguousarray(places.T))
-            tracks = tuple(track[came:] for track, came in zip(cells, self.traffic.appears, strict=True))
-            return robot, tracks, np.concatenate(([0.0], speeds)), ("start", *causes)
+            numbers, places, speeds, causes = arrays.history()
+            robot, cells = space.cells_of(numbers), frozen(space.cells_of(places.T))
+            tracks, appears = tuple(cells), self.traffic.appears
+            if any(appears):
+                tracks = tuple(track[came:] for track, came in zip(tracks, appears, strict=True))
+            return frozen(robot), tracks, frozen(speeds), causes
         self._write_back()
-        tracks = tuple(map(space.cells, state.tracks))
-        return np.array(state.cells, dtype=np.int32), tracks, np.array(state.speeds), tuple(state.causes)
+        tracks = tuple(frozen(space.cells(track)) for track in state.tracks)
+        robot = np.array(state.cells, dtype=np.int32)
+        return frozen(robot), tracks, frozen(np.array(state.speeds)), tuple(state.causes)
 
 
 def _whole(what: str, value: int, least: int) -> int:

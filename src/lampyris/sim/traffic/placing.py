@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,19 +56,25 @@ class Placing:
         self._shapes: dict[float, Shape] = {}
         self._regions: dict[float, BoolGrid] = {}
         self._held: list[int] = []
-        kept_clear = np.zeros((scene.grid.height, scene.grid.width), dtype=np.bool_)
-        for end in (scene.start, scene.goal):
-            for c in world.robot_shape.cover(world.space.number(end)):
-                x, y = world.space.cell(c)
-                kept_clear[y, x] = True
         recorded = [(k, s) for k, s in enumerate(scene.traffic) if isinstance(s, Recorded)]
         radii = dict.fromkeys(s.radius for _, s in recorded)
         shapes = {r: obstacle_shape(scene.grid, scene.moves, world.space, r, None) for r in radii}
         tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
         self._recorded = [s for _, s in recorded]
         self._world = world
-        self.lanes = check_tracks(world.space, tracks, self.trial.robot_cover)
-        self._kept_clear = kept_clear | self.lanes
+        self.lanes = check_tracks(world.space, tracks, self.trial.robot_cover) if tracks else None
+        """Every cell that a recorded track ever covers; bool (height, width). None: there is no track."""
+
+    @cached_property
+    def _kept_clear(self) -> BoolGrid:
+        """Cells that no obstacle of our own making covers; bool (height, width)."""
+        shape = self.scene.grid.height, self.scene.grid.width
+        kept_clear = np.zeros(shape, dtype=np.bool_) if self.lanes is None else self.lanes.copy()
+        for end in (self.scene.start, self.scene.goal):
+            for c in self._world.robot_shape.cover(self.space.number(end)):
+                x, y = self.space.cell(c)
+                kept_clear[y, x] = True
+        return kept_clear
 
     def key(self, k: int) -> int:
         """The key of the draws of specification k."""
@@ -85,7 +91,10 @@ class Placing:
         if radius not in self._shapes:
             bars = self._world.lane_bars(self._recorded, radius)
             grid, moves = self.scene.grid, self.scene.moves
-            self._shapes[radius] = obstacle_shape(grid, moves, self.space, radius, self._kept_clear, bars)
+            like = None if grid.blocked.size <= SMALL_CELLS else self._world.robot_shape
+            self._shapes[radius] = obstacle_shape(
+                grid, moves, self.space, radius, self._kept_clear, bars, like
+            )
         return self._shapes[radius]
 
     def hold(self, k: int, shape: Shape, number: int) -> None:

@@ -68,6 +68,10 @@ class CellIndex:
         y, x = np.divmod(np.array(numbers, dtype=np.int64), self.stride)
         return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
+    def cells_of(self, numbers: NDArray[np.int64]) -> Cells:
+        """The (x, y) of cell numbers of any shape, on a small map; int32, (..., 2), a new array."""
+        return _cells_by_number(self.width, self.height).take(numbers, axis=0)
+
     def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
         """Numbers of all True cells, rising; int64, (n,)."""
         ys, xs = np.nonzero(mask)
@@ -87,6 +91,7 @@ class Shape:
     corner_cutting : whether a diagonal may pass a cell that is not free.
     radius : metres.
     bars_are_walls : whether a diagonal may not pass a cell that is barred either.
+    like : a shape on the same map whose ``free`` is this very array: what is made of it is shared. None: there is none.
     """
 
     def __init__(
@@ -99,6 +104,7 @@ class Shape:
         corner_cutting: bool,
         radius: float = 0.0,
         bars_are_walls: bool = False,
+        like: Shape | None = None,
     ) -> None:
         self.space = space
         self.offsets = offsets
@@ -106,17 +112,24 @@ class Shape:
         self.radius = radius
         self._bars_are_walls = bars_are_walls
         self.small = offsets == ((0, 0),)
-        self._known, self._barred = steps, barred
+        self._known = steps
+        self._barred = (
+            None if barred is None else np.packbits(barred)
+        )  # it is only looked at when the map changes
         self.single = self.small and all(abs(dx) <= 1 and abs(dy) <= 1 for dx, dy in steps)
         """Whether it covers one cell and steps to neighbours alone."""
         self._cover: dict[int, tuple[int, ...]] = {}
-        self.renew(free)
+        self.renew(free, None if like is None or like.free is not free else like._freed)
 
-    def renew(self, free: BoolGrid) -> None:
-        """Take a new map: where there is no wall under the footprint now."""
+    def renew(self, free: BoolGrid, freed: bytes | None = None) -> None:
+        """Take a new map: where there is no wall under the footprint now, and the same by cell number, if that is known."""
         self.free = free
-        self.open: BoolGrid = free if self._barred is None else free & ~self._barred
-        self._opened, self._freed = _bordered(self.open), _bordered(self.free)
+        self.open: BoolGrid = free
+        self._freed = self._opened = _bordered(free) if freed is None else freed
+        if self._barred is not None:
+            barred = np.unpackbits(self._barred, count=free.size).reshape(free.shape).view(np.bool_)
+            self.open = free & ~barred
+            self._opened = _bordered(self.open)
         self._steps: dict[int, tuple[Step, ...]] = {}
         self._entries: dict[int, tuple[Entry, ...]] = {}
         self._bits: NDArray[np.uint8] | None = None
@@ -227,6 +240,13 @@ SMALL_CELLS = 1 << 15
 """Cells of a map up to which they are kept, ticks are compiled and walkers placed by a kernel: tens of bytes a cell."""
 
 
+@lru_cache(maxsize=KEPT)
+def _cells_by_number(width: int, height: int) -> Cells:
+    """The (x, y) of every cell number of a map; int32, (n, 2)."""
+    y, x = np.divmod(np.arange((height + 2) * (width + 2)), width + 2)
+    return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+
+
 def shared(scene: Scene) -> bool:
     """Whether simulations of this scene can share shapes: a map that nobody edits, and is not too large to keep."""
     return not scene.edits and scene.grid.blocked.size <= SMALL_CELLS
@@ -263,6 +283,7 @@ def obstacle_shape(
     radius: float,
     kept_clear: BoolGrid | None,
     lane_bars: BoolGrid | None = None,
+    like: Shape | None = None,
 ) -> Shape:
     """The shape of obstacles of that radius: eight neighbours, the scene's corner rule (a disc never cuts a
     corner).
@@ -271,6 +292,7 @@ def obstacle_shape(
     ----------
     kept_clear : cells that its footprint must never cover.
     lane_bars : cells where its centre must never be; it cuts no corners at them. None: nowhere.
+    like : another shape on the map, of which this one uses what is the same for both.
     """
     offsets = footprint(radius, grid.resolution)
     barred = None if kept_clear is None else dilated(kept_clear, offsets)
@@ -278,4 +300,6 @@ def obstacle_shape(
     strict = lane_bars is not None
     if lane_bars is not None:
         barred, cutting = lane_bars if barred is None else barred | lane_bars, False
-    return Shape(space, free_cells(grid, radius), barred, offsets, EIGHT, cutting, radius, strict)
+    same = like is not None and like.small and offsets == like.offsets
+    free = like.free if like is not None and same else free_cells(grid, radius)
+    return Shape(space, free, barred, offsets, EIGHT, cutting, radius, strict, like)

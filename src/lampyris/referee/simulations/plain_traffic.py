@@ -1,0 +1,63 @@
+"""Obstacles of one cell, all there from the beginning: most simulations, whose soundness can be seen at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lampyris.model.trace import Trace
+from lampyris.referee.geometry.shapes import disc_cells
+
+_NARROW = 2**28
+"""Cells of a map whose numbers, and sums of two of them, have 32 bits."""
+
+
+def plainly_legal(trace: Trace) -> bool:
+    """Whether robot and obstacles can be seen at once to break no rule of obstacles, nor any of two; False says nothing.
+
+    On a map without edits each is on free cells of the map and makes steps to neighbours alone. Nobody is in one cell
+    with another, so the cells of a tick are all different. Two that change places, and two that cross in a block of four
+    cells, have one point in common half way: the middles of all steps of a tick are different, too.
+    """
+    grid = trace.scene.grid
+    height, width = grid.blocked.shape
+    if not trace.tracks or any(trace.appears) or not _of_one_cell(trace) or height * width > _NARROW:
+        return False
+    flat = np.concatenate((trace.robot, *trace.tracks))
+    if flat.dtype != np.int32 or flat.shape[1] != 2:
+        return False
+    # As numbers without a sign those left of the map and above it are very large.
+    at = np.ascontiguousarray(flat.T)
+    x, y = at
+    if x.view(np.uint32).max() >= width or y.view(np.uint32).max() >= height:
+        return False
+    rows = y * np.int32(width)
+    cell = rows + x
+    if grid.blocked.take(cell).any():
+        return False
+    ticks, count = len(trace.robot), 1 + len(trace.tracks)
+    lines = at.reshape(2, count, ticks)
+    step = lines[..., 1:] - lines[..., :-1]
+    step += 1
+    if step.size and step.view(np.uint32).max() > 2:
+        return False
+    cell += rows  # a row counts twice the width, so that sums of two say both coordinates
+    place = cell.reshape(count, ticks)
+    both = np.empty((count, 2 * ticks - 1), dtype=np.int32)
+    both[:, :ticks] = place
+    np.add(place[:, 1:], place[:, :-1], out=both[:, ticks:])
+    seen = np.ascontiguousarray(both.T)
+    seen.sort(axis=1)
+    # Where the last of one row and the first of the next are equal, nothing is said either.
+    line = seen.reshape(-1)
+    return not (line[1:] == line[:-1]).any()
+
+
+def _of_one_cell(trace: Trace) -> bool:
+    """Whether the robot and all obstacles, by their radius and by what they state, cover one cell."""
+    resolution = trace.scene.grid.resolution
+    if len(disc_cells(trace.scene.robot.radius, resolution)) != 1:
+        return False
+    kinds = {id(one): one for one in trace.obstacle_specs}  # bits: only tells them apart
+    return all(
+        one.footprint == ((0, 0),) and len(disc_cells(one.radius, resolution)) == 1 for one in kinds.values()
+    )
