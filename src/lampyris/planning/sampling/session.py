@@ -89,6 +89,7 @@ class _Run:
     chain: Chain | None = None
     ended: str = ""
     tree: Floats | None = None
+    notes: tuple[str, ...] = ()
 
 
 class SamplingSession(SessionBase):
@@ -220,6 +221,10 @@ class SamplingSession(SessionBase):
                     seed_after = None
                     self._seed(query, search, run, closed, limit)
                     best = search.best
+                    if best < math.inf:
+                        run.notes = (
+                            f"no path after {used} samples: went on from the cheapest walk of the grid",
+                        )
         except Cancelled:
             scope = cancellation.watch()
             if run.chain is None or scope is None or any(stop.is_set for stop in scope.stops):
@@ -291,12 +296,14 @@ class SamplingSession(SessionBase):
         assert run.chain is not None
         with cancellation.shielded():
             lines = ground.lines(run.chain, shorter=self._planner.shortcut)
-        terrain = "" if self._scene.grid.terrain is None else "terrain is ignored by planners that sample"
+        notes = run.notes
+        if self._scene.grid.terrain is not None:
+            notes += ("terrain is ignored by planners that sample",)
         more: dict[str, Any] = {}
         if self._record:
             more = {"best_by_iteration": run.trace, "tree": run.tree}
         return Plan(
             Status.FOUND, self._planner.name, path_of(lines.walk, self._moves, self._scene.grid.terrain),
             iterations=len(run.trace), expansions=run.spent, waypoints=lines.turns, detail=run.ended,
-            notes=(terrain,) if terrain else (), timing=timing, **more,
+            notes=notes, timing=timing, **more,
         )  # fmt: skip
