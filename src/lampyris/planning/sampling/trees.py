@@ -21,7 +21,7 @@ FACTOR = 1.1
 _WHOLE = 2**32
 _NO_SIDES = np.empty(0, dtype=np.int32)
 _SHORTER = 0.9995
-"""The cells of the best path are found anew when it is shorter by this factor."""
+"""The cells of the best path are computed again when it is shorter by this factor."""
 
 
 @dataclass(frozen=True, slots=True)
