@@ -37,6 +37,18 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
 
 
 @pytest.mark.nightly
+def test_the_sensor_is_set_beside_the_traffic(page: Any) -> None:
+    page.click("#tab-traffic")
+    sensor = page.get_by_role("group", name="Sensor, for an unknown map")
+    for label, value in (("sensor range", "6"), ("field of view", "90"), ("cost of unseen cells", "2")):
+        field = sensor.get_by_label(label)
+        field.fill(value)
+        field.press("Tab")
+    wanted = {"sensor_range": 6, "field_of_view": 90, "unseen_cost": 2}
+    assert in_address(page)["simulate"].items() >= wanted.items()
+
+
+@pytest.mark.nightly
 def test_a_rule_of_a_law_opens_its_own_settings(page: Any) -> None:
     page.click("#tab-settings")
     page.click("#settings .law .settings summary")

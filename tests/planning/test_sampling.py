@@ -28,6 +28,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
 from lampyris.planning.sampling.ground import SamplingMap
+from lampyris.planning.sampling.trees import Query
 from lampyris.referee import check_plan
 from lampyris.referee.plans.any_angle import line_meets
 from lampyris.testing import check_planner
@@ -222,6 +223,63 @@ def test_a_seeded_search_begins_with_the_walk_pulled_straight() -> None:
     assert check_plan(session.plan(Change()), scene) is None
 
 
+def test_draws_near_the_path_are_free_cells_around_it_and_all_of_them() -> None:
+    free = np.ones(40 * 40, dtype=np.uint8)
+    walls = np.array([20 * 40 + 18, 22 * 40 + 23, 12 * 40 + 28])
+    free[walls] = 0
+    cells, trail = np.flatnonzero(free).astype(np.int32), np.array([20 * 40 + 20, 0], dtype=np.int32)
+    count, whole = np.zeros(1, dtype=np.int64), np.zeros(16, dtype=np.int64)
+    whole[[draws.STRIDE, draws.KEY, draws.NEAR]] = 40, 9, 2**32
+    met = {draws.drawn_cell(free, cells, cells[:0], trail, whole, 99.0, count, 0) for _ in range(20_000)}
+    around = {(x, y) for a in (0, 20) for x in range(a - 8, a + 9) for y in range(a - 8, a + 9)}
+    expected = {y * 40 + x for x, y in around if x >= 0 and y >= 0} - set(walls.tolist())
+    assert met == expected | {-1}
+    counted = Counter(
+        draws.drawn_cell(free, cells, cells[:0], trail[:1], whole, 99.0, count, 0) for _ in range(4000)
+    )
+    assert counted[20 * 40 + 20] > 5 * counted[28 * 40 + 28]  # nearer cells more often
+
+
+@pytest.mark.parametrize("name", STARS)
+def test_a_search_without_a_path_goes_on_from_a_walk_of_the_grid(name: str) -> None:
+    wall = np.zeros((60, 60), dtype=bool)
+    wall[:, 6:58:4] = True
+    for k, x in enumerate(range(6, 58, 4)):
+        wall[3 + 50 * (k % 2), x] = False  # doors at the far ends by turns
+    scene = Scene(Grid(wall), (1, 1), (58, 30))
+    few = {"samples": 400, "batch": 20, "narrow": 0.0}
+    alone = plan_of(name, scene, record=True, seed_after=None, **few)
+    assert alone.status is Status.ITERATION_LIMIT
+    plan = plan_of(name, scene, record=True, seed_after=100, **few)
+    walk = plan_of("dijkstra", scene)
+    assert plan.best_by_iteration[:5] == (math.inf,) * 5
+    assert plan.best_by_iteration[5] <= walk.cost + 1e-9
+    assert plan.expansions > 400  # those of A* count
+    assert "went on from" in plan.notes[0]
+    best = plan_of("visibility-graph", scene).any_angle_length
+    assert best - 1e-9 <= plan.any_angle_length <= 1.02 * best
+    closed = registry.make(name, {"seed_after": 100, **few}).open(scene, np.random.default_rng(0))
+    assert closed.plan(budget=Budget(expansions=150)).status is Status.LIMIT  # too few for A*
+
+
+@pytest.mark.parametrize("name", STARS)
+def test_a_seeded_search_has_room_for_the_walk_besides_its_samples(name: str) -> None:
+    # bit-star wrote past the end of its arrays where the turns of the walk and all samples were more than the samples.
+    ground = SamplingMap(np.ones((99, 99), dtype=bool), MOVES["octile"], wide=False)
+    planner = registry.make(name, {})
+    ends = ground.flat((0, 0)), ground.flat((98, 98))
+    room = Query(ground, *ends, key=5, samples=50, step=9.0, narrow=0.1, near=0.5, seeded=True).room()
+    assert room >= 102
+    seeded = Query(ground, *ends, key=5, samples=50, step=9.0, narrow=0.1, near=0.0, seeded=True)
+    search = planner.begin(seeded)
+    turns = [(0, 0), *((k, k % 2) for k in range(1, 49)), (98, 98)]
+    search.go_on_from(np.array([ground.flat(cell) for cell in turns], dtype=np.int32))
+    search.run(50)
+    cells = {(int(x), int(y)) for x, y in search.edges()[:, :2]}
+    assert len(cells) > 50
+    assert all(0 <= x - ground.flat((0, 0)) % ground.stride < 99 for x, _ in cells)
+
+
 def test_samples_run_out_where_there_is_a_path() -> None:
     plan = plan_of("rrt", walled(), samples=3, goal_bias=0.0)
     assert (plan.status, plan.expansions) == (Status.ITERATION_LIMIT, 3)
@@ -321,9 +379,10 @@ def test_draws_are_even_and_cells_lie_in_the_ellipse() -> None:
         ).sum() < 340  # chi-square, 255 degrees of freedom: 0.9998
     free = np.ones(40 * 40, dtype=np.uint8)
     cells = np.arange(1600, dtype=np.int32)
-    count, whole = np.zeros(1, dtype=np.int64), np.zeros(14, dtype=np.int64)
+    count, whole = np.zeros(1, dtype=np.int64), np.zeros(16, dtype=np.int64)
     whole[[draws.STRIDE, draws.KEY, draws.START, draws.GOAL]] = 40, 9, 5 + 40 * 10, 30 + 40 * 25
-    met = Counter(draws.drawn_cell(free, cells, cells[:0], whole, 31.0, count, 0) for _ in range(6000))
+    none = cells[:0]
+    met = Counter(draws.drawn_cell(free, cells, none, none, whole, 31.0, count, 0) for _ in range(6000))
     inside = {
         y * 40 + x
         for x in range(40)

@@ -49,6 +49,9 @@ function whole(name, title, value, least, most, about, none) {
 
 const RADIUS = limit("radius", "radius", "m", 0, 0, "Radius of each; 0 is one cell.");
 
+/** Settings of a simulation that are those of the robot's sensor, and their titles. @type {Record<string, string>} */
+const SENSOR = { sensor_range: "sensor range", field_of_view: "field of view", unseen_cost: "cost of unseen cells" };
+
 /** Kinds of obstacles that are given by their number, with what else is said of them. @type {Array<{kind: string, title: string, about: string, more: Setting[]}>} */
 const COUNTED = [
   {
@@ -80,6 +83,8 @@ export function mount(page, into) {
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "counted", "Moving obstacles"))));
   mountTraffic(page, traffic);
+  const sensor = page.hello.simulate.filter((/** @type {Setting} */ { name }) => name in SENSOR).map((/** @type {Setting} */ row) => ({ ...row, title: SENSOR[row.name] }));
+  shown.push(plainPart(page, /** @type {HTMLElement} */ (block(traffic, "sensor", "Sensor, for an unknown map")), sensor, "simulate"));
   const show = () => shown.forEach((one) => one());
   page.store.listen(show);
   show();
@@ -376,8 +381,8 @@ function seedPart(page, into) {
   seed.row.classList.add("with-dice");
   seed.row.insertBefore(dice, seed.row.children[2] ?? null);
   into.append(seed.row);
-  const rows = page.hello.simulate.map((/** @type {Setting} */ row) => ({ ...row, title: row.name === "ticks" ? "ticks at most" : row.name }));
-  const rest = plainPart(page, into, rows, "simulate");
+  const rows = page.hello.simulate.filter((/** @type {Setting} */ { name }) => !(name in SENSOR));
+  const rest = plainPart(page, into, rows.map((/** @type {Setting} */ row) => ({ ...row, title: row.name === "ticks" ? "ticks at most" : row.name })), "simulate");
   return () => {
     seed.put(page.store.scenario.seed);
     rest();
@@ -458,7 +463,7 @@ function stopped(text) {
 function mountTraffic(page, pane) {
   const { store } = page;
   const draw = el("button", { type: "button", class: "btn", "aria-pressed": String(page.tool === "patrol"), onclick: () => page.use("patrol") }, "Draw a patrol on the map");
-  pane.append(draw);
+  (pane.querySelector(":scope > .counted") ?? pane).append(draw);
   const list = el("ul", { class: "plain" });
   const none = el("p", { class: "hint" }, "None. Paint with the brush (B); while a run is shown, the wall comes at that moment and the run is made again from there.");
   const box = el("div", { class: "walls" }, el("h2", {}, "Painted walls"), none, list);

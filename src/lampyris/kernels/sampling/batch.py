@@ -34,8 +34,9 @@ from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
 FULL = 3
 LOOK = 64
 """Lines taken from the queue between two looks at the flag that stops the search."""
-# Entries of ``count`` besides those of ``growth``: lines and nodes that wait; nodes of the tree; a batch is under way.
-EDGES, VERTICES, JOINED, BEGUN = range(5, 9)
+# Entries of ``count`` besides those of ``growth``: lines and nodes that wait; nodes of the tree; a batch is under way; the
+# tree has nodes that no batch has seen.
+EDGES, VERTICES, JOINED, BEGUN, FRESH = range(5, 10)
 
 
 @kernel(out=("edge_key", "edge", "count"), inline=True)
@@ -53,14 +54,14 @@ def _offer(edge_key, edge, count, room, v, x, key):
     of="near", each=8000,
 )  # fmt: skip
 def search_batch(
-    free, even, cells, narrow, whole, radius, bucket, link, node_x, node_y, parent, child, after, before, cost, stale, tree,
-    edge_key, edge, vertex_key, vertex, near, changed, count, halt,
+    free, even, cells, narrow, trail, whole, radius, bucket, link, node_x, node_y, parent, child, after, before, cost, stale,
+    tree, edge_key, edge, vertex_key, vertex, near, changed, count, halt,
 ):  # fmt: skip
     """Take one batch of samples, and search until no line that waits can lead to a shorter path.
 
     Parameters
     ----------
-    free, even, cells, narrow, whole, bucket, link, near, changed : see :func:`lampyris.kernels.sampling.growth.grow`.
+    free, even, cells, narrow, trail, whole, bucket, link, near, changed : see :func:`lampyris.kernels.sampling.growth.grow`.
     radius : of the neighbourhood in this batch.
     node_x, node_y, parent, child, after, before, cost : samples and nodes of the tree; a sample has infinite cost. Node 0
         is the start, node 1 the goal.
@@ -68,7 +69,7 @@ def search_batch(
     tree : int32 (room,): the nodes of the tree, as they joined it: before the first batch the start, or a whole path.
     edge_key, edge : float64, int64: the lines that wait.
     vertex_key, vertex : float64, int64: the nodes that wait.
-    count : int64 (9,).
+    count : int64 (10,).
     """
     stride = whole[STRIDE]
     rule = whole[RULE]
@@ -84,10 +85,11 @@ def search_batch(
         count[BEGUN] = 1
         count[EDGES] = 0
         count[VERTICES] = 0
-        if count[SAMPLED] == 0:
+        if count[FRESH] != 0:
+            count[FRESH] = 0
             for k in range(count[JOINED]):
                 v = int(tree[u64(k)])
-                if v != 1:
+                if v != 1 and stale[u64(v)] != 0:
                     estimate = cost[u64(v)] + length(node_x[u64(v)], node_y[u64(v)], gx, gy)
                     _push(vertex_key, vertex, count[VERTICES], estimate, v)
                     count[VERTICES] += 1
@@ -96,7 +98,7 @@ def search_batch(
             if turn % LOOK == LOOK - 1 and stopped(halt):
                 return STOPPED
             count[SAMPLED] += 1
-            cell = drawn_cell(free, cells, narrow, whole, best if best < inf else -1.0, count, DRAWN)
+            cell = drawn_cell(free, cells, narrow, trail, whole, best if best < inf else -1.0, count, DRAWN)
             if cell < 0:
                 continue
             y = cell // stride

@@ -93,7 +93,7 @@ def connect(free, even, cells, narrow, whole, step, sides, stack, node_x, node_y
             return STOPPED
         tree = 0 if count[FIRST_NODES] <= count[SECOND_NODES] else 1
         count[SAMPLED] += 1
-        target = drawn_cell(free, cells, narrow, whole, -1.0, count, DRAWN)
+        target = drawn_cell(free, cells, narrow, narrow, whole, -1.0, count, DRAWN)
         if count[SAMPLED] == 1:
             target = whole[GOAL]
         y = target // stride

@@ -14,9 +14,25 @@ from lampyris.kernels._jit import kernel, u64
 MASK = 0xFFFFFFFF
 WHOLE = 4294967296.0
 # Entries of ``whole``, the array of whole numbers that trees in the plane are given.
-STRIDE, RULE, WIDE, HIGH, BASE, START, GOAL, KEY, SAMPLES, STAR, INFORMED, ANCESTORS, BIAS, NARROW, REACH = (
-    range(15)
-)
+(
+    STRIDE,
+    RULE,
+    WIDE,
+    HIGH,
+    BASE,
+    START,
+    GOAL,
+    KEY,
+    SAMPLES,
+    STAR,
+    INFORMED,
+    ANCESTORS,
+    BIAS,
+    NARROW,
+    REACH,
+    NEAR,
+) = range(16)
+
 TRIES = 64
 """Draws of a cell at most for one sample: of those within an ellipse some lie in walls."""
 
@@ -44,7 +60,25 @@ def length(ax, ay, bx, by):
 
 
 @kernel(out=("count",))
-def drawn_cell(free, cells, narrow, whole, best, count, at):
+def _drawn_beside(free, trail, whole, count, at):
+    """A random cell near a random one of the best path, flat; -1: it is not free."""
+    stride = whole[STRIDE]
+    first = drawn(whole[KEY], count[at])
+    second = drawn(whole[KEY], count[at] + 1)
+    count[at] += 2
+    cell = int(trail[u64((first * len(trail)) >> 32)])
+    far = 1 << (second >> 30)
+    y = cell // stride
+    x = cell - y * stride + (((second & 0x7FFF) * (2 * far + 1)) >> 15) - far
+    y += ((((second >> 15) & 0x7FFF) * (2 * far + 1)) >> 15) - far
+    cell = y * stride + x
+    if x < 0 or x >= stride or cell < 0 or cell >= len(free) or free[u64(cell)] == 0:
+        return -1
+    return cell
+
+
+@kernel(out=("count",))
+def drawn_cell(free, cells, narrow, trail, whole, best, count, at):
     """A random free cell, flat; -1: none of :data:`TRIES` lay in the ellipse and in free cells.
 
     Each free cell is as likely as any other, but for a share of samples that are narrow places; once a path is known, each
@@ -56,7 +90,9 @@ def drawn_cell(free, cells, narrow, whole, best, count, at):
     ----------
     free : uint8 (n,), padded.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    whole : int64 (15,): ``STRIDE``: length of a padded row. ``NARROW``: of 2**32 samples so many are in narrow places.
+    trail : int32: the cells of the best path, flat.
+    whole : int64 (16,): ``STRIDE``: length of a padded row. ``NARROW``, ``NEAR``: of 2**32 samples so many are in narrow
+        places, or near the best path.
         ``KEY``: of the draws. ``START``, ``GOAL``: flat cells.
     best : length of the best path; negative: none is known, or the whole map is to be drawn from.
     count : int64: the number of the next draw is ``count[at]``.
@@ -65,6 +101,11 @@ def drawn_cell(free, cells, narrow, whole, best, count, at):
     key = whole[KEY]
     start = whole[START]
     goal = whole[GOAL]
+    if whole[NEAR] > 0 and len(trail) > 0:
+        bits = drawn(key, count[at])
+        count[at] += 1
+        if bits < whole[NEAR]:
+            return _drawn_beside(free, trail, whole, count, at)
     bits = drawn(key, count[at])
     count[at] += 1
     if bits < whole[NARROW] and len(narrow) > 0:

@@ -65,8 +65,8 @@ def steered(stride, ax, ay, bx, by, step):
     of="near", each=8000,
 )  # fmt: skip
 def grow(
-    free, even, cells, narrow, whole, step, radius, bucket, link, sides, stack, node_x, node_y, parent, child, after, before,
-    cost, near, changed, count, halt,
+    free, even, cells, narrow, trail, whole, step, radius, bucket, link, sides, stack, node_x, node_y, parent, child, after,
+    before, cost, near, changed, count, halt,
 ):  # fmt: skip
     """Take samples until so many are taken, or (RRT) a path is found.
 
@@ -75,7 +75,8 @@ def grow(
     free : uint8 (n,), padded; 1 where the robot may be.
     even : uint8 (1,): 0.
     cells, narrow : int32: the free cells, and those of them in narrow places, flat.
-    whole : int64 (15,): what the names in :mod:`.draws` say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
+    trail : int32: the cells of the best path, flat, near which a share of the samples is drawn.
+    whole : int64 (16,): what the names in :mod:`.draws` say. ``SAMPLES``: of this call. ``STAR``: whether paths are improved.
         ``BIAS``, ``NARROW``: of 2**32 samples so many are the goal, or in narrow places. ``ANCESTORS``: of a parent, that
         are tried in its place.
     step : longest line by which the tree grows, cells.
@@ -110,7 +111,7 @@ def grow(
         target = goal
         if bits >= whole[BIAS] or reached >= 0:
             informed = best if whole[INFORMED] != 0 else -1.0
-            target = drawn_cell(free, cells, narrow, whole, informed, count, DRAWN)
+            target = drawn_cell(free, cells, narrow, trail, whole, informed, count, DRAWN)
             if target < 0:
                 continue
         y = target // stride

@@ -153,6 +153,17 @@ class SamplingMap:
                 return Lines(turns[: 2 * many].reshape(-1, 2), walk[: 2 * steps].copy().reshape(-1, 2))
             room = -steps
 
+    def along(self, chain: Chain) -> Chain:
+        """Flat cells at equal distances, at most one cell apart, along the lines of a chain of vertices."""
+        y, x = np.divmod(chain.astype(np.int64), self.stride)
+        parts = np.maximum(np.maximum(np.abs(np.diff(x)), np.abs(np.diff(y))), 1)
+        line = np.repeat(np.arange(len(parts)), parts)
+        k = np.arange(len(line)) - np.repeat(np.cumsum(parts) - parts, parts)
+        half, some = parts[line] // 2, parts[line]
+        at_x, at_y = (v[:-1][line] + (k * np.diff(v)[line] + half) // some for v in (x, y))
+        cells: Chain = np.append(at_y * self.stride + at_x, chain[-1]).astype(np.int32)
+        return cells
+
     def pulled(self, walk: NDArray[np.int64]) -> Chain:
         """Vertices of the shortest sequence of free lines between turning points of a walk: flat cells, as the walk is."""
         step = np.diff(walk)

@@ -29,6 +29,11 @@ class RrtStar(SamplingPlanner):
     goal_bias : share of samples that are the goal, until it is reached.
     ancestors : number of ancestors of a parent that are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
     narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
+    near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
+    seeded : begin with the cheapest walk of the grid (A*), pulled straight, so that samples are near it at once, and the
+        answer is never longer. What the grid search expands counts for the budget.
+    seed_after : without ``seeded``: samples without a path after which the search goes on from such a walk; None: never, as
+        published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -42,6 +47,9 @@ class RrtStar(SamplingPlanner):
     goal_bias: float = settings.goal_bias()
     ancestors: int = settings.ancestors()
     narrow: float = settings.narrow()
+    near_path: float = settings.near_path()
+    seeded: bool = settings.seeded()
+    seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "rrt-star"
@@ -92,8 +100,11 @@ class BitStar(SamplingPlanner):
     batch : samples of a batch.
     ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
     narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
+    near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
     seeded : begin with the cheapest walk of the grid (A*), pulled straight, so that samples are drawn from its ellipse at
         once, and the answer is never longer. What the grid search expands counts for the budget.
+    seed_after : without ``seeded``: samples without a path after which the search goes on from such a walk; None: never, as
+        published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -105,7 +116,9 @@ class BitStar(SamplingPlanner):
     batch: int = settings.batch_of_improving()
     ancestors: int = settings.ancestors()
     narrow: float = settings.narrow()
-    seeded: bool = flag(False)
+    near_path: float = settings.near_path()
+    seeded: bool = settings.seeded()
+    seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
 
     name: ClassVar[str] = "bit-star"

@@ -26,7 +26,7 @@ from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.sampling.ground import Chain, SamplingMap
-from lampyris.planning.sampling.trees import BatchSearch, Query, SampledSearch
+from lampyris.planning.sampling.trees import Query, SampledSearch
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Floats
 
@@ -49,6 +49,8 @@ class SamplingPlanner:
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
     seeded : whether it begins with a path of the grid.
+    seed_after : samples without a path after which it goes on from a path of the grid.
+    near_path : share of samples near the best path.
     reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
@@ -63,6 +65,8 @@ class SamplingPlanner:
     improves: ClassVar[bool]
     reach: ClassVar[float] = 0.1
     seeded = False
+    seed_after: int | None = None
+    near_path = 0.0
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -85,6 +89,7 @@ class _Run:
     chain: Chain | None = None
     ended: str = ""
     tree: Floats | None = None
+    notes: tuple[str, ...] = ()
 
 
 class SamplingSession(SessionBase):
@@ -165,6 +170,8 @@ class SamplingSession(SessionBase):
             self._planner.samples,
             self._step(ground),
             self._planner.narrow,
+            self._planner.near_path,
+            self._planner.seeded or self._planner.seed_after is not None,
         )
         with ground.board.closing(closed) if closed else nullcontext():
             failed = self._sample(query, run, closed, limit)
@@ -183,9 +190,9 @@ class SamplingSession(SessionBase):
         """Take samples until there are enough; a plan without a path, if that is how it ends."""
         planner, best, used, trace, proven = self._planner, math.inf, 0, [], False
         straight = query.ground.distance(query.start, query.goal)
-        search = planner.begin(query)
+        search, seed_after = planner.begin(query), planner.seed_after
         try:
-            if isinstance(search, BatchSearch) and planner.seeded:
+            if planner.seeded:
                 self._seed(query, search, run, closed, limit)
                 best = search.best
             while True:
@@ -210,6 +217,14 @@ class SamplingSession(SessionBase):
                     failed = self._separated(query, run, closed, limit)
                     if failed is not None:
                         return failed
+                if best == math.inf and not planner.seeded and seed_after is not None and used >= seed_after:
+                    seed_after = None
+                    self._seed(query, search, run, closed, limit)
+                    best = search.best
+                    if best < math.inf:
+                        run.notes = (
+                            f"no path after {used} samples: went on from the cheapest walk of the grid",
+                        )
         except Cancelled:
             scope = cancellation.watch()
             if run.chain is None or scope is None or any(stop.is_set for stop in scope.stops):
@@ -223,19 +238,20 @@ class SamplingSession(SessionBase):
         return None
 
     def _seed(
-        self, query: Query, search: BatchSearch, run: _Run, closed: list[Cell], limit: int | None
+        self, query: Query, search: SampledSearch, run: _Run, closed: list[Cell], limit: int | None
     ) -> None:
-        """Begin a search with the path of A*, pulled straight, where it finds one within the budget."""
+        """Let a search go on from the path of A*, pulled straight, where it finds one within the budget."""
         if self._finder is None:
             self._finder = search_of(self._free, None, self._moves)
-        found = self._finder.find_path(self._robot, self._scene.goal, limit, closed)
+        left = None if limit is None else limit - run.spent
+        found = self._finder.find_path(self._robot, self._scene.goal, left, closed)
         run.spent += found.expansions
         if found.cells is None:
             return
         ground = query.ground
         turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
         if len(turns) <= query.samples:
-            search.begin_with(turns)
+            search.go_on_from(turns)
             run.chain = search.chain()
 
     def _edges(self, search: SampledSearch) -> Floats | None:
@@ -280,12 +296,14 @@ class SamplingSession(SessionBase):
         assert run.chain is not None
         with cancellation.shielded():
             lines = ground.lines(run.chain, shorter=self._planner.shortcut)
-        terrain = "" if self._scene.grid.terrain is None else "terrain is ignored by planners that sample"
+        notes = run.notes
+        if self._scene.grid.terrain is not None:
+            notes += ("terrain is ignored by planners that sample",)
         more: dict[str, Any] = {}
         if self._record:
             more = {"best_by_iteration": run.trace, "tree": run.tree}
         return Plan(
             Status.FOUND, self._planner.name, path_of(lines.walk, self._moves, self._scene.grid.terrain),
             iterations=len(run.trace), expansions=run.spent, waypoints=lines.turns, detail=run.ended,
-            notes=(terrain,) if terrain else (), timing=timing, **more,
+            notes=notes, timing=timing, **more,
         )  # fmt: skip

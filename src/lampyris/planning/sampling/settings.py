@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lampyris._core.settings import number, whole
+from lampyris._core.settings import flag, number, whole
 
 
 def samples_of_first_path() -> Any:
@@ -45,6 +45,21 @@ def goal_bias() -> Any:
 def narrow() -> Any:
     """Share of samples in narrow places."""
     return number(0.1, 0.0, 0.9)
+
+
+def near_path() -> Any:
+    """Share of samples near the best path."""
+    return number(0.5, 0.0, 0.9)
+
+
+def seeded() -> Any:
+    """Whether a search begins with the cheapest walk of the grid, pulled straight."""
+    return flag(False)
+
+
+def seed_after() -> Any:
+    """Samples without a path after which a search goes on from the cheapest walk of the grid, pulled straight."""
+    return whole(2000, 1, 10_000_000, none="never")
 
 
 def ancestors() -> Any:

@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.sampling import batch, draws, growth
 from lampyris.kernels.sampling import connect as pair
+from lampyris.kernels.sampling.takeover import take_over
 from lampyris.planning.sampling.ground import EVEN, Chain, SamplingMap, neighbourhood
 from lampyris.typing import Floats
 
 FACTOR = 1.1
 """By which neighbourhoods are greater than the least that is proven to do."""
 _WHOLE = 2**32
+_NO_SIDES = np.empty(0, dtype=np.int32)
+_SHORTER = 0.9995
+"""The cells of the best path are computed again when it is shorter by this factor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +36,8 @@ class Query:
     samples : that it takes at most, in all batches.
     step : longest line by which a tree grows, cells.
     narrow : share of samples that are cells in narrow places.
+    near : share of samples that are cells near the best path, once there is one.
+    seeded : whether a path from elsewhere may be taken into the tree, once.
     """
 
     ground: SamplingMap
@@ -40,6 +47,12 @@ class Query:
     samples: int
     step: float
     narrow: float
+    near: float = 0.0
+    seeded: bool = False
+
+    def room(self) -> int:
+        """Nodes and samples of one tree, at most."""
+        return min((2 if self.seeded else 1) * self.samples, len(self.ground.cells)) + 2
 
 
 class SampledSearch:
@@ -56,6 +69,9 @@ class SampledSearch:
     def __init__(self, query: Query, count: int) -> None:
         self._query = query
         self._count = np.zeros(count, dtype=np.int64)
+        self._trail = np.empty(0, dtype=np.int32)
+        self._trailed = math.inf
+        self._whole_ = np.zeros(0, dtype=np.int64)
 
     @abstractmethod
     def run(self, samples: int) -> None:
@@ -65,6 +81,13 @@ class SampledSearch:
         ------
         Cancelled : the call is to stop; the search is of no more use.
         """
+
+    def go_on_from(self, turns: Chain) -> None:
+        """Take a path of free lines into the tree: flat cells, start first, goal last; at most as many as ``samples``.
+
+        For searches whose query says that they are ``seeded``, between two batches.
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def chain(self) -> Chain:
@@ -86,15 +109,28 @@ class SampledSearch:
 
     def _whole(self, base: int, **more: int) -> NDArray[np.int64]:
         ground, query = self._query.ground, self._query
-        whole = [0] * 15
+        whole = [0] * 16
         whole[draws.STRIDE], whole[draws.RULE] = ground.stride, ground.rule
         whole[draws.WIDE], whole[draws.HIGH] = ground.wide, ground.high
         whole[draws.BASE], whole[draws.KEY] = base, query.key
         whole[draws.START], whole[draws.GOAL] = query.start, query.goal
         whole[draws.NARROW] = int(query.narrow * _WHOLE)
+        whole[draws.NEAR] = int(query.near * _WHOLE)
         for name, value in more.items():
             whole[getattr(draws, name.upper())] = value
         return np.array(whole, dtype=np.int64)
+
+    def _drawn_from(self) -> tuple[NDArray[Any], ...]:
+        """The map, and the cells that samples are drawn from; those of the best path once it is shorter by some."""
+        ground = self._query.ground
+        if self._query.near > 0.0 and self.best < self._trailed * _SHORTER:
+            self._trailed = self.best
+            self._trail = ground.along(self.chain())
+        return ground.board.free, EVEN, ground.cells, ground.narrow, self._trail
+
+    def _place_of_buckets(self) -> tuple[int, int, int]:
+        ground = self._query.ground
+        return ground.stride, ground.wide, int(self._whole_[draws.BASE])
 
     def _place(self, flat: int) -> tuple[int, int]:
         y, x = divmod(flat, self._query.ground.stride)
@@ -153,7 +189,7 @@ class OneTree(SampledSearch):
     def __init__(self, query: Query, bias: float, *, star: bool, informed: bool, ancestors: int) -> None:
         super().__init__(query, 5)
         ground = query.ground
-        room = min(query.samples, len(ground.cells)) + 2
+        room = query.room()
         self._bucket, base = ground.buckets(room)
         self._whole_ = self._whole(
             base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE)
@@ -174,19 +210,31 @@ class OneTree(SampledSearch):
         self._bucket[b], self._link[0], self._sides[:2] = base, 0, -1
         self._count[growth.NODES], self._count[growth.REACHED] = 1, -1
 
+    def go_on_from(self, turns: Chain) -> None:
+        """See :meth:`SampledSearch.go_on_from`."""
+        rows = (self._bucket, self._link, self._sides, self._x, self._y, self._parent, *self._kin, self._cost)
+        room = len(self._cost)
+        count, unused = np.array([self._count[growth.NODES], 0, 0]), np.empty(room, dtype=np.int32)
+        stale = np.empty(room, dtype=np.uint8)
+        take_over(turns, *self._place_of_buckets(), *rows, stale, unused, self._changed, count)
+        self._count[growth.NODES], self._count[growth.REACHED] = count[0], count[2]
+        self._note()
+
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
-        ground = self._query.ground
         self._whole_[draws.SAMPLES] = samples
         if self._whole_[draws.INFORMED] and math.isfinite(self.best):
             nodes = int(self._count[growth.NODES])
             ends = (0, int(self._count[growth.REACHED]))
             self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
         growth.grow(
-            ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, self._query.step, self._radius, self._bucket,
+            *self._drawn_from(), self._whole_, self._query.step, self._radius, self._bucket,
             self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
             self._changed, self._count,
         )  # fmt: skip
+        self._note()
+
+    def _note(self) -> None:
         reached = int(self._count[growth.REACHED])
         if reached >= 0:
             self.best = float(self._cost[reached])
@@ -268,9 +316,9 @@ class BatchSearch(SampledSearch):
     """BIT*: batches of samples, searched in the order of what a path through them may cost."""
 
     def __init__(self, query: Query, *, ancestors: int) -> None:
-        super().__init__(query, 9)
+        super().__init__(query, 10)
         ground = query.ground
-        self._room = room = min(query.samples, len(ground.cells)) + 2
+        self._room = room = query.room()
         self._bucket, base = ground.buckets(room)
         self._whole_ = self._whole(base, ancestors=ancestors)
         self._x, self._y, self._link, self._near, self._changed, self._tree = np.empty(
@@ -284,29 +332,14 @@ class BatchSearch(SampledSearch):
             b = (y >> 3) * ground.wide + (x >> 3)
             self._link[n], self._bucket[b] = self._bucket[b], base + n
         self._cost[0], self._stale[0], self._tree[0] = 0.0, 1, 0
-        self._count[[growth.NODES, batch.JOINED]] = 2, 1
+        self._count[[growth.NODES, batch.JOINED, batch.FRESH]] = 2, 1, 1
 
-    def begin_with(self, turns: Chain) -> None:
-        """Begin with a path of free lines: flat cells, start first, goal last; at most as many as ``samples``.
-
-        It replaces the tree of the start alone, so it is to be called once, before the first batch.
-        """
-        ground = self._query.ground
-        inside = [self._place(flat) for flat in turns[1:-1].tolist()]
-        parent, child, after, before = self._kin
-        last = 0
-        for k, n in enumerate((*range(2, 2 + len(inside)), 1)):
-            if n != 1:
-                self._x[n], self._y[n] = x, y = inside[k]
-                b = (y >> 3) * ground.wide + (x >> 3)
-                base = int(self._whole_[draws.BASE])
-                self._link[n], self._bucket[b] = self._bucket[b], base + n
-            dx, dy = int(self._x[n]) - int(self._x[last]), int(self._y[n]) - int(self._y[last])
-            self._cost[n] = self._cost[last] + math.sqrt(dx * dx + dy * dy)
-            parent[n], child[last], after[n], before[n] = last, n, -1, -1
-            self._stale[n], self._tree[k + 1] = 1, n
-            last = n
-        self._count[[growth.NODES, batch.JOINED]] = 2 + len(inside), 2 + len(inside)
+    def go_on_from(self, turns: Chain) -> None:
+        """See :meth:`SampledSearch.go_on_from`."""
+        rows = (self._bucket, self._link, _NO_SIDES, self._x, self._y, *self._kin, self._cost, self._stale)
+        count = self._count[[growth.NODES, batch.JOINED, 0]]
+        take_over(turns, *self._place_of_buckets(), *rows, self._tree, self._changed, count)
+        self._count[[growth.NODES, batch.JOINED]], self._count[batch.FRESH] = count[:2], 1
         self.best = float(self._cost[1])
 
     def _heaps(self, size: int) -> None:
@@ -315,13 +348,12 @@ class BatchSearch(SampledSearch):
 
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
-        ground = self._query.ground
         self._whole_[draws.SAMPLES] = samples
         nodes = int(self._count[growth.NODES])
         radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
         while True:
             outcome = batch.search_batch(
-                ground.board.free, EVEN, ground.cells, ground.narrow, self._whole_, radius, self._bucket, self._link, self._x,
+                *self._drawn_from(), self._whole_, radius, self._bucket, self._link, self._x,
                 self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
                 self._vertex, self._near, self._changed, self._count,
             )  # fmt: skip
