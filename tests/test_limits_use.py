@@ -75,7 +75,7 @@ def test_a_course_of_too_many_nodes_is_refused_before_it_is_drawn(monkeypatch: p
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", "401")
     assert len(lampyris.smooth(scene, ends)) == 401
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", "399")
-    monkeypatch.setattr("lampyris.api.drawn", None)
+    monkeypatch.setattr("lampyris.motion.geometry.smoothing.drawn", None)
     with pytest.raises(LimitError, match=r"400 nodes.*larger spacing.*LAMPYRIS_MAX_NODES=400"):
         lampyris.smooth(scene, ends)
 

@@ -16,7 +16,7 @@ from lampyris import Budget, CancelToken, Change, Scene, Status
 from lampyris._core import cancellation
 from lampyris.errors import SettingError
 from lampyris.kernels import _helpers
-from lampyris.kernels._jit import Kernel
+from lampyris.kernels._jit import KERNELS, Kernel
 from lampyris.kernels.graph import any_angle, bidirectional, jps, search
 from lampyris.kernels.incremental import dstar, dstar_lite
 from lampyris.model.grid import Grid
@@ -123,6 +123,8 @@ def field_looks(name: str, *, terrain: bool, monkeypatch: pytest.MonkeyPatch) ->
         return self.run_plain(*args, Counted(1)) if self._halts else self.run_plain(*args)
 
     with monkeypatch.context() as m:
+        for kernel in KERNELS:
+            m.setattr(kernel, "arrays", None)  # the loops that are compiled
         m.setattr(Kernel, "__call__", call)
         moves = MOVES[name].weighed() if terrain else MOVES[name].plain()
         solve(free, moves, (3, 3), terrain=np.zeros(free.shape, dtype=np.uint8) if terrain else None)
