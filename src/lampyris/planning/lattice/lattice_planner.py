@@ -26,7 +26,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.ends.joined_end import AT_STATES, Ends, JoinedEnd, joined_end, lowered
 from lampyris.planning.lattice.goal_field import GoalField
-from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided
+from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided, is_large
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import (
@@ -323,23 +323,66 @@ class LatticeSession(PoseSession[LatticeSearch]):
         self, search: LatticeSearch, starts: list[State], goals: list[State], limit: int | None
     ) -> tuple[Found, str] | Plan:
         """A path between states that are free, and what is said of it; or the answer that there is none."""
-        assert isinstance(self._settings, LatticePlanner)
         name, lattice_map = self._settings.name, search.lattice_map
-        known = self._known_goals(search, goals)
-        if not known:
-            return Plan(Status.NO_PATH, name, detail=_NO_PATH)
-        assert self._heuristic is not None
-        heuristic = self._heuristic[1]
         begins = [(lattice_map.index(cell), h) for cell, h in starts]
         tried = 0
-        if isinstance(search, GuidedSearch) and self._is_guided(search, begins, known):
-            quick = search.first_try(heuristic, begins[0], known, self._settings.weight, limit)
+        if isinstance(search, GuidedSearch) and self._is_focused(search, goals):
+            ends = [(lattice_map.index(cell), h) for cell, h in goals]
+            focused = search.field_for(begins[0][0], ends, self._settings.weight)
+            if len({cell for cell, _ in begins}) == 1 and focused.heuristic[begins[0][0]] >= 0:
+                answer = self._search_in(search, focused.heuristic, begins, ends, limit, focused.most)
+                if answer is not None:
+                    return answer
+                tried = search.expansions
+                limit = None if limit is None else max(limit - tried, 0)
+        known = self._known_goals(search, goals)
+        if not known:
+            return Plan(Status.NO_PATH, name, expansions=tried, detail=_NO_PATH)
+        assert self._heuristic is not None
+        answer = self._search_in(search, self._heuristic[1], begins, known, limit)
+        assert answer is not None
+        search.charge(tried)
+        return replace(answer, expansions=answer.expansions + tried) if isinstance(answer, Plan) else answer
+
+    def _search_in(
+        self,
+        search: LatticeSearch,
+        heuristic: np.ndarray,
+        begins: list[tuple[int, int]],
+        goals: list[tuple[int, int]],
+        limit: int | None,
+        most: int | None = None,
+    ) -> tuple[Found, str] | Plan | None:
+        """See :meth:`_search_states`; None: what paths through cells that the heuristic leaves out cost is too little to
+        say, ``most`` or more."""
+        weight, tried = self._settings.weight, 0
+        if isinstance(search, GuidedSearch) and self._is_guided(search, begins, goals):
+            quick = search.first_try(heuristic, begins[0], goals, weight, limit, most)
             if quick is not None:
                 return quick, ""
             tried = search.expansions
-        search.begin(heuristic, begins, known)
+        search.begin(heuristic, begins, goals)
         search.charge(tried)
-        return self._improve(search, limit)
+        answer = self._improve(search, limit)
+        if most is None or (isinstance(answer, Plan) and answer.status is Status.LIMIT):
+            return answer
+        if isinstance(answer, Plan):
+            return None
+        found, detail = answer
+        if most >= found.lower_bound:
+            return answer
+        return (replace(found, lower_bound=most), detail) if found.cost <= weight * most else None
+
+    def _is_focused(self, search: GuidedSearch, goals: list[State]) -> bool:
+        """Whether the heuristic is made only where paths may lead: unless it is there, or can be repaired, for the whole map."""
+        assert isinstance(self._settings, LatticePlanner)
+        cells = frozenset(cell for cell, _ in goals)
+        return (
+            not self._settings.anytime
+            and is_large(search.lattice_map)
+            and (self._heuristic is None or self._heuristic[0] != cells)
+            and not any(self._field.is_of(cell) for cell in cells)
+        )
 
     def _improve(self, search: LatticeSearch, limit: int | None) -> tuple[Found, str] | Plan:
         """The path of a search that has begun, and what is said of it; or the answer that there is none."""
@@ -356,12 +399,14 @@ class LatticeSession(PoseSession[LatticeSearch]):
     def _is_guided(
         self, search: LatticeSearch, starts: list[tuple[int, int]], goals: list[tuple[int, int]]
     ) -> bool:
-        """Whether a first try is made: see :func:`is_guided`; from one state, to states at one cell."""
+        """Whether a first try is made: see :func:`is_guided`; from one state, to states near each other."""
         assert isinstance(self._settings, LatticePlanner)
+        cells = (divmod(cell, search.lattice_map.stride) for cell, _ in goals)
+        wide = max(max(axis) - min(axis) for axis in zip(*cells, strict=True))
         return (
             not self._settings.anytime
             and len(starts) == 1
-            and len({cell for cell, _ in goals}) == 1
+            and wide <= search.lattice_map.border
             and is_guided(search.lattice_map, self._settings.weight)
         )
 

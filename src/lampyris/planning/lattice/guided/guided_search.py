@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from lampyris._core import elementary
 from lampyris.kernels.lattice.greedy import greedy
 from lampyris.kernels.lattice.search import FULL
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.guided.focused_field import FACTOR, FocusedField, focused_field
+from lampyris.planning.lattice.guided.lower_bound import Goal, departure_bound, goal_of, lower_bound
 from lampyris.planning.lattice.guided.open_space import NEVER, REACH, open_space_of
 from lampyris.planning.lattice.lattice import StateLattice
 from lampyris.planning.lattice.map import LatticeMap
@@ -31,8 +32,9 @@ MANY = 200_000
 """States of a map below which the tables take longer than they save."""
 LEAST = 1.25
 """Weight below which it hardly ever finds a path."""
-FEW = 1_500
-"""Expansions after which it is given up."""
+FEW = 300
+FEW_A_MOTION = 12
+"""Expansions after which it is given up, and so many more for each of the longest motions that the path has room for."""
 
 
 @lru_cache(8)
@@ -93,16 +95,16 @@ class Outlook:
     toward: NDArray[np.int8]
 
 
+def is_large(lattice_map: LatticeMap) -> bool:
+    """Whether a map is of plain ground and so large that it pays to look at a part of it first."""
+    return lattice_map.walls.size * lattice_map.lattice.shape.headings >= MANY and not len(lattice_map.price)
+
+
 def is_guided(lattice_map: LatticeMap, weight: float) -> bool:
     """Whether a first try pays: for a drive that cannot turn in place, on a large map of plain ground, with room in the bound."""
     shape = lattice_map.lattice.shape
-    states = lattice_map.walls.size * shape.headings
     return (
-        weight >= LEAST
-        and states >= MANY
-        and shape.drive == "ackermann"
-        and shape.primitives is None
-        and not len(lattice_map.price)
+        weight >= LEAST and shape.drive == "ackermann" and shape.primitives is None and is_large(lattice_map)
     )
 
 
@@ -117,28 +119,55 @@ class GuidedSearch(LatticeSearch):
     def __init__(self, lattice_map: LatticeMap) -> None:
         super().__init__(lattice_map)
         self._outlook: Outlook | None = None
+        self._focused: FocusedField | None = None
+
+    def field_for(self, start: int, goals: list[tuple[int, int]], weight: float) -> FocusedField:
+        """The field of some goals for paths from a cell: the one at hand, where it reaches far enough."""
+        cells, factor = tuple(sorted({cell for cell, _ in goals})), max(LEAST, min(weight, FACTOR))
+        focused = self._focused
+        if focused is not None and focused.goals == cells:
+            focused = focused.seen_from(start, self.lattice_map)
+            known = int(focused.heuristic[start])
+            if focused.most is None or (known >= 0 and focused.most >= factor * known):
+                return focused
+        self._focused = focused = focused_field(self.lattice_map, start, cells, factor)
+        return focused
 
     def first_try(
         self, heuristic: NDArray[np.int64], start: tuple[int, int], goals: list[tuple[int, int]], weight: float,
-        limit: int | None,
+        limit: int | None, most: int | None = None,
     ) -> Found | None:  # fmt: skip
         """A path of at most ``weight`` times a lower bound, if it is found soon.
 
         Parameters
         ----------
-        goals : all at one cell.
+        heuristic : of the goals.
+        goals : at one cell, or at several near each other.
         limit : greatest number of expansions.
+        most : paths through cells that the heuristic leaves out cost more; see :class:`FocusedField`.
         """
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
         open_space = open_space_of(lattice)
-        outlook = self._outlook
-        headings = [heading for _, heading in goals]
-        if outlook is None or outlook.heuristic is not heuristic or outlook.goal.headings != headings:
-            goal = goal_of(goals, open_space, lattice_map, heuristic)
+        # The order knows what the headings of the goal in the middle cost.
+        middle = goals[len(goals) // 2][0]
+        at_middle = [one for one in goals if one[0] == middle]
+        outlook, headings = self._outlook, [heading for _, heading in at_middle]
+        if (
+            outlook is None
+            or outlook.heuristic is not heuristic
+            or (outlook.goal.cell, outlook.goal.headings) != (middle, headings)
+        ):
+            goal = goal_of(at_middle, open_space, lattice_map, heuristic)
             self._outlook = outlook = Outlook(heuristic, goal, np.zeros(len(heuristic), dtype=np.int8))
-        bound = lower_bound(start, outlook.goal, open_space, lattice_map, heuristic)
+        if len(at_middle) == len(goals):
+            bound = lower_bound(start, outlook.goal, open_space, lattice_map, heuristic)
+        else:
+            bound = departure_bound(start, goals, open_space, lattice_map, heuristic)
+        bound = bound if most is None else min(bound, most)
         self.begin(heuristic, [start], goals)
-        while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
+        longest = int(lattice.cost[lattice.cost < NEVER].max())
+        few = FEW + FEW_A_MOTION * int(heuristic[start[0]]) // longest
+        while self._try(outlook, bound, weight, few if limit is None else min(limit, few)) == FULL:
             self._enlarge()
         if self._best[0] < 0:
             return None

@@ -118,3 +118,22 @@ def lower_bound(
     if max(abs(across), abs(down)) <= half:
         least = min(least, int(open_space.cost[heading, half + down, half + across][goal.headings].min()))
     return max(least, goal.at_least(start, lattice_map.stride, int(heuristic[cell])))
+
+
+def departure_bound(
+    start: tuple[int, int],
+    goals: list[tuple[int, int]],
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
+) -> int:
+    """A cost that no path from a start state to any of some goal states undercuts, whatever their headings cost more."""
+    half, (cell, heading), stride = open_space.half, start, lattice_map.stride
+    row, column, _, _, known = _rim_in(cell, half, lattice_map, heuristic)
+    least = int((open_space.cost[heading, row, column] + known[:, None]).min(initial=NEVER))
+    cells, turns = np.array(goals, dtype=np.int64).T
+    y, x = cells // stride - cell // stride + half, cells % stride - cell % stride + half
+    near = (y >= 0) & (y <= 2 * half) & (x >= 0) & (x <= 2 * half)
+    if near.any():
+        least = min(least, int(open_space.cost[heading, y[near], x[near], turns[near]].min()))
+    return max(least, int(heuristic[cell]))

@@ -1,0 +1,77 @@
+"""The heuristic of a goal where a path from one start can want it, with a cost that every path elsewhere exceeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.map import STEPS, LatticeMap
+
+FIRST = 1.15
+"""Times the octile distance that the cheapest chain of cells is first taken to cost."""
+FACTOR = 1.5
+"""Times the cost of the cheapest chain that chains through the cells may cost."""
+MARGIN = 4.0
+"""Borders of the map, in which the longest motion and the footprint have room, added to that: for turning round."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FocusedField:
+    """The heuristic in the cells through which a chain from the start to a goal costs little enough.
+
+    Parameters
+    ----------
+    goals : indices of cells, rising.
+    start : index of a cell.
+    heuristic : int64 (cells,): as :meth:`LatticeMap.heuristic` gives it; negative where none leads, and in the cells left out.
+    most : paths of the lattice from the start through a cell left out cost more, in its units; None: no cell is left out.
+    """
+
+    goals: tuple[int, ...]
+    start: int
+    heuristic: NDArray[np.int64]
+    most: int | None
+
+    def seen_from(self, start: int, lattice_map: LatticeMap) -> FocusedField:
+        """The same for paths from another cell."""
+        if self.most is None or start == self.start:
+            return self
+        away = _octile(lattice_map, (self.start,), start)
+        return replace(self, start=start, most=self.most - int(lattice_map.lattice.scale * UNIT * away) - 1)
+
+
+def focused_field(
+    lattice_map: LatticeMap, start: int, goals: tuple[int, ...], factor: float = FACTOR
+) -> FocusedField:
+    """The field of some goals for paths from a start that cost up to ``factor`` times the least that the field allows.
+
+    Parameters
+    ----------
+    start, goals : indices of cells.
+    """
+    unit = lattice_map.lattice.scale * UNIT
+    beyond = 2.0 * (lattice_map.grid.width + lattice_map.grid.height)
+    margin = MARGIN * lattice_map.border
+    reach = factor * FIRST * _octile(lattice_map, goals, start) + margin
+    while reach < beyond:
+        heuristic = lattice_map.flooded(goals, start, reach)
+        known = int(heuristic[start])
+        if known >= 0:
+            wanted = factor * known / unit + margin
+            if wanted <= reach * (1 + 1e-9):
+                return FocusedField(goals, start, heuristic, int(unit * reach * (1 - 1e-9)))
+            reach = wanted
+        else:
+            reach *= 2.0
+    return FocusedField(goals, start, lattice_map.flooded(goals), None)
+
+
+def _octile(lattice_map: LatticeMap, goals: tuple[int, ...], start: int) -> float:
+    """Octile distance from a cell to the nearest of some, in cells."""
+    y, x = np.divmod(np.array(goals), lattice_map.stride)
+    down, across = np.abs(y - start // lattice_map.stride), np.abs(x - start % lattice_map.stride)
+    root = STEPS.diagonal / STEPS.unit
+    return float((np.maximum(down, across) + (root - 1.0) * np.minimum(down, across)).min())
