@@ -14,7 +14,7 @@ from lampyris.planning.lattice.guided import guided_search
 from lampyris.planning.lattice.guided.focused_field import focused_field
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
-from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.map import LatticeMap, cost_to_any
 from lampyris.referee import check_plan
 from sizes import sized
 
@@ -34,6 +34,15 @@ def test_it_is_the_whole_field_where_chains_cost_little_enough(maps: int) -> Non
         picked = [lattice_map.index((int(xs[k]), int(ys[k]))) for k in rng.integers(len(xs), size=3)]
         start, goals = picked[0], tuple(sorted(set(picked[1:])))
         whole = lattice_map.flooded(goals)
+        octile = (
+            cost_to_any(lattice_map._low, [lattice_map.cell(goals[0])]) * lattice_map.lattice.scale * UNIT
+        )
+        first = lattice_map.flooded(goals[:1]).reshape(-1, lattice_map.stride)
+        inside = first[lattice_map.border : -lattice_map.border, lattice_map.border : -lattice_map.border]
+        assert ((inside >= 0) == np.isfinite(octile)).all()
+        off = octile[inside >= 0] - inside[inside >= 0]
+        assert off.min() >= -1e-3  # never above, and a unit a step below at most
+        assert off.max() <= inside.size
         one = [lattice_map.heuristic((lattice_map.cell(goal),)) for goal in goals]
         either = np.stack([np.where(field < 0, 1 << 60, field) for field in one]).min(axis=0)
         assert (whole == np.where(either == 1 << 60, -1, either)).all()
@@ -43,10 +52,11 @@ def test_it_is_the_whole_field_where_chains_cost_little_enough(maps: int) -> Non
             assert (part[known] == whole[known]).all()
             y, x = np.divmod(np.arange(len(part)), lattice_map.stride)
             down, across = np.abs(y - start // lattice_map.stride), np.abs(x - start % lattice_map.stride)
-            away = np.maximum(down, across) + (2**0.5 - 1) * np.minimum(down, across)
-            least = lattice_map.lattice.scale * UNIT * (reach - away)
-            assert (whole[~known & (whole >= 0)] > least[~known & (whole >= 0)] - 2).all()
-            assert (whole[known] <= least[known] + 2).all()
+            straight, diagonal = lattice_map.steps
+            away = straight * np.maximum(down, across) + (diagonal - straight) * np.minimum(down, across)
+            least = int(reach * straight) - away
+            assert (whole[~known & (whole >= 0)] > least[~known & (whole >= 0)]).all()
+            assert (whole[known] <= least[known]).all()
             left_out += int((~known & (whole >= 0)).sum())
         focused = focused_field(lattice_map, start, goals)
         if focused.most is not None and focused.heuristic[start] >= 0:

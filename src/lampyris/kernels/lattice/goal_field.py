@@ -6,60 +6,24 @@ chain from the start to a goal costs more than is asked for counts as a wall.
 
 from __future__ import annotations
 
-from math import floor, sqrt
-
 from lampyris.kernels._jit import fetch, kernel, stopped, u64
 from lampyris.kernels.field.bucket_wavefront import lay_out
-from lampyris.model.moves import PELL_P, PELL_Q
-
-_INVERSE_P = pow(PELL_P, -1, PELL_Q)
-_ROOT = sqrt(2.0)
-
-
-@kernel(out=("cost",), each=200)
-def in_units(cost, never, unit, halt):
-    """Replace exact octile costs by whole units, rounded down; what is negative or ``never`` becomes -1.
-
-    Parameters
-    ----------
-    cost : int64 (cells,).
-    unit : units of a straight step.
-    """
-    q = u64(PELL_Q)
-    inverse = u64(_INVERSE_P)
-    p = u64(PELL_P)
-    look = 0
-    for i in range(u64(0), u64(len(cost)), u64(1)):
-        look += 1
-        if look == 8192:
-            look = 0
-            if stopped(halt):
-                return
-        exact = cost[i]
-        if exact < 0 or exact >= never:
-            cost[i] = -1
-            continue
-        e = u64(exact)
-        # Both factors are below 2^26; see lampyris.model.moves.
-        diagonals = (e % q) * inverse % q
-        straights = (e - diagonals * p) // q
-        cost[i] = floor((int(diagonals) * _ROOT + int(straights)) * unit)
 
 
 @kernel(out=("cost", "order"), each=800)
 def flood(free, cost, order, bench, width, pad, goals, start, most, straight, diagonal, never, halt):
-    """Write the exact cost from each cell to the nearest goal, window by window; returns how many cells were expanded.
+    """Write the cost from each cell to the nearest goal, window by window; returns how many cells were expanded.
 
     Parameters
     ----------
     free : uint8 (height * width inside the border,): 1 where a cell may be entered.
-    cost : int64 (cells,): the result; ``never`` or -1 where no chain leads, and in cells that are left out.
+    cost : int64 (cells,): the result; -1 where no chain leads, and in cells that are left out.
     order : uint32 (2 bench + 25,): room; ``bench`` is more than there are cells inside the border.
     width, pad : of a row with its border; cells of the border on each side.
     goals : int64 (g,): indices of cells.
     start : index of a cell.
     most : cells c are left out where cost and octile distance from c to the start come to more; negative: none is.
-    straight, diagonal : exact costs of the steps.
+    straight, diagonal : whole costs of the steps, of which the second is the greater, and at most twice the first.
     never : more than any cost.
     """
     lay_out(free, cost, width, pad, never, -1, halt)
@@ -127,4 +91,6 @@ def flood(free, cost, order, bench, width, pad, goals, start, most, straight, di
             waiting = waiting if soon else t
         end = tail
         hi = hi_next
+    for i in range(u64(0), u64(len(cost)), one):
+        cost[i] = -1 if cost[i] == never else cost[i]
     return expanded

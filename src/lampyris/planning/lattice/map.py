@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.cancellation import checkpoint
-from lampyris.kernels.lattice.goal_field import flood, in_units
+from lampyris.kernels.lattice.goal_field import flood
 from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.path import Pose
 from lampyris.model.robot import Polygon, circumscribed_radius
-from lampyris.planning.field.frame import AHEAD, SCRATCH, BorderedMap
+from lampyris.planning.field.frame import AHEAD, SCRATCH
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.goal_field import GoalField
@@ -30,6 +30,8 @@ STEPS = replace(MOVES["octile"], corner_cutting=True)
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
+_NEVER = 1 << 62
+"""More than any cost in the heuristic."""
 _PART = 1 << 14
 """Cells whose heuristic is worked out at a time."""
 _CHUNK = 1 << 20
@@ -234,13 +236,17 @@ class LatticeMap(ClearanceMap):
             that only those lead through are left out (-1). A negative reach: no cell is.
         """
         bench = self._low.size + 1
-        frame = BorderedMap(self._low, STEPS)
         (order,) = SCRATCH.take((2 * bench + AHEAD, np.uint32))
         units = np.empty(self.walls.size, dtype=np.int64)
-        most = -1 if reach < 0 else int(reach * STEPS.unit)
+        straight, diagonal = self.steps
         flood(
             self._low.view(np.uint8).ravel(), units, order, bench, self.stride, self.border,
-            np.array(goals, dtype=np.int64), start, most, STEPS.unit, STEPS.diagonal, frame.never,
+            np.array(goals, dtype=np.int64), start, -1 if reach < 0 else int(reach * straight), straight, diagonal, _NEVER,
         )  # fmt: skip
-        in_units(units, frame.never, self.lattice.scale * UNIT)
         return units
+
+    @property
+    def steps(self) -> tuple[int, int]:
+        """What a straight and a diagonal step cost in the heuristic, in whole units of the lattice, rounded down."""
+        unit = self.lattice.scale * UNIT
+        return math.floor(unit), math.floor(unit * math.sqrt(2.0))

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.planning.lattice.lattice import UNIT
-from lampyris.planning.lattice.map import STEPS, LatticeMap
+from lampyris.planning.lattice.map import LatticeMap
 
 FIRST = 1.15
 """Times the octile distance that the cheapest chain of cells is first taken to cost."""
@@ -40,7 +39,7 @@ class FocusedField:
         if self.most is None or start == self.start:
             return self
         away = _octile(lattice_map, (self.start,), start)
-        return replace(self, start=start, most=self.most - int(lattice_map.lattice.scale * UNIT * away) - 1)
+        return replace(self, start=start, most=self.most - away)
 
 
 def focused_field(
@@ -52,26 +51,26 @@ def focused_field(
     ----------
     start, goals : indices of cells.
     """
-    unit = lattice_map.lattice.scale * UNIT
+    straight, _ = lattice_map.steps
     beyond = 2.0 * (lattice_map.grid.width + lattice_map.grid.height)
     margin = MARGIN * lattice_map.border
-    reach = factor * FIRST * _octile(lattice_map, goals, start) + margin
+    reach = factor * FIRST * _octile(lattice_map, goals, start) / straight + margin
     while reach < beyond:
         heuristic = lattice_map.flooded(goals, start, reach)
         known = int(heuristic[start])
         if known >= 0:
-            wanted = factor * known / unit + margin
+            wanted = factor * known / straight + margin
             if wanted <= reach * (1 + 1e-9):
-                return FocusedField(goals, start, heuristic, int(unit * reach * (1 - 1e-9)))
+                return FocusedField(goals, start, heuristic, int(reach * straight))
             reach = wanted
         else:
             reach *= 2.0
     return FocusedField(goals, start, lattice_map.flooded(goals), None)
 
 
-def _octile(lattice_map: LatticeMap, goals: tuple[int, ...], start: int) -> float:
-    """Octile distance from a cell to the nearest of some, in cells."""
+def _octile(lattice_map: LatticeMap, goals: tuple[int, ...], start: int) -> int:
+    """What the cheapest chain of steps costs without walls from a cell to the nearest of some, in units of the lattice."""
+    straight, diagonal = lattice_map.steps
     y, x = np.divmod(np.array(goals), lattice_map.stride)
     down, across = np.abs(y - start // lattice_map.stride), np.abs(x - start % lattice_map.stride)
-    root = STEPS.diagonal / STEPS.unit
-    return float((np.maximum(down, across) + (root - 1.0) * np.minimum(down, across)).min())
+    return int((straight * np.maximum(down, across) + (diagonal - straight) * np.minimum(down, across)).min())
