@@ -72,6 +72,8 @@ def test_searches_in_it_keep_the_bound_and_no_path_agrees(
 ) -> None:
     """Against the exhaustive search, on maps of any size, with one goal pose and with a tolerance."""
     monkeypatch.setattr(guided_search, "MANY", 0)
+    monkeypatch.setattr(guided_search, "CELLS", 0)
+    monkeypatch.setattr(guided_search, "LEAST", 0.0)
     monkeypatch.setattr("lampyris.planning.lattice.guided.focused_field.MARGIN", 0.0)
     for seed in range(maps):
         scene = scene_of(seed, drive, list(FOOTPRINTS.values())[seed % 3], side=12 + seed % 9)

@@ -37,6 +37,7 @@ def asked(scene: Scene, weight: float, budget: Budget | None = None) -> Plan:
 def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the exhaustive search, with the first try on maps of any size."""
     monkeypatch.setattr(guided_search, "MANY", 0)
+    monkeypatch.setattr(guided_search, "CELLS", 0)
     tries: list[bool] = []
     first_try = guided_search.GuidedSearch.first_try
 

@@ -26,7 +26,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Traits
 from lampyris.planning.lattice.ends.joined_end import AT_STATES, Ends, JoinedEnd, joined_end, lowered
 from lampyris.planning.lattice.goal_field import GoalField
-from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided, is_large
+from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_focused, is_guided
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import (
@@ -328,7 +328,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         tried = 0
         if isinstance(search, GuidedSearch) and self._is_focused(search, goals):
             ends = [(lattice_map.index(cell), h) for cell, h in goals]
-            focused = search.field_for(begins[0][0], ends, self._settings.weight)
+            focused = search.field_for(begins[0][0], ends)
             if len({cell for cell, _ in begins}) == 1 and focused.heuristic[begins[0][0]] >= 0:
                 answer = self._search_in(search, focused.heuristic, begins, ends, limit, focused.most)
                 if answer is not None:
@@ -379,7 +379,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
         cells = frozenset(cell for cell, _ in goals)
         return (
             not self._settings.anytime
-            and is_large(search.lattice_map)
+            and is_focused(search.lattice_map, self._settings.weight)
             and (self._heuristic is None or self._heuristic[0] != cells)
             and not any(self._field.is_of(cell) for cell in cells)
         )

@@ -42,10 +42,8 @@ class FocusedField:
         return replace(self, start=start, most=self.most - away)
 
 
-def focused_field(
-    lattice_map: LatticeMap, start: int, goals: tuple[int, ...], factor: float = FACTOR
-) -> FocusedField:
-    """The field of some goals for paths from a start that cost up to ``factor`` times the least that the field allows.
+def focused_field(lattice_map: LatticeMap, start: int, goals: tuple[int, ...]) -> FocusedField:
+    """The field of some goals for paths from a start that cost up to :data:`FACTOR` times the least that the field allows.
 
     Parameters
     ----------
@@ -54,12 +52,12 @@ def focused_field(
     straight, _ = lattice_map.steps
     beyond = 2.0 * (lattice_map.grid.width + lattice_map.grid.height)
     margin = MARGIN * lattice_map.border
-    reach = factor * FIRST * _octile(lattice_map, goals, start) / straight + margin
+    reach = FACTOR * FIRST * _octile(lattice_map, goals, start) / straight + margin
     while reach < beyond:
         heuristic = lattice_map.flooded(goals, start, reach)
         known = int(heuristic[start])
         if known >= 0:
-            wanted = factor * known / straight + margin
+            wanted = FACTOR * known / straight + margin
             if wanted <= reach * (1 + 1e-9):
                 return FocusedField(goals, start, heuristic, int(reach * straight))
             reach = wanted

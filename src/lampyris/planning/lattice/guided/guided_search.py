@@ -32,6 +32,8 @@ MANY = 200_000
 """States of a map below which the tables take longer than they save."""
 LEAST = 1.25
 """Weight below which it hardly ever finds a path."""
+CELLS = 1 << 16
+"""Cells of a map below which its whole field is made at once."""
 FEW = 300
 FEW_A_MOTION = 12
 """Expansions after which it is given up, and so many more for each of the longest motions that the path has room for."""
@@ -95,16 +97,21 @@ class Outlook:
     toward: NDArray[np.int8]
 
 
-def is_large(lattice_map: LatticeMap) -> bool:
-    """Whether a map is of plain ground and so large that it pays to look at a part of it first."""
-    return lattice_map.walls.size * lattice_map.lattice.shape.headings >= MANY and not len(lattice_map.price)
+def is_focused(lattice_map: LatticeMap, weight: float) -> bool:
+    """Whether it pays to make the field where paths may lead first: on a large map of plain ground, where a search is short."""
+    return weight >= LEAST and lattice_map.walls.size >= CELLS and not len(lattice_map.price)
 
 
 def is_guided(lattice_map: LatticeMap, weight: float) -> bool:
     """Whether a first try pays: for a drive that cannot turn in place, on a large map of plain ground, with room in the bound."""
     shape = lattice_map.lattice.shape
+    states = lattice_map.walls.size * shape.headings
     return (
-        weight >= LEAST and shape.drive == "ackermann" and shape.primitives is None and is_large(lattice_map)
+        weight >= LEAST
+        and states >= MANY
+        and shape.drive == "ackermann"
+        and shape.primitives is None
+        and not len(lattice_map.price)
     )
 
 
@@ -121,16 +128,16 @@ class GuidedSearch(LatticeSearch):
         self._outlook: Outlook | None = None
         self._focused: FocusedField | None = None
 
-    def field_for(self, start: int, goals: list[tuple[int, int]], weight: float) -> FocusedField:
+    def field_for(self, start: int, goals: list[tuple[int, int]]) -> FocusedField:
         """The field of some goals for paths from a cell: the one at hand, where it reaches far enough."""
-        cells, factor = tuple(sorted({cell for cell, _ in goals})), max(LEAST, min(weight, FACTOR))
+        cells = tuple(sorted({cell for cell, _ in goals}))
         focused = self._focused
         if focused is not None and focused.goals == cells:
             focused = focused.seen_from(start, self.lattice_map)
             known = int(focused.heuristic[start])
-            if focused.most is None or (known >= 0 and focused.most >= factor * known):
+            if focused.most is None or (known >= 0 and focused.most >= FACTOR * known):
                 return focused
-        self._focused = focused = focused_field(self.lattice_map, start, cells, factor)
+        self._focused = focused = focused_field(self.lattice_map, start, cells)
         return focused
 
     def first_try(
