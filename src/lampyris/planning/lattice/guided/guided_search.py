@@ -35,7 +35,7 @@ LEAST = 1.25
 CELLS = 1 << 16
 """Cells of a map below which its whole field is made at once."""
 FEW = 300
-FEW_A_MOTION = 12
+FEW_A_MOTION = 72
 """Expansions after which it is given up, and so many more for each of the longest motions that the path has room for."""
 
 

@@ -6,14 +6,19 @@ same holds at its other end, backward. In between it costs no less than the diff
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
+
+PAIRS = 4_000_000
+"""Pairs of states on both rims above which :func:`way_round_bound` says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +70,10 @@ def _rim(half: int, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _rim_in(
-    cell: int, half: int, lattice_map: LatticeMap, heuristic: NDArray[np.int64]
+    cell: int, half: int, lattice_map: LatticeMap, heuristic: NDArray[np.int64], within: int | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Row and column of the rim around a cell, the same in the map, and the field there; without cells that the base must not
-    be on.
+    be on. Rows and columns are those of a square of half size ``within``, if it is given.
     """
     row, column = _rim(half, int(np.abs(lattice_map.lattice.cell).max()))
     stride = lattice_map.stride
@@ -76,7 +81,8 @@ def _rim_in(
     there = (y >= 0) & (y < len(heuristic) // stride) & (x >= 0) & (x < stride)
     known = np.where(there, heuristic[np.where(there, y * stride + x, 0)], -1)
     there = known >= 0
-    return row[there], column[there], y[there], x[there], known[there]
+    shift = 0 if within is None else within - half
+    return row[there] + shift, column[there] + shift, y[there], x[there], known[there]
 
 
 def goal_of(
@@ -137,3 +143,52 @@ def departure_bound(
     if near.any():
         least = min(least, int(open_space.cost[heading, y[near], x[near], turns[near]].min()))
     return max(least, int(heuristic[cell]))
+
+
+def way_round_bound(
+    start: tuple[int, int],
+    goal: Goal,
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
+) -> int:
+    """A cost that no path from a start state to the goal undercuts, which knows from which side the goal is reached; or 0.
+
+    With squares around both ends that do not meet, a path leaves the first at one of its states, enters the second for the last
+    time at another, and drives from one to the other.
+    """
+    (cell, heading), stride = start, lattice_map.stride
+    apart = max(abs(a - b) for a, b in zip(divmod(cell, stride), divmod(goal.cell, stride), strict=True))
+    half = min(open_space.half, goal.half, (apart - 1) // 2)
+    if half < int(np.abs(lattice_map.lattice.cell).max()) or heuristic[cell] < 0:
+        return 0
+    row, column, y, x, known = _rim_in(cell, half, lattice_map, heuristic, open_space.half)
+    left = np.maximum(open_space.cost[heading, row, column].min(axis=1), heuristic[cell] - known)
+    row, column, goal_y, goal_x, goal_known = _rim_in(goal.cell, half, lattice_map, heuristic, goal.half)
+    entered = np.maximum(goal.table[row, column].min(axis=1), goal_known)
+    if not len(left) or not len(entered):
+        return 0
+    moved = np.abs(lattice_map.lattice.cell).any(axis=1)
+    far = np.sqrt((lattice_map.lattice.cell[moved] ** 2).sum(axis=1))
+    unit = float((lattice_map.lattice.cost[moved] / far).min()) * (1 - 1e-12)
+
+    def between(some: Any, others: Any) -> NDArray[np.float64]:
+        down = y[some][:, None] - goal_y[others][None, :]
+        across = x[some][:, None] - goal_x[others][None, :]
+        driven = np.maximum(
+            unit * np.sqrt(down * down + across * across), known[some][:, None] - goal_known[others][None, :]
+        )
+        whole: NDArray[np.float64] = left[some][:, None] + driven + entered[others][None, :]
+        return whole
+
+    # Of the sums that some pair of states comes to none need be looked at that is greater beforehand.
+    every = np.arange(len(entered))
+    first = np.array([int((left + known).argmin())])
+    most = float(between(first, every).min())
+    some = np.flatnonzero(left + known <= most)
+    away = unit * np.sqrt((goal_y - cell // stride) ** 2 + (goal_x - cell % stride) ** 2)
+    others = np.flatnonzero(entered + away <= most)
+    if len(some) * len(others) > PAIRS:
+        return 0
+    least = between(some, others).min(initial=most) if len(some) and len(others) else most
+    return math.floor(least)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound
+from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound, way_round_bound
 from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
@@ -215,6 +215,9 @@ class Rounds:
                 lower_bound(one, goal, open_space, search.lattice_map, self._costs) for one in self._starts
             ]
             self._lower_bound = max(self._lower_bound, min(ends))
+            if len(self._starts) == 1:
+                around = way_round_bound(self._starts[0], goal, open_space, search.lattice_map, self._costs)
+                self._lower_bound = max(self._lower_bound, around)
 
     def _look_around_goal(self) -> bool:
         """Take the walls around the goal into account; whether there was anything to learn."""
