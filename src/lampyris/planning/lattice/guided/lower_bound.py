@@ -18,7 +18,7 @@ from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
 
 PAIRS = 4_000_000
-"""Pairs of states on both rims above which :func:`way_round_bound` says nothing."""
+"""Pairs of states on both rims above which :func:`both_ends_bound` says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +145,7 @@ def departure_bound(
     return max(least, int(heuristic[cell]))
 
 
-def way_round_bound(
+def both_ends_bound(
     start: tuple[int, int],
     goal: Goal,
     open_space: OpenSpace,
@@ -169,7 +169,8 @@ def way_round_bound(
     if not len(left) or not len(entered):
         return 0
     moved = np.abs(lattice_map.lattice.cell).any(axis=1)
-    far = np.sqrt((lattice_map.lattice.cell[moved] ** 2).sum(axis=1))
+    jump = lattice_map.lattice.cell[moved]
+    far = np.sqrt((jump * jump).sum(axis=1))
     unit = float((lattice_map.lattice.cost[moved] / far).min()) * (1 - 1e-12)
 
     def between(some: Any, others: Any) -> NDArray[np.float64]:
@@ -186,7 +187,8 @@ def way_round_bound(
     first = np.array([int((left + known).argmin())])
     most = float(between(first, every).min())
     some = np.flatnonzero(left + known <= most)
-    away = unit * np.sqrt((goal_y - cell // stride) ** 2 + (goal_x - cell % stride) ** 2)
+    down, across = goal_y - cell // stride, goal_x - cell % stride
+    away = unit * np.sqrt(down * down + across * across)
     others = np.flatnonzero(entered + away <= most)
     if len(some) * len(others) > PAIRS:
         return 0

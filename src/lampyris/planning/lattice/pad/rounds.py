@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bound, way_round_bound
+from lampyris.planning.lattice.guided.lower_bound import Goal, both_ends_bound, goal_of, lower_bound
 from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
@@ -216,7 +216,7 @@ class Rounds:
             ]
             self._lower_bound = max(self._lower_bound, min(ends))
             if len(self._starts) == 1:
-                around = way_round_bound(self._starts[0], goal, open_space, search.lattice_map, self._costs)
+                around = both_ends_bound(self._starts[0], goal, open_space, search.lattice_map, self._costs)
                 self._lower_bound = max(self._lower_bound, around)
 
     def _look_around_goal(self) -> bool:
