@@ -49,7 +49,7 @@ def test_large_memory_is_not_kept() -> None:
 
     state_memory._unused.clear()
     owner = Owner()
-    state_memory.memory_for(owner, state_memory.MOST_BYTES // 11 + 1)
+    state_memory.memory_for(owner, state_memory.KEPT_BYTES // 11 + 1)
     del owner
     gc.collect()
     assert not state_memory._unused

@@ -8,7 +8,7 @@ import weakref
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_BYTES = 64 << 20
+KEPT_BYTES = 64 << 20
 """Largest memory that is kept; one at a time."""
 
 
@@ -43,7 +43,7 @@ def memory_for(owner: object, states: int) -> StateMemory:
     with _lock:
         memory = _unused.pop(states, None)
     memory = memory or StateMemory(states)
-    if memory.mark.nbytes + memory.parent.nbytes + memory.closed.nbytes <= MOST_BYTES:
+    if memory.mark.nbytes + memory.parent.nbytes + memory.closed.nbytes <= KEPT_BYTES:
         weakref.finalize(owner, _keep, memory).atexit = False
     return memory
 
