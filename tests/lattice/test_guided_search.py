@@ -14,7 +14,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.lattice.guided import guided_search
-from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bounds
+from lampyris.planning.lattice.guided.lower_bound import both_ends_bound, goal_of, lower_bounds
 from lampyris.planning.lattice.guided.open_space import open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
@@ -37,6 +37,7 @@ def asked(scene: Scene, weight: float, budget: Budget | None = None) -> Plan:
 def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the exhaustive search, with the first try on maps of any size."""
     monkeypatch.setattr(guided_search, "MANY", 0)
+    monkeypatch.setattr(guided_search, "CELLS", 0)
     tries: list[bool] = []
     first_try = guided_search.GuidedSearch.first_try
 
@@ -96,7 +97,7 @@ def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> 
     """On maps some times as large as the squares of open space, against searches with weight 1."""
     rng = np.random.default_rng(8)
     robot = Robot(drive="ackermann", footprint=FOOTPRINTS["car"], turn_radius=2.0)
-    known = higher = 0
+    known = higher = stronger = 0
     while known < pairs:
         walls = rng.random((50, 50)) < rng.choice([0.0, 0.01, 0.04])
         ends = [(*rng.uniform(0, 50, 2).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
@@ -116,8 +117,12 @@ def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> 
         assert known_goal is not None
         (bound,) = lower_bounds([start], [0], known_goal, open_space, lattice_map, field).tolist()
         assert bound <= plan.pose_path.cost_m * UNIT * (1 + 1e-9)
+        around = both_ends_bound([start], [0], known_goal, open_space, lattice_map, field)
+        assert around <= plan.pose_path.cost_m * UNIT * (1 + 1e-9)
+        stronger += around > bound + UNIT
         higher += bound > field[start[0]] + UNIT
     assert higher > known / 3
+    assert stronger > 0
 
 
 def test_it_expands_a_tenth_of_the_states(monkeypatch: pytest.MonkeyPatch) -> None:
