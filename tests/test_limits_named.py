@@ -419,6 +419,8 @@ ASKED: dict[str, str] = {
     "app.engine.simulation.MOST_TICKS": NOT_INPUT
     + "ticks of one frame; a drive has as many frames as it takes",
     "planning.field.frame._SCRATCH_BYTES": NOT_INPUT + "memory of a sweep, tests/test_memory.py",
+    "planning.lattice.state_memory.KEPT_BYTES": NOT_INPUT
+    + "memory kept between sessions, tests/lattice/test_state_memory.py",
     "io.text.csv_table.GREATEST": LIMITS_PY,
     "io.maps.load.HEAD_BYTES": LIMITS_PY,
     "io.maps.formats.movingai.HEADER_BYTES": LIMITS_PY,

@@ -13,9 +13,10 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
+from lampyris.planning.lattice.ends.query import Query
 from lampyris.planning.lattice.guided import guided_search
-from lampyris.planning.lattice.guided.lower_bound import goal_of, lower_bounds
-from lampyris.planning.lattice.guided.open_space import open_space_of
+from lampyris.planning.lattice.guided.lower_bound import both_ends_bound, goal_of, lower_bounds
+from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.lattice_planner import LatticePlanner, LatticeSession
 from lampyris.referee import check_plan
@@ -37,6 +38,7 @@ def asked(scene: Scene, weight: float, budget: Budget | None = None) -> Plan:
 def test_paths_keep_the_bound_and_no_path_agrees(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the exhaustive search, with the first try on maps of any size."""
     monkeypatch.setattr(guided_search, "MANY", 0)
+    monkeypatch.setattr(guided_search, "CELLS", 0)
     tries: list[bool] = []
     first_try = guided_search.GuidedSearch.first_try
 
@@ -96,7 +98,7 @@ def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> 
     """On maps some times as large as the squares of open space, against searches with weight 1."""
     rng = np.random.default_rng(8)
     robot = Robot(drive="ackermann", footprint=FOOTPRINTS["car"], turn_radius=2.0)
-    known = higher = 0
+    known = higher = stronger = 0
     while known < pairs:
         walls = rng.random((50, 50)) < rng.choice([0.0, 0.01, 0.04])
         ends = [(*rng.uniform(0, 50, 2).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
@@ -116,8 +118,45 @@ def test_the_lower_bound_is_below_every_path_and_above_the_field(pairs: int) -> 
         assert known_goal is not None
         (bound,) = lower_bounds([start], [0], known_goal, open_space, lattice_map, field).tolist()
         assert bound <= plan.pose_path.cost_m * UNIT * (1 + 1e-9)
+        around = both_ends_bound([start], [0], known_goal, open_space, lattice_map, field)
+        assert around <= plan.pose_path.cost_m * UNIT * (1 + 1e-9)
+        stronger += around > bound + UNIT
         higher += bound > field[start[0]] + UNIT
     assert higher > known / 3
+    assert stronger > 0
+
+
+@sized("pairs", 6, 600)
+def test_the_bound_of_both_ends_holds_between_joined_ends(pairs: int) -> None:
+    """Several states at each end, with the costs of their curves, against searches with weight 1."""
+    rng = np.random.default_rng(11)
+    robot = Robot(drive="ackermann", footprint=FOOTPRINTS["car"], turn_radius=2.0)
+    known = stronger = 0
+    while known < pairs:
+        walls = rng.random((50, 50)) < rng.choice([0.0, 0.01, 0.04])
+        ends = [(*rng.uniform(0, 50, 2).tolist(), float(rng.uniform(-3, 3))) for _ in range(2)]
+        scene = Scene(Grid(walls), start_pose=ends[0], goal_pose=ends[1], robot=robot)
+        session = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
+        joined = session._joined_ends(session.lattice_map)
+        if joined.start is None or joined.goal is None:
+            continue
+        search = session._search
+        assert search is not None
+        answer = session._search_states(search, Query.between([], [], joined), None)
+        if isinstance(answer, Plan):
+            continue
+        heuristic, query = session._known_goals(search, Query.between([], [], joined))
+        query = query.starting_at([k for k, (cell, _) in enumerate(query.starts) if heuristic[cell] >= 0])
+        open_space = open_space_of(session.lattice_map.lattice, FAR)
+        goal = goal_of(query.goals, open_space, session.lattice_map, heuristic, query.goal_costs)
+        if goal is None or not query.starts:
+            continue
+        known += 1
+        asked = (query.starts, query.start_costs, goal, open_space, session.lattice_map, heuristic)
+        around = both_ends_bound(*asked)
+        assert around <= answer[0].cost * (1 + 1e-9)
+        stronger += around > lower_bounds(*asked).min() + UNIT / 10
+    assert stronger > 0
 
 
 def test_it_expands_a_tenth_of_the_states(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -241,7 +241,7 @@ def test_the_number_of_a_search_does_not_run_out(form: str, monkeypatch: pytest.
     first = session.plan()
     assert session._search is not None
     for number in (2**15 - 3, 2**16 - 3):
-        session._search._run = number
+        session._search._memory.run = number
         for _ in range(4):
             assert session.plan(None, Budget(expansions=50_000)).pose_path == first.pose_path
 

@@ -367,3 +367,24 @@ def test_primitives_are_values() -> None:
     assert hash(made) == hash(same)
     assert made != lampyris.motion_primitives(Robot(drive="ackermann", turn_radius=0.6), 0.05)
     assert "48 at 16 headings" in repr(made)
+
+
+@pytest.mark.parametrize(("heading", "end"), [(0.0, [1e-9, 0.0, 0.0]), (1e-9, [0.2, 0.0, 0.0])])
+def test_ends_a_billionth_off_the_lattice_are_moved_onto_it(
+    tmp_path: Path, heading: float, end: list[float]
+) -> None:
+    data = {
+        "lattice_metadata": {"grid_resolution": 0.1, "heading_angles": [heading]},
+        "primitives": [
+            {
+                "trajectory_id": 0, "start_angle_index": 0, "end_angle_index": 0, "left_turn": True,
+                "trajectory_radius": 0.0, "trajectory_length": 0.2, "arc_length": 0.0, "straight_length": 0.2,
+                "poses": [[0.1, 0, 0], end],
+            }
+        ],
+    }  # fmt: skip
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps(data, indent=0))
+    (motion,) = lampyris.load_primitives(file).motions
+    wanted = [motion.cell[0] * 0.1, motion.cell[1] * 0.1, heading]
+    assert np.abs(motion.poses[-1] - wanted).max() < 1e-11

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.hybrid.goal_curve import curve_free
-from lampyris.kernels.hybrid.shortcut import BORDER, INNER, OUTER, ROWS, STRIDE, base_free, node_curve
+from lampyris.kernels.hybrid.shortcut import BORDER, INNER, OUTER, ROWS, SCREEN, STRIDE, base_free, node_curve
 
 
 @kernel(out=("costs", "segments", "goal", "lengths", "kinds"), of="costs", each=120_000)
@@ -61,7 +61,7 @@ def free_joins(
         x = nodes[u64(3 * i)]
         y = nodes[u64(3 * i + 1)]
         yaw = nodes[u64(3 * i + 2)]
-        if base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
+        if base_free(clear, stride, rows, border, inner, x, y, yaw, segments, SCREEN) and curve_free(
             wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments
         ):
             taken[u64(count)] = k

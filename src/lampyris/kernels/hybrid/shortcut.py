@@ -17,8 +17,8 @@ NO_LENGTH = 1e-9
 """Cells, or radians, below which a segment is left out: rounding of a curve that begins or ends straight."""
 LEAST_LENGTH = 2e-6
 """Cells of the shortest segment that a curve may have, if it is not left out."""
-SCREEN = 2.0
-"""Cells between two places of the base that are looked up before a curve is checked exactly."""
+COARSE, SCREEN = 8.0, 2.0
+"""Cells between two places of the base that are looked up before a curve is checked exactly: first few, then more."""
 SLACK = 1e-6
 """Cells by which rounding may lengthen a straight line."""
 BEHIND = 8
@@ -63,13 +63,13 @@ def node_curve(nodes, i, j, whole, numbers, segments, goal, lengths, kinds):
 
 
 @kernel()
-def base_free(clear, stride, rows, border, inner, x, y, yaw, segments):
-    """Whether the base is on the map and not nearer to a wall than the footprint allows, at places of a curve."""
+def base_free(clear, stride, rows, border, inner, x, y, yaw, segments, apart):
+    """Whether the base is on the map and not nearer to a wall than the footprint allows, at places of a curve ``apart``."""
     for k in range(5):
         length = segments[u64(3 * k)]
         turn = segments[u64(3 * k + 1)]
         lateral = segments[u64(3 * k + 2)]
-        parts = ceil(abs(length) / SCREEN)
+        parts = ceil(abs(length) / apart)
         for i in range(1, parts + 1):
             share = i / parts
             px, py, _ = moved(x, y, yaw, share * length, share * turn, lateral)
@@ -160,8 +160,12 @@ def shortcut(
             x = nodes[u64(3 * i)]
             y = nodes[u64(3 * i + 1)]
             yaw = nodes[u64(3 * i + 2)]
-            if base_free(clear, stride, rows, border, inner, x, y, yaw, segments) and curve_free(
-                wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments
+            if (
+                base_free(clear, stride, rows, border, inner, x, y, yaw, segments, COARSE)
+                and base_free(clear, stride, rows, border, inner, x, y, yaw, segments, SCREEN)
+                and curve_free(
+                    wall, clear, stride, rows, border, px, py, cover, inner, outer, x, y, yaw, segments
+                )
             ):
                 kept = least
                 at = i

@@ -30,8 +30,8 @@ NEAR = 0.1
 YAW_NEAR = 0.01
 """Radians by which the first pose may miss the heading that the motion begins at."""
 _FAR = 10_000
-_SAME = 1e-9
-"""Metres and radians by which poses that are already on the lattice may differ from it: a copy is not moved again."""
+_SAME = 1e-10
+"""Cells and radians by which poses that are already on the lattice may differ from it: a copy is not moved again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -227,12 +227,16 @@ def on_lattice(one: Motion, headings: tuple[float, ...], resolution: float) -> M
     target = np.array((*end, poses[-1, 2] + _turn(headings[one.end] - poses[-1, 2])))
     share = np.linspace(0.0, 1.0, len(poses))[:, None]
     start = np.array((0.0, 0.0, headings[one.start]))
-    if (np.abs(start - poses[0]) > _SAME).any() or (np.abs(target - poses[-1]) > _SAME).any():
+    same = _SAME * np.array((resolution, resolution, 1.0))
+    if (np.abs(start - poses[0]) > same).any() or (np.abs(target - poses[-1]) > same).any():
         poses += (1.0 - share) * (start - poses[0]) + share * (target - poses[-1])
         poses[0], poses[-1] = start, target
     moved = np.abs(np.diff(poses, axis=0))
     kept = np.concatenate(([True], (moved[:, :2].max(axis=1) > 1e-9 * resolution) | (moved[:, 2] > 1e-9)))
-    poses, moved = poses[kept], np.abs(np.diff(poses[kept], axis=0))
+    poses = poses[kept]
+    if not kept[-1]:
+        poses[-1] = target
+    moved = np.abs(np.diff(poses, axis=0))
     if len(poses) < 2:
         raise SettingError("PRIMITIVE", "stays where it is", where=where, allowed="a motion or a turn")
     far = np.sqrt(moved[:, 0] * moved[:, 0] + moved[:, 1] * moved[:, 1]) / resolution

@@ -27,6 +27,10 @@ class GoalField:
         self._goal: Cell | None = None
         self.work = 0
 
+    def is_of(self, goal: Cell) -> bool:
+        """Whether the costs to a goal are known on a map that can be repaired."""
+        return self._free is not None and self._goal == goal
+
     def cost(self, free: BoolGrid, moves: Moves, goal: Cell) -> FloatGrid:
         """The cost of every cell, equal to that of a field solved from scratch; float64, infinite where none leads."""
         before = self._free

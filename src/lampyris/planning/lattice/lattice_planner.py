@@ -34,7 +34,7 @@ from lampyris.planning.lattice.ends.joined_end import (
 )
 from lampyris.planning.lattice.ends.query import Query
 from lampyris.planning.lattice.goal_field import GoalField
-from lampyris.planning.lattice.guided.guided_search import GuidedSearch, is_guided
+from lampyris.planning.lattice.guided.guided_search import MANY_GOALS, GuidedSearch, is_focused, is_guided
 from lampyris.planning.lattice.lattice import UNIT, LatticeShape, StateLattice, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.poses import (
@@ -305,17 +305,60 @@ class LatticeSession(PoseSession[LatticeSearch]):
     ) -> tuple[Found, str] | Plan:
         """A path between states that are free, and what is said of it; or the answer that there is none."""
         assert isinstance(self._settings, LatticePlanner)
+        tried = 0
+        if isinstance(search, GuidedSearch) and self._is_focused(search, query):
+            focused = search.field_for(query)
+            if focused is not None and (known := query.known_in(focused.heuristic)).goals:
+                answer = self._search_in(search, focused.heuristic, known, limit, focused.most)
+                if answer is not None:
+                    return answer
+                tried = search.expansions
+                limit = None if limit is None else max(limit - tried, 0)
         heuristic, query = self._known_goals(search, query)
         if not query.goals:
-            return Plan(Status.NO_PATH, self._settings.name, detail=_NO_PATH)
-        tried = 0
+            return Plan(Status.NO_PATH, self._settings.name, expansions=tried, detail=_NO_PATH)
+        answer = self._search_in(search, heuristic, query, limit)
+        assert answer is not None
+        search.charge(tried)
+        return replace(answer, expansions=answer.expansions + tried) if isinstance(answer, Plan) else answer
+
+    def _search_in(
+        self,
+        search: LatticeSearch,
+        heuristic: NDArray[np.int64],
+        query: Query,
+        limit: int | None,
+        most: int | None = None,
+    ) -> tuple[Found, str] | Plan | None:
+        """See :meth:`_search_states`; None: what paths through cells that the heuristic leaves out cost is too little to
+        say, ``most`` or more."""
+        weight, tried = self._settings.weight, 0
         if isinstance(search, GuidedSearch) and self._is_guided(search, query):
-            quick, tried = search.first_try(heuristic, query, self._settings.weight, limit)
+            quick, tried = search.first_try(heuristic, query, weight, limit, most)
             if quick is not None:
                 return quick, ""
         search.begin(heuristic, query.starts, query.goals, query.start_costs, query.goal_costs)
         search.charge(tried)
-        return self._improve(search, limit)
+        answer = self._improve(search, limit)
+        if most is None or (isinstance(answer, Plan) and answer.status is Status.LIMIT):
+            return answer
+        if isinstance(answer, Plan):
+            return None
+        found, detail = answer
+        if most >= found.lower_bound:
+            return answer
+        return (replace(found, lower_bound=most), detail) if found.cost <= weight * most else None
+
+    def _is_focused(self, search: GuidedSearch, query: Query) -> bool:
+        """Whether the heuristic is made only where paths may lead: unless it is there, or can be repaired, for the whole map."""
+        assert isinstance(self._settings, LatticePlanner)
+        lattice_map, kept = search.lattice_map, (self._heuristic, self._spare)
+        return (
+            not self._settings.anytime
+            and is_focused(lattice_map, self._settings.weight)
+            and all(one is None or one[0] != query.goal_key for one in kept)
+            and not any(self._field.is_of(lattice_map.cell(cell)) for cell in query.field_cells)
+        )
 
     def _improve(self, search: LatticeSearch, limit: int | None) -> tuple[Found, str] | Plan:
         """The path of a search that has begun, and what is said of it; or the answer that there is none."""
@@ -330,19 +373,18 @@ class LatticeSession(PoseSession[LatticeSearch]):
         return found, detail
 
     def _is_guided(self, search: LatticeSearch, query: Query) -> bool:
-        """Whether a first try is made: see :func:`is_guided`; from one pose, to one pose or to states at one cell."""
+        """Whether a first try is made: see :func:`is_guided`; from one pose, to one pose or to states not too many."""
         assert isinstance(self._settings, LatticePlanner)
         return (
             not self._settings.anytime
             and (query.ends.start is not None or len(query.starts) == 1)
-            and (query.ends.goal is not None or len({cell for cell, _ in query.goals}) == 1)
+            and len(query.goals) <= MANY_GOALS
             and is_guided(search.lattice_map, self._settings.weight)
         )
 
     def _known_goals(self, search: LatticeSearch, query: Query) -> tuple[NDArray[np.int64], Query]:
         """The heuristic, which is made where it is not there, and the query with those of its goals that it is known at."""
-        lattice_map, goal = search.lattice_map, query.ends.goal
-        key = frozenset(cell for cell, _ in query.goals) if goal is None else goal
+        lattice_map, goal, key = search.lattice_map, query.ends.goal, query.goal_key
         if self._spare is not None and self._spare[0] == key:
             self._heuristic, self._spare = self._spare, self._heuristic
         if self._heuristic is None or self._heuristic[0] != key:
@@ -354,9 +396,7 @@ class LatticeSession(PoseSession[LatticeSearch]):
             else:
                 self._heuristic = key, heuristic_of(goal, lattice_map, self._field)
         heuristic = self._heuristic[1]
-        return heuristic, query.ending_at(
-            [k for k, (cell, _) in enumerate(query.goals) if heuristic[cell] >= 0]
-        )
+        return heuristic, query.known_in(heuristic)
 
     def _none_found(self, outcome: int, expansions: int) -> Plan:
         """The answer where a search found no path."""

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.cancellation import checkpoint
+from lampyris.kernels.lattice.goal_field import flood
 from lampyris.kernels.lattice.sweep import sweep
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.path import Pose
 from lampyris.model.robot import Polygon, circumscribed_radius
+from lampyris.planning.field.frame import AHEAD, SCRATCH
 from lampyris.planning.field.layers import clearance
 from lampyris.planning.field.solve import solve
 from lampyris.planning.lattice.goal_field import GoalField
@@ -28,6 +30,8 @@ STEPS = replace(MOVES["octile"], corner_cutting=True)
 _LEAST = 1e-3
 """Clearance, in cells, that no blocked cell has."""
 _ROUNDING = 1e-6
+_NEVER = 1 << 62
+"""More than any cost in the heuristic."""
 _PART = 1 << 14
 """Cells whose heuristic is worked out at a time."""
 _CHUNK = 1 << 20
@@ -200,18 +204,16 @@ class LatticeMap(ClearanceMap):
         Terrain only adds to the cost of a path, and is left out.
 
         The octile cost-to-go over cells with room for the inscribed disc, times the least cost of a primitive for
-        the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`). Of goals that walls do
-        not separate the farthest counts as reached.
+        the octile cost of the cells that its base passes through (:attr:`StateLattice.scale`).
 
         Parameters
         ----------
         goals : one or more.
         field : of an earlier map with the same goal, to be repaired; for one goal.
         """
-        if field is not None and len(goals) == 1:
-            best = field.cost(self._low, STEPS, goals[0])
-        else:
-            best = cost_to_any(self._low, goals)
+        if field is None or len(goals) != 1:
+            return self.flooded(tuple(self.index(cell) for cell in goals))
+        best = field.cost(self._low, STEPS, goals[0])
         units = np.full((best.shape[0] + 2 * self.border, self.stride), -1, dtype=np.int64)
         inside = units[self.border : -self.border, self.border : -self.border]
         rows = max(1, _PART // best.shape[1])
@@ -223,3 +225,28 @@ class LatticeMap(ClearanceMap):
             np.floor(scaled, out=scaled)
             np.copyto(inside[y : y + rows], scaled, where=known, casting="unsafe")
         return units.ravel()
+
+    def flooded(self, goals: tuple[int, ...], start: int = -1, reach: float = -1.0) -> NDArray[np.int64]:
+        """The heuristic of some goals, from scratch; see :meth:`heuristic`.
+
+        Parameters
+        ----------
+        goals : indices of cells.
+        start, reach : index of a cell; octile cost, in cells, above which chains from there to a goal do not matter: the cells
+            that only those lead through are left out (-1). A negative reach: no cell is.
+        """
+        bench = self._low.size + 1
+        (order,) = SCRATCH.take((2 * bench + AHEAD, np.uint32))
+        units = np.empty(self.walls.size, dtype=np.int64)
+        straight, diagonal = self.steps
+        flood(
+            self._low.view(np.uint8).ravel(), units, order, bench, self.stride, self.border,
+            np.array(goals, dtype=np.int64), start, -1 if reach < 0 else int(reach * straight), straight, diagonal, _NEVER,
+        )  # fmt: skip
+        return units
+
+    @property
+    def steps(self) -> tuple[int, int]:
+        """What a straight and a diagonal step cost in the heuristic, in whole units of the lattice, rounded down."""
+        unit = self.lattice.scale * UNIT
+        return math.floor(unit), math.floor(unit * math.sqrt(2.0))

@@ -13,6 +13,7 @@ from lampyris.kernels._jit import Kernel, compiled_only
 from lampyris.kernels.lattice import search as kernel
 from lampyris.planning.graph.expanded import run_noting
 from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.state_memory import memory_for
 from lampyris.typing import Cells
 
 _ROOM = 1 << 16
@@ -56,15 +57,11 @@ class LatticeSearch:
         self.lattice_map = lattice_map
         self.expanded: list[Cells] | None = None
         self._stride = self._states_of_a_cell()
-        n = lattice_map.walls.size * self._stride
-        # Pages of memory that no search touches are never made.
-        self._mark = np.zeros(n, dtype=np.int64)
-        self._parent = np.zeros(n, dtype=np.int16)
-        self._closed = np.zeros(n, dtype=np.uint8)
+        self._memory = memory_for(self, lattice_map.walls.size * self._stride)
+        self._mark, self._parent, self._closed = self._memory.mark, self._memory.parent, self._memory.closed
         self._keys = np.zeros(_ROOM, dtype=np.int64)
         self._states = np.zeros(_ROOM, dtype=np.int32)
         self._aside = np.zeros(_ROOM, dtype=np.int32)
-        self._run = 0
         self._count = np.zeros(6, dtype=np.int64)
         self._best = np.full(2, -1, dtype=np.int64)
         starts = (one.start for one in lattice_map.lattice.primitives)
@@ -93,9 +90,10 @@ class LatticeSearch:
         heuristic : of a goal state at most what it costs to get from there to the goal.
         start_costs, goal_costs : what it costs to get to each start, and from each goal state to the goal; by default nothing.
         """
-        self._run += 1
-        if self._run >> (62 - kernel.SHIFT):
-            self._mark[:], self._run = 0, 1
+        self._memory.run += 1
+        if self._memory.run >> (62 - kernel.SHIFT):
+            self._mark[:], self._memory.run = 0, 1
+        self._run = self._memory.run
         self._round = 0
         self._weight, self._complete = math.inf, False
         self._heuristic = heuristic

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -88,8 +89,21 @@ def covering_discs(footprint: Polygon) -> Floats:
     return np.column_stack((discs[:, 0], -discs[:, 1], np.full(count, radius)))
 
 
+@lru_cache(16)
+def _radii(footprint: Polygon) -> tuple[float, float]:
+    return inscribed_radius(footprint), circumscribed_radius(footprint)
+
+
+@lru_cache(16)
+def _outline(footprint: Polygon) -> tuple[Floats, Floats, Floats]:
+    """Vertices, x and y (down), and the discs that cover it, flat."""
+    vertices = np.array(footprint)
+    return vertices[:, 0].copy(), -vertices[:, 1], covering_discs(footprint).ravel()
+
+
 def kernel_numbers(robot: ShortcutShape, bordered: ClearanceMap) -> tuple[NDArray[np.int64], Floats]:
     """``whole`` and ``numbers`` of :func:`lampyris.kernels.hybrid.shortcut.shortcut`."""
+    inscribed, circumscribed = _radii(robot.footprint)
     whole = np.array(
         [
             bordered.stride, bordered.walls.size // bordered.stride, bordered.border,
@@ -99,7 +113,7 @@ def kernel_numbers(robot: ShortcutShape, bordered: ClearanceMap) -> tuple[NDArra
     )  # fmt: skip
     numbers = np.array(
         [
-            inscribed_radius(robot.footprint), circumscribed_radius(robot.footprint), robot.radius,
+            inscribed, circumscribed, robot.radius,
             robot.reverse_cost, robot.turn_cost, LEAST_SAVING,
         ]
     )  # fmt: skip
@@ -184,24 +198,24 @@ def _cheapest(
     pieces : the n - 1 pieces of the path between them, segments of each.
     """
     nodes, n = poses.ravel(), len(poses)
-    vertices = np.array(robot.footprint)
+    outline = _outline(robot.footprint)
     whole, numbers = kernel_numbers(robot, bordered)
     before, known, curves = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.uint8), np.zeros(15 * n)
     count, best = np.zeros(2, dtype=np.int64), np.zeros(n)
     kernel.shortcut(
-        bordered.walls, bordered.clear, vertices[:, 0].copy(), -vertices[:, 1], covering_discs(robot.footprint).ravel(),
+        bordered.walls, bordered.clear, *outline,
         whole, numbers, nodes, along, np.zeros(n), known, np.zeros(15 * n), best, before, curves, count,
         np.zeros(15), np.zeros(3), np.zeros(5), np.zeros(5, dtype=np.int64),
     )  # fmt: skip
-    taken: list[Floats] = []
+    taken: list[list[list[float]]] = []
     j = n - 1
     while j > 0:
         i = int(before[j])
-        curve = curves[15 * j : 15 * j + 15].reshape(-1, 3)
-        driven = curve[(curve[:, :2] != 0).any(axis=1)]
-        taken.append(driven if len(driven) or i < j - 1 else pieces[i])
+        curve = curves[15 * j : 15 * j + 15].reshape(-1, 3).tolist()
+        driven = [segment for segment in curve if segment[0] != 0.0 or segment[1] != 0.0]
+        taken.append(driven if driven or i < j - 1 else pieces[i].tolist())
         j = i
-    return _merged(np.concatenate(taken[::-1])), float(best[-1])
+    return _merged([segment for part in taken[::-1] for segment in part]), float(best[-1])
 
 
 def _cut(segments: Floats, costs: Floats) -> tuple[Floats, Floats, np.ndarray]:
@@ -221,10 +235,10 @@ def _cut(segments: Floats, costs: Floats) -> tuple[Floats, Floats, np.ndarray]:
     return parts, part, np.searchsorted(marks, wanted)
 
 
-def _merged(segments: Floats) -> Floats:
+def _merged(segments: list[list[float]]) -> Floats:
     """Neighbours that are parts of one straight line, arc or turn are one segment."""
     rows: list[list[float]] = []
-    for length, turn, lateral in segments.tolist():
+    for length, turn, lateral in segments:
         if rows:
             last = rows[-1]
             bend = abs(length * last[1] - turn * last[0]) <= 1e-9 * abs(length * last[0])

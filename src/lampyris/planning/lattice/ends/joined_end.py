@@ -249,5 +249,10 @@ def lowered(heuristic: NDArray[np.int64], end: JoinedEnd) -> NDArray[np.int64]:
     ----------
     heuristic : int64 (cells,), negative where the base must not be; the cell is that of one of the states.
     """
-    more = max(int(heuristic[cell]) - cost for (cell, _), cost in zip(end.states, end.costs, strict=True))
+    more = excess(heuristic, end)
     return heuristic if more <= 0 else np.where(heuristic >= 0, np.maximum(heuristic - more, 0), heuristic)
+
+
+def excess(heuristic: NDArray[np.int64], end: JoinedEnd) -> int:
+    """The most by which a heuristic exceeds the cost of the curve of one of an end's states, all of which it is known at."""
+    return max(int(heuristic[cell]) - cost for (cell, _), cost in zip(end.states, end.costs, strict=True))

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lampyris.planning.lattice.ends.joined_end import AT_STATES, Ends
 
 
@@ -49,3 +52,19 @@ class Query(NamedTuple):
         return self._replace(
             goals=[self.goals[k] for k in kept], goal_costs=[self.goal_costs[k] for k in kept]
         )
+
+    def known_in(self, heuristic: NDArray[np.int64]) -> Query:
+        """The same with those of its goals that a heuristic is known at."""
+        return self.ending_at([k for k, (cell, _) in enumerate(self.goals) if heuristic[cell] >= 0])
+
+    @property
+    def goal_key(self) -> object:
+        """What the heuristic depends on besides the map; equal for queries with the same."""
+        return frozenset(cell for cell, _ in self.goals) if self.ends.goal is None else self.ends.goal
+
+    @property
+    def field_cells(self) -> tuple[int, ...]:
+        """The cells, rising, whose field the heuristic comes from: of the goals, or of a joined goal's cheapest state."""
+        if self.ends.goal is not None:
+            return (self.ends.goal.states[0][0],)
+        return tuple(sorted({cell for cell, _ in self.goals}))

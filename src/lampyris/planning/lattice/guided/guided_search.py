@@ -17,6 +17,7 @@ from lampyris._core import elementary
 from lampyris.kernels.lattice.greedy import greedy
 from lampyris.kernels.lattice.search import FULL
 from lampyris.planning.lattice.ends.query import Query
+from lampyris.planning.lattice.guided.focused_field import FACTOR, FocusedField, focused_field
 from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bounds
 from lampyris.planning.lattice.guided.open_space import NEVER, REACH, open_space_of
 from lampyris.planning.lattice.lattice import StateLattice
@@ -32,8 +33,13 @@ MANY = 200_000
 """States of a map below which the tables take longer than they save."""
 LEAST = 1.25
 """Weight below which it hardly ever finds a path."""
-FEW = 1_500
-"""Expansions after which it is given up."""
+CELLS = 1 << 16
+"""Cells of a map below which its whole field is made at once."""
+MANY_GOALS = 128
+"""Goal states above which the table to all of them takes longer than it saves."""
+FEW = 300
+FEW_A_MOTION = 72
+"""Expansions after which it is given up, and so many more for each of the longest motions that the path has room for."""
 
 
 @lru_cache(8)
@@ -94,6 +100,11 @@ class Outlook:
     toward: NDArray[np.int8]
 
 
+def is_focused(lattice_map: LatticeMap, weight: float) -> bool:
+    """Whether it pays to make the field where paths may lead first: on a large map of plain ground, where a search is short."""
+    return weight >= LEAST and lattice_map.walls.size >= CELLS and not len(lattice_map.price)
+
+
 def is_guided(lattice_map: LatticeMap, weight: float) -> bool:
     """Whether a first try pays: for a drive that cannot turn in place, on a large map of plain ground, with room in the bound."""
     shape = lattice_map.lattice.shape
@@ -118,16 +129,37 @@ class GuidedSearch(LatticeSearch):
     def __init__(self, lattice_map: LatticeMap) -> None:
         super().__init__(lattice_map)
         self._outlook: Outlook | None = None
+        self._focused: tuple[object, FocusedField | None] | None = None
+
+    def field_for(self, query: Query) -> FocusedField | None:
+        """The field of a query's goal for its starts: the one at hand, where it reaches far enough; None: the map's is needed."""
+        if self._focused is not None and self._focused[0] == query.goal_key:
+            focused = self._focused[1]
+            if focused is None:
+                return None
+            known = int(focused.heuristic[query.starts[0][0]])
+            seen = focused.seen_from(query.starts, query.start_costs, self.lattice_map)
+            if seen.most is None or (known >= 0 and seen.most >= FACTOR * known):
+                return seen
+        focused = focused_field(self.lattice_map, query.starts[0][0], query.field_cells, query.ends.goal)
+        self._focused = query.goal_key, focused
+        return focused and focused.seen_from(query.starts, query.start_costs, self.lattice_map)
 
     def first_try(
-        self, heuristic: NDArray[np.int64], query: Query, weight: float, limit: int | None
+        self,
+        heuristic: NDArray[np.int64],
+        query: Query,
+        weight: float,
+        limit: int | None,
+        most: int | None = None,
     ) -> tuple[Found | None, int]:
         """A path of at most ``weight`` times a lower bound, if it is found soon; and the expansions.
 
         Parameters
         ----------
-        query : with goals that the heuristic is known at: joined to one pose, or all at one cell.
+        query : with goals that the heuristic is known at.
         limit : greatest number of expansions.
+        most : paths through cells that the heuristic leaves out cost more; see :class:`FocusedField`.
         """
         lattice_map, lattice = self.lattice_map, self.lattice_map.lattice
         open_space = open_space_of(lattice)
@@ -143,18 +175,24 @@ class GuidedSearch(LatticeSearch):
         bounds = lower_bounds(
             query.starts, query.start_costs, outlook.goal, open_space, lattice_map, heuristic
         )
-        bound = int(bounds.min())
+        bound = int(bounds.min()) if most is None else min(int(bounds.min()), most)
         self.begin(heuristic, query.starts, query.goals, query.start_costs, query.goal_costs)
         self._sort_starts(query, bounds)
         if not 0 <= self._best[0] <= math.floor(weight * bound):
             self._best[:] = -1
-            while self._try(outlook, bound, weight, FEW if limit is None else min(limit, FEW)) == FULL:
+            few = self._few(heuristic, query.starts[0][0])
+            while self._try(outlook, bound, weight, few if limit is None else min(limit, few)) == FULL:
                 self._enlarge()
         if self._best[0] < 0:
             return None, self.expansions
         states, primitives, last = self._followed()
         cost = int(self._best[0])
         return Found(tuple(states), tuple(primitives), last, cost, min(bound, cost)), self.expansions
+
+    def _few(self, heuristic: NDArray[np.int64], start: int) -> int:
+        """Expansions after which the first try from a cell is given up."""
+        cost = self.lattice_map.lattice.cost
+        return FEW + FEW_A_MOTION * int(heuristic[start]) // int(cost[cost < NEVER].max())
 
     def _sort_starts(self, query: Query, bounds: NDArray[np.int64]) -> None:
         """Have the starts wait in the order of their keys, by their lower bounds."""

@@ -7,8 +7,10 @@ states, each with the cost of a curve between it and the pose that is asked for.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,9 @@ from numpy.typing import NDArray
 from lampyris.kernels.lattice.both_ends import least_of_goals, least_over_rim
 from lampyris.planning.lattice.guided.open_space import NEVER, OpenSpace
 from lampyris.planning.lattice.map import LatticeMap
+
+PAIRS = 4_000_000
+"""Pairs of states on both rims above which :func:`both_ends_bound` says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,3 +156,69 @@ def lower_bounds(
     np.minimum.at(bounds, n, direct + np.array(goal.costs, dtype=np.int64)[k])
     known = [goal.at_least(one, stride, int(heuristic[one[0]])) for one in starts]
     return np.maximum(bounds, known) + np.array(start_costs, dtype=np.int64)
+
+
+def both_ends_bound(
+    starts: list[tuple[int, int]],
+    start_costs: list[int],
+    goal: Goal,
+    open_space: OpenSpace,
+    lattice_map: LatticeMap,
+    heuristic: NDArray[np.int64],
+) -> int:
+    """A cost that no path from any start state to the goal undercuts, which knows from which side the goal is reached; or 0.
+
+    With squares around both ends that do not meet, a path leaves the first at one of its states, enters the second for the last
+    time at another, and drives from one to the other.
+
+    Parameters
+    ----------
+    starts, start_costs : see :func:`lower_bounds`.
+    """
+    stride, jump = lattice_map.stride, lattice_map.lattice.cell
+    from_y, from_x = np.divmod(np.array([cell for cell, _ in starts]), stride)
+    to_y, to_x = np.divmod(np.array([cell for cell, _ in goal.states]), stride)
+    middle_y, middle_x = (int((part.min() + part.max()) // 2) for part in (from_y, from_x))
+    goal_y, goal_x = divmod(goal.cell, stride)
+    far = int(max(np.abs(from_y - middle_y).max(), np.abs(from_x - middle_x).max()))
+    far_goal = int(max(np.abs(to_y - goal_y).max(), np.abs(to_x - goal_x).max()))
+    apart = max(abs(middle_y - goal_y), abs(middle_x - goal_x))
+    half = min(open_space.half - far, goal.half, (apart - 1) // 2)
+    if half < max(int(np.abs(jump).max()), far, far_goal):
+        return 0
+    _, _, y, x, known = _rim_in(middle_y * stride + middle_x, half, lattice_map, heuristic)
+    _, _, y_in, x_in, known_in = _rim_in(goal.cell, half, lattice_map, heuristic)
+    if not len(known) or not len(known_in):
+        return 0
+    left = np.full(len(known), NEVER)
+    for (cell, heading), row, column, cost in zip(starts, from_y, from_x, start_costs, strict=True):
+        gone = open_space.least[heading, y - row + open_space.half, x - column + open_space.half]
+        np.minimum(left, np.maximum(gone, heuristic[cell] - known) + cost, out=left)
+    entered = np.maximum(
+        goal.table[y_in - goal_y + goal.half, x_in - goal_x + goal.half].min(axis=1), known_in
+    )
+    moved = np.abs(jump).any(axis=1)
+    length = np.sqrt((jump[moved] * jump[moved]).sum(axis=1))
+    unit = float((lattice_map.lattice.cost[moved] / length).min()) * (1 - 1e-12)
+
+    def between(some: Any, others: Any) -> NDArray[np.float64]:
+        down = y[some][:, None] - y_in[others][None, :]
+        across = x[some][:, None] - x_in[others][None, :]
+        driven = np.maximum(
+            unit * np.sqrt(down * down + across * across), known[some][:, None] - known_in[others][None, :]
+        )
+        whole: NDArray[np.float64] = left[some][:, None] + driven + entered[others][None, :]
+        return whole
+
+    # Of the sums that some pair of states comes to none need be looked at that is greater beforehand.
+    every = np.arange(len(entered))
+    first = np.array([int((left + known).argmin())])
+    most = float(between(first, every).min())
+    some = np.flatnonzero(left + known <= most)
+    down, across = y_in[:, None] - from_y[None, :], x_in[:, None] - from_x[None, :]
+    away = unit * np.sqrt(down * down + across * across) + np.array(start_costs, dtype=np.int64)
+    others = np.flatnonzero(entered + away.min(axis=1) <= most)
+    if len(some) * len(others) > PAIRS:
+        return 0
+    least = between(some, others).min(initial=most) if len(some) and len(others) else most
+    return math.floor(least)

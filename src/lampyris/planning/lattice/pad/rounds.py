@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 from lampyris.kernels.lattice import search as kernel
 from lampyris.model.plan import PlanningRound
 from lampyris.planning.lattice.ends.query import Query
-from lampyris.planning.lattice.guided.lower_bound import Goal, goal_of, lower_bounds
+from lampyris.planning.lattice.guided.lower_bound import (
+    Goal,
+    both_ends_bound,
+    goal_of,
+    lower_bounds,
+)
 from lampyris.planning.lattice.guided.open_space import FAR, open_space_of
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
@@ -225,10 +230,10 @@ class Rounds:
         query = self._query
         if goal is not None and len(query.starts) <= MANY_STARTS:
             open_space = open_space_of(search.lattice_map.lattice, FAR)
-            ends = lower_bounds(
-                query.starts, query.start_costs, goal, open_space, search.lattice_map, self._costs
+            wanted = (query.starts, query.start_costs, goal, open_space, search.lattice_map, self._costs)
+            self._lower_bound = max(
+                self._lower_bound, int(lower_bounds(*wanted).min()), both_ends_bound(*wanted)
             )
-            self._lower_bound = max(self._lower_bound, int(ends.min()))
 
     def _look_around_goal(self) -> bool:
         """Take the walls around the goal into account; whether there was anything to learn."""
