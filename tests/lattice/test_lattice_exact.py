@@ -57,7 +57,7 @@ def test_a_search_that_goes_on_in_compiled_form_finds_the_same(
 
 
 @pytest.mark.commit(2)
-@sized("maps", 3, 1000)
+@sized("maps", 4, 1000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 @pytest.mark.parametrize("drive", DRIVES)
 def test_weight_one_finds_the_least_cost_and_greater_weights_keep_their_bound(
