@@ -40,7 +40,7 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
 def test_the_sensor_is_set_beside_the_traffic(page: Any) -> None:
     page.click("#tab-traffic")
     sensor = page.get_by_role("group", name="Sensor, for an unknown map")
-    for label, value in (("sensor range", "6"), ("field of view", "90"), ("cost of unseen cells", "2")):
+    for label, value in (("Sensor range", "6"), ("Field of view", "90"), ("Cost of unseen cells", "2")):
         field = sensor.get_by_label(label)
         field.fill(value)
         field.press("Tab")

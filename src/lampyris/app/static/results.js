@@ -76,7 +76,7 @@ class Results {
     this.title.textContent = found?.title ?? "Results";
     this.body.hidden = !found;
     if (!found) {
-      tell(this.words, "Nothing has been compared yet. What is compared, and studies, are shown here.");
+      tell(this.words, "No comparison of planners on cells yet. Such comparisons, and studies, are shown here; drives are compared in the panel Compare.");
       return;
     }
     tell(this.words, "");
