@@ -19,7 +19,7 @@ const DRIVE_S = 14;
 const PIXELS = { still: 2000, moving: 720, least: 400 };
 /** Milliseconds between frames: of so few it takes more pixels, of so many fewer. */
 const QUICK = 19;
-const SLOW = 30;
+const SLOW = 25;
 
 /** @param {Page} page @param {Layer} layer @param {string} title */
 export function askLandscape(page, layer, title) {
