@@ -29,7 +29,7 @@ HOW = """Random pairs of free poses on every map at hand, cells of 0.125 m: a ce
 laid out as 4 x 4 of these, one of at most 260 as 2 x 2, and of maps of more than 600 cells every second one is taken, so
 that doors are as wide as a robot. *solved*: of the pairs that a search with weight 1 joins, those that every
 other search joins; the others must find none. Milliseconds of this thread's processor time, medians over those that are
-joined. *first*: a query on an open session, with the field of the goal, the search, and the shortcuts of `lattice`. *search*: the
+joined. *first*: a query on an open session, with the field of the goal, the search, and the shortcuts. *search*: the
 same query again without shortcuts, whose field is there. *bound*: the greatest that is stated; every path, its bound
 included, is checked by the referee, and no bound is below cost / optimal cost."""
 

@@ -388,6 +388,6 @@ def _notes(
         px, py = ((grid.to_points(x, y) + 0.5) * grid.resolution).tolist()
         if touches_wall(grid, px, py, settings.radius):
             notes.append(
-                f"source {k} at ({x:.2f}, {y:.2f}) m is in a wall, beside one or off the map: no robot can stand on it"
+                f"source {k} at ({x:.2f}, {y:.2f}) m is in a wall, next to one or off the map: no robot can stand on it"
             )
     return tuple(notes)

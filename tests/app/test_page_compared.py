@@ -207,7 +207,7 @@ SEEN = """([x, y]) => [...document.querySelectorAll(".mosaic canvas")].map((canv
 def test_results_are_sorted_drawn_and_resized_and_studies_are_listed(page: Any) -> None:
     page.click("#tab-compare")
     page.get_by_role("button", name="Results page").click()
-    page.wait_for_selector("#results >> text=Nothing has been compared yet")
+    page.wait_for_selector("#results >> text=No comparison of planners on cells yet")
     page.keyboard.press("Escape")
     page.get_by_label("seeds", exact=True).fill("6")
     page.get_by_role("button", name="Compare", exact=True).click()

@@ -40,7 +40,7 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
 def test_the_sensor_is_set_beside_the_traffic(page: Any) -> None:
     page.click("#tab-traffic")
     sensor = page.get_by_role("group", name="Sensor, for an unknown map")
-    for label, value in (("sensor range", "6"), ("field of view", "90"), ("cost of unseen cells", "2")):
+    for label, value in (("Sensor range", "6"), ("Field of view", "90"), ("Cost of unseen cells", "2")):
         field = sensor.get_by_label(label)
         field.fill(value)
         field.press("Tab")
@@ -157,3 +157,27 @@ def test_a_scenario_file_is_saved_under_its_name(page: Any, tmp_path: Path) -> N
     assert file.suggested_filename == "env-3-ad-gso-seed-0.yaml"
     file.save_as(tmp_path / "kept.yaml")
     assert "planner" in (tmp_path / "kept.yaml").read_text()
+
+
+@pytest.mark.nightly
+def test_hints_on_a_touch_screen_say_tap(browser: Any, address: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    tab = context.new_page()
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    tab.wait_for_selector("#status >> text=found")
+    said = set()
+    for name in ("Set the start", "Set the goal", "Paint walls", "Draw a patrol", "Move the map"):
+        tab.locator("#tools").get_by_role("button", name=name).tap()
+        said.add(tab.inner_text("#tip"))
+    context.close()
+    assert len(said) == 5
+    assert any("tap" in words for words in said)
+    for words in said:
+        assert not any(mouse in words.lower() for mouse in ("click", "button", "wheel", "esc")), words
+
+
+@pytest.mark.nightly
+def test_inflation_says_when_no_cell_is_too_close(page: Any) -> None:
+    page.get_by_label("Inflation").check(force=True)
+    page.wait_for_selector("#layers >> text=none for this robot")

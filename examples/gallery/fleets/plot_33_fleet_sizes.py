@@ -2,7 +2,7 @@
 How the sum of costs grows with a fleet
 =======================================
 
-Beside the lower bound, by planner and number of robots.
+Compared with the lower bound, by planner and number of robots.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 The cost-to-go field
 ====================
 
-Of every cell the exact cost to the goal, and beside it luciferin, which AD-GSO descends by.
+The exact cost from every cell to the goal, and next to it luciferin, the field that AD-GSO descends.
 """
 
 import matplotlib.pyplot as plt

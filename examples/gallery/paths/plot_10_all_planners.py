@@ -2,7 +2,7 @@
 Cost and work of all planners
 =============================
 
-Every planner on cells, on one query: how long its path is beside the optimum, and how many nodes it expanded.
+Every planner on cells, on one query: how long its path is compared with the optimum, and how many nodes it expanded.
 """
 
 import matplotlib.pyplot as plt

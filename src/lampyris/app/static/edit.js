@@ -2,17 +2,17 @@
 // arrows move a cell and other keys do to it what a hand would. Hands are in hand.js.
 
 import { brush, Hand, Stroke } from "./hand.js";
-import { el, iconButton } from "./make.js";
+import { TOUCH, el, iconButton, tapped } from "./make.js";
 import { byId } from "./page.js";
 import { fit, moveBy, zoomButtons } from "./view.js";
 
 export const TOOLS = [
   { name: "start", key: "v", label: "Set the start", tip: "", path: "M5 5h10v10H5zM8.500 8.500h3v3h-3z" },
   { name: "goal", key: "n", label: "Set the goal", tip: "", path: "M6 18V3l9 3.500L6 10" },
-  { name: "wall", key: "b", label: "Paint walls", tip: "Paint walls; the right button erases.", path: "M4 16c3 0 4-1 4-3l7-8 2 2-8 7c-2 0-2 1-5 2zM8 13l1.500 1.500" },
+  { name: "wall", key: "b", label: "Paint walls", tip: "Paint walls; the right button erases.", touch: "Paint walls.", path: "M4 16c3 0 4-1 4-3l7-8 2 2-8 7c-2 0-2 1-5 2zM8 13l1.500 1.500" },
   { name: "free", key: "e", label: "Erase walls", tip: "Erase walls.", path: "M4 12l7-7 5 5-6 6H7zM8 8l5 5M10 16h7" },
-  { name: "patrol", key: "p", label: "Draw a patrol", tip: "Click the patrol's cells one by one; Enter or a double click ends, Esc drops it.", path: "M4 15l4-8 4 6 4-9M3 15h2v2H3zM7 5h2v2H7zM11 13h2v2h-2zM15 3h2v2h-2z" },
-  { name: "pan", key: "h", label: "Move the map", tip: "Drag the map. Wheel or pinch zooms.", path: "M10 3v14M3 10h14M10 3L8 5M10 3l2 2M10 17l-2-2M10 17l2-2M3 10l2-2M3 10l2 2M17 10l-2-2M17 10l-2 2" },
+  { name: "patrol", key: "p", label: "Draw a patrol", tip: "Click the patrol's cells one by one; Enter or a double click ends, Esc drops it.", touch: "Tap the patrol's cells one by one; Done ends.", path: "M4 15l4-8 4 6 4-9M3 15h2v2H3zM7 5h2v2H7zM11 13h2v2h-2zM15 3h2v2h-2z" },
+  { name: "pan", key: "h", label: "Move the map", tip: "Drag the map. Wheel or pinch zooms.", touch: "Drag the map. Pinch to zoom.", path: "M10 3v14M3 10h14M10 3L8 5M10 3l2 2M10 17l-2-2M10 17l2-2M3 10l2-2M3 10l2 2M17 10l-2-2M17 10l-2 2" },
 ];
 /** Cells of the largest brush, on maps of up to eight times as many a side; of larger maps an eighth. */
 const LARGEST = 9;
@@ -218,9 +218,10 @@ export class Editor {
     const { start, goal } = page.store.scenario;
     if (!page.ground) return "";
     if (page.fleet) return page.fleet.tip();
-    if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: click the next, Enter or a double click ends.`;
-    if (placesEnds(page.tool)) return start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`;
-    return TOOLS.find((tool) => tool.name === page.tool)?.tip ?? "";
+    if (page.tool === "patrol" && this.patrols.draft.length) return `${this.patrols.draft.length} ${this.patrols.draft.length === 1 ? "cell" : "cells"}: ${TOUCH.matches ? "tap the next; Done ends." : "click the next, Enter or a double click ends."}`;
+    if (placesEnds(page.tool)) return tapped(start && goal ? `A click sets the ${this.next}. Drag S or G${page.map.shape?.ends.length ? ", and the round handles to turn them" : ""}.` : `Click the ${this.next}.`);
+    const tool = TOOLS.find(({ name }) => name === page.tool);
+    return (TOUCH.matches && tool?.touch) || (tool?.tip ?? "");
   }
 }
 

@@ -9,7 +9,7 @@ import { keeping, restore, stateOf } from "./fleetkeep.js";
 import { FleetClock, FleetRun, pathsOf } from "./fleetrun.js";
 import { FleetSeen } from "./fleetseen.js";
 import { json, layerOf } from "./frames.js";
-import { button, el, explained, sentence, tell, formatted } from "./make.js";
+import { TOUCH, button, el, explained, sentence, tapped, tell, formatted } from "./make.js";
 import { byId } from "./page.js";
 import { SwarmPanel } from "./swarm.js";
 
@@ -558,9 +558,9 @@ export class Fleet {
     const { tool } = this.page;
     if (tool === "wall") return this.swarm.on ? "Paint walls, then simulate." : "Paint a wall: the fleet is planned again around it.";
     if (tool === "free") return "Erase walls.";
-    if (tool === "pan") return "Drag the map. Wheel or pinch zooms.";
+    if (tool === "pan") return TOUCH.matches ? "Drag the map. Pinch to zoom." : "Drag the map. Wheel or pinch zooms.";
     if (this.swarm.on) return this.swarm.last ? "Play it." : "Choose a number of robots and simulate.";
-    return this.run ? "Click a robot: its path, where it waits, its goal." : "Choose a number of robots and plan.";
+    return this.run ? tapped("Click a robot: its path, where it waits, its goal.") : "Choose a number of robots and plan.";
   }
 
   /** From the first tick, or planned if it is not. */

@@ -57,10 +57,10 @@ export function robotLook(pen, state, side, dark) {
   pen.fill();
 }
 
-/** From little to much as layers of a fleet and a swarm show it, 16 pixels wide. @param {Pen} pen @param {boolean} dark */
-export function ramp(pen, dark) {
+/** From little to much as layers of a fleet and a swarm show it, 16 pixels wide. @param {Pen} pen @param {boolean} dark @param {boolean} [bright] much is bright, not dark */
+export function ramp(pen, dark, bright = dark) {
   const fade = pen.createLinearGradient(1, 0, 17, 0);
-  levels("landscape", dark).forEach((tone, v) => v && fade.addColorStop(((dark ? 256 - v : v) - 1) / 254, `rgb(${tone & 255},${(tone >> 8) & 255},${(tone >> 16) & 255})`));
+  levels("landscape", dark).forEach((tone, v) => v && fade.addColorStop(((bright ? 256 - v : v) - 1) / 254, `rgb(${tone & 255},${(tone >> 8) & 255},${(tone >> 16) & 255})`));
   pen.fillStyle = fade;
   pen.fillRect(1, 4, 16, 10);
 }

@@ -2,7 +2,7 @@
 
 import { THEMES } from "./colours.js";
 import { STATES, ramp, robotLook } from "./fleetdraw.js";
-import { button, el, fill, formatted } from "./make.js";
+import { button, el, fill, formatted, tapped } from "./make.js";
 import { byId } from "./page.js";
 
 /** Milliseconds between two sayings of the shown moment while it plays. */
@@ -97,7 +97,7 @@ export class FleetSeen {
     const again = document.activeElement?.id === "fleet-robot";
     /** @type {HTMLElement[]} */
     const parts = [el("h2", null, "One robot"), el("div", { class: "field" }, el("label", { for: "fleet-robot" }, "Robot"), number)];
-    if (robot === null) parts.push(el("p", { class: "hint" }, "Click one on the map, or give its number."));
+    if (robot === null) parts.push(el("p", { class: "hint" }, tapped("Click one on the map, or give its number.")));
     else {
       const { steps, waits, hindered } = run.countsOf(robot);
       const on = run.arrival[robot];

@@ -1,7 +1,7 @@
 // Landscape: the shown layer in 3-D, its values as heights, with the robot on its path. Loaded when it is asked for.
 
 import { GOAL, LINES, THEMES, levels } from "./colours.js";
-import { button, el, formatted, tell } from "./make.js";
+import { TOUCH, button, el, formatted, tell } from "./make.js";
 import { Surface, distanceFor, seenFrom } from "./surface.js";
 
 /** Corners of the mesh along its longer side at most; every second one while it moves. */
@@ -9,6 +9,8 @@ const MOST = 256;
 /** Height of the greatest value, as a share of the longer side; how much higher walls are. */
 const HIGH = 0.34;
 const BUMP = 0.035;
+/** Heights of the place that the view is turned about, as shares of the longer side. */
+const HEIGHTS = [-0.12, -0.08, -0.04, 0, 0.04, 0.08, 0.12];
 /** From where it is seen at first: turned about the vertical, and above the ground, radians. */
 const FIRST = { turn: -0.5, height: 0.75 };
 /** Seconds of a drive on the screen at most. */
@@ -17,7 +19,7 @@ const DRIVE_S = 14;
 const PIXELS = { still: 2000, moving: 720, least: 400 };
 /** Milliseconds between frames: of so few it takes more pixels, of so many fewer. */
 const QUICK = 19;
-const SLOW = 30;
+const SLOW = 25;
 
 /** @param {Page} page @param {Layer} layer @param {string} title */
 export function askLandscape(page, layer, title) {
@@ -56,7 +58,7 @@ class Landscape {
     this.play = button("Play", () => this.toggle(), { class: "btn primary" });
     this.slider = el("input", { type: "range", min: 0, max: 1000, value: 0, class: "grow", "aria-label": "Moment of the drive", oninput: () => this.seek(Number(this.slider.value) / 1000) });
     this.words = el("span", { class: "deep-words" });
-    this.said = el("p", { class: "hint", role: "status" }, "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer. Walls are raised.");
+    this.said = el("p", { class: "hint", role: "status" }, `${TOUCH.matches ? "Drag to turn it." : "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer."} Walls are raised.`);
     this.root = el("dialog", { class: "deep", "aria-labelledby": "deep-title" },
       el("div", { class: "row" }, el("h1", { id: "deep-title", class: "grow" }, `${title} in 3-D`), button("Close", () => this.root.close())),
       this.canvas, el("div", { class: "row" }, this.play, this.slider, this.words), this.said);
@@ -92,7 +94,8 @@ class Landscape {
     // As fine as before where it has few corners anyway.
     this.coarse = ground.across * ground.down < 20_000 ? this.fine : surface.keep({ ...ground, index: trianglesOf(ground.across, ground.down, 2) });
     const longer = Math.max(layer.width, layer.height);
-    this.middle = [0, 0.12 * longer, 0];
+    this.middle = [0, 0, 0];
+    this.longer = longer;
     // A few corners of the ground say how large it looks.
     this.ends = ground.places.filter((_, k) => Math.floor(k / 3) % 7 === 0 || k < 3);
     const speed = /** @type {any} */ (page.plan?.speed);
@@ -262,14 +265,21 @@ class Landscape {
       this.slider.setAttribute("aria-valuetext", this.words.textContent);
     }
     const paper = hex(THEMES[this.page.dark ? "dark" : "light"].paper).map((v) => v / 255);
-    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, this.far * this._reach(w / h), w / h), still, robot);
+    const far = this.far * this._reach(w / h);
+    surface.draw(paper, seenFrom(this.middle ?? [0, 0, 0], this.turn, this.height, far, w / h), still, robot);
   }
 
   /** From how far all of it is seen, before anybody has turned it. @param {number} ratio */
   _reach(ratio) {
     if (ratio !== this._ratio) {
       this._ratio = ratio;
-      this._from = distanceFor(this.ends ?? [], this.middle ?? [0, 0, 0], FIRST.turn, FIRST.height, ratio);
+      this._from = Infinity;
+      // Of several heights to look at, the one with as much room above the ground as below it.
+      for (const share of HEIGHTS) {
+        const middle = [0, share * (this.longer ?? 1), 0];
+        const from = distanceFor(this.ends ?? [], middle, FIRST.turn, FIRST.height, ratio);
+        if (from < this._from) Object.assign(this, { _from: from, middle });
+      }
     }
     return this._from;
   }

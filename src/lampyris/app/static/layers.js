@@ -4,7 +4,7 @@ import { levels } from "./colours.js";
 import { brief } from "./charts.js";
 import { json, layerOf } from "./frames.js";
 import { ServerError } from "./api.js";
-import { button, el } from "./make.js";
+import { button, el, tell } from "./make.js";
 import { brought } from "./later.js";
 
 /** @typedef {{title: string, about: string, low: string, high: string, unit: (page: Page) => string}} Kind */
@@ -29,6 +29,9 @@ const SETTLED = 300;
 const SLOW = 350;
 /** Cells of the largest map of which a hover fetches layers that are not shown. */
 const SMALL = 300_000;
+
+/** What the layer of inflation shows. */
+const CLOSE = ": too close to a wall for the robot";
 
 /** Where layers come from: one question at a time, the newest state of the shown one first. */
 export class Source {
@@ -204,6 +207,9 @@ class Layers {
     this.lines = el("input", { type: "checkbox", onchange: () => void this._contours() });
     this.strength = el("input", { type: "range", min: 10, max: 100, step: 5, value: 100, "aria-label": "Opacity of the layer", title: "Opacity of the layer", oninput: () => this._opacity() });
     this.close = el("input", { type: "checkbox", onchange: () => void this._overlays() });
+    this.closeAbout = el("span", { class: "hint" }, CLOSE);
+    // A robot without a radius is nowhere too close: the layer is empty then.
+    page.on("gates", () => tell(this.closeAbout, this.close.checked && !page.map.over.has("inflation") ? ": none for this robot (its radius is set in the panel Planner)" : CLOSE));
     this.deep = button("In 3-D", () => void this._deep(), { title: "The layer as a landscape, with the robot on its path" });
     this.more = el("div", { class: "row ly-more", hidden: true }, el("label", { class: "ly-gates" }, this.lines, el("span", {}, "Contour lines")), this.deep, el("label", { class: "ly-gates" }, el("span", {}, "Opacity"), this.strength));
     element.classList.add("ly");
@@ -217,7 +223,7 @@ class Layers {
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
       this.busy, this.legend, this.more, this.order, this.about,
       el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
-      el("label", { class: "ly-gates" }, this.close, el("span", {}, "Inflation", el("span", { class: "hint" }, ": too close to a wall for the robot"))),
+      el("label", { class: "ly-gates" }, this.close, el("span", {}, "Inflation", this.closeAbout)),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;

@@ -31,6 +31,14 @@ export function tell(line, words, bad = false) {
   line.classList.toggle("bad", bad);
 }
 
+/** Whether this is a screen that is touched. */
+export const TOUCH = matchMedia("(pointer: coarse)");
+
+/** A hint in the words of the screen: a finger taps where a mouse clicks. @param {string} text */
+export function tapped(text) {
+  return TOUCH.matches ? text.replaceAll("click", "tap").replaceAll("Click", "Tap") : text;
+}
+
 /** A line drawing of 20 by 20. @param {string} path */
 export function icon(path) {
   return svg("svg", { viewBox: "0 0 20 20", "aria-hidden": "true" }, svg("path", { d: path }));

@@ -35,9 +35,9 @@ function firstOf(page) {
   return names.filter((name) => isOne(poses ? hello.planners_of_poses : hello.planners, name)).map((name) => entry(page, [name, {}]));
 }
 
-/** @param {Entry[]} planners */
+/** Whatever their order: a comparison of drives puts the longest first. @param {Entry[]} planners */
 function namesOf(planners) {
-  return planners.map(({ name, settings }) => [name, ...Object.keys(settings)]).join();
+  return planners.map(({ name, settings }) => [name, ...Object.keys(settings)].join()).sort().join();
 }
 
 /** Have the list follow the scenario's planner while nobody has changed it; whether it is another one now. @param {Page} page */

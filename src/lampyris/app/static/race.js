@@ -281,7 +281,8 @@ function ordered(racer, data) {
 /** @param {Racer} racer @param {boolean} over @param {number | null} driving */
 function stateOf(racer, over, driving) {
   if (racer.outcome === "refused") return "refused";
-  if (!over) return "searching";
+  // Where nothing was searched there is nothing to wait for.
+  if (!over && (racer.steps || racer.cost !== null)) return "searching";
   if (racer.cost === null) return "no path";
   if (driving === null) return "path found";
   return driving >= racer.t[racer.t.length - 1] ? "arrived" : "driving";

@@ -48,7 +48,7 @@ export class Tile {
     this.count = el("span", null, "");
     const found = racer.cost !== null;
     const facts = [
-      found && `${racer.any_angle ? "length" : "cost"} ${formatted(racer.cost)}`, found && racer.gap !== null && `gap ${formatted(100 * racer.gap, 1)} %`,
+      found && `${racer.any_angle ? "length" : "cost"} ${formatted(racer.cost)} cells`, found && racer.gap !== null && `gap ${formatted(100 * racer.gap, 1)} %`,
       racer.outcome !== "refused" && `${formatted(racer.ms, 2)} ms`, found && arrival(racer),
     ].filter(Boolean).join(" · ");
     this.root = el("figure", { class: "race-tile" },

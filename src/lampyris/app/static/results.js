@@ -51,7 +51,7 @@ class Results {
       el("h3", null, "Settings and measures"), this.chosen, this.parallel);
     this.dialog = el("dialog", { id: "results", class: "results-page", "aria-labelledby": "results-title" },
       el("div", { class: "row rs-head" }, this.title, el("span", { class: "grow" }), this.size, button("Close", () => this.dialog.close(), { "aria-label": "Close the results" })),
-      this.body, el("h3", null, "Studies"), this.words, this.studies);
+      this.words, this.body, el("h3", null, "Studies"), this.studies);
     document.head.append(el("link", { rel: "stylesheet", href: "/static/results.css" }));
     document.body.append(this.dialog);
     page.on("theme", () => this.dialog.open && this._draw());
@@ -76,7 +76,7 @@ class Results {
     this.title.textContent = found?.title ?? "Results";
     this.body.hidden = !found;
     if (!found) {
-      tell(this.words, "Nothing has been compared yet. What is compared, and studies, are shown here.");
+      tell(this.words, "No comparison of planners on cells yet. Such comparisons, and studies, are shown here; drives are compared in the panel Compare.");
       return;
     }
     tell(this.words, "");

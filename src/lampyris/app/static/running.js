@@ -5,7 +5,7 @@ import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
 import { addEvents, addSeen, addTicks, json, newRun } from "./frames.js";
 import { brought } from "./later.js";
-import { sentence } from "./make.js";
+import { sentence, tapped } from "./make.js";
 
 /** Runs: one at a time. */
 export class Runs {
@@ -87,7 +87,7 @@ export class Runs {
     const page = this._page;
     const { start, goal } = page.store.scenario;
     if (!start || !goal) {
-      page.say("First click a start and a goal on the map.");
+      page.say(tapped("First click a start and a goal on the map."));
       return;
     }
     this._abort?.abort();

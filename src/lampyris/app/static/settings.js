@@ -50,7 +50,7 @@ function whole(name, title, value, least, most, about, none) {
 const RADIUS = limit("radius", "radius", "m", 0, 0, "Radius of each; 0 is one cell.");
 
 /** Settings of a simulation that are those of the robot's sensor, and their titles. @type {Record<string, string>} */
-const SENSOR = { sensor_range: "sensor range", field_of_view: "field of view", unseen_cost: "cost of unseen cells" };
+const SENSOR = { sensor_range: "Sensor range", field_of_view: "Field of view", unseen_cost: "Cost of unseen cells" };
 
 /** Kinds of obstacles that are given by their number, with what else is said of them. @type {Array<{kind: string, title: string, about: string, more: Setting[]}>} */
 const COUNTED = [
@@ -83,7 +83,7 @@ export function mount(page, into) {
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "counted", "Moving obstacles"))));
   mountTraffic(page, traffic);
-  const sensor = page.hello.simulate.filter((/** @type {Setting} */ { name }) => name in SENSOR).map((/** @type {Setting} */ row) => ({ ...row, title: SENSOR[row.name] }));
+  const sensor = page.hello.simulate.filter((/** @type {Setting} */ { name }) => name in SENSOR).map((/** @type {Setting} */ row) => ({ ...row, title: SENSOR[row.name], none: row.none && "none" }));
   shown.push(plainPart(page, /** @type {HTMLElement} */ (block(traffic, "sensor", "Sensor, for an unknown map")), sensor, "simulate"));
   const show = () => shown.forEach((one) => one());
   page.store.listen(show);

@@ -6,12 +6,11 @@ import { plansTimes } from "./shape.js";
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { timeOf } from "./frames.js";
-import { button, el } from "./make.js";
+import { TOUCH, button, el, tapped } from "./make.js";
 import { nodesPart } from "./nodes.js";
 import { mark } from "./timeline.js";
 
 /** Fingers, and hardly a keyboard. */
-const TOUCH = matchMedia("(pointer: coarse)");
 /** Milliseconds between two changes of what is seen. */
 const SELDOM = 100;
 /** Milliseconds between two sentences that are read aloud while it plays. */
@@ -96,7 +95,7 @@ class Status {
     this._otherwise(plan?.weakened);
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
-      this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
+      this._now(missing ? tapped(`Click ${missing} on the map.`) : this._busy ? "Planning\u2026" : "No plan yet.");
       set(this.next, !this.page.ground && !this._busy ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
       this._show([]);
       return;

@@ -110,9 +110,8 @@ export class SwarmPanel {
 
   /** The page's colours have changed. */
   theme() {
-    const { dark } = this.fleet.page;
-    // Strong stands out from the ground: bright on dark, dark on light.
-    if (this.signal) this._heat.put(dark ? { ...this.signal, values: this.signal.values.map((v) => v && 256 - v) } : this.signal, dark);
+    // Strong is bright, as robots with much luciferin are, and as in pictures and films.
+    if (this.signal) this._heat.put({ ...this.signal, values: this.signal.values.map((v) => v && 256 - v) }, this.fleet.page.dark);
   }
 
   /** @param {Cell} cell */
@@ -170,9 +169,9 @@ export class SwarmPanel {
     const { dark } = this.fleet.page;
     return [
       ["robot with little luciferin", (pen) => disc(pen, 9, 9, 7, 0, dark)], ["robot with much luciferin", (pen) => disc(pen, 9, 9, 7, 1, dark)],
-      ["ground: the signal at the beginning", (pen) => {
+      ["ground: the signal at the beginning, weak to strong", (pen) => {
         pen.globalAlpha = VEIL;
-        ramp(pen, dark);
+        ramp(pen, dark, true);
       }],
       ["source", (pen) => source(pen, 9, 9, "", dark)],
       ["within it a robot counts for the source", (pen) => {

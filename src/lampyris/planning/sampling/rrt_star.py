@@ -30,9 +30,9 @@ class RrtStar(SamplingPlanner):
     ancestors : number of ancestors of a parent that are tried in its place; 0 is RRT* as published, more is Quick-RRT*.
     narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
-    seeded : begin with the cheapest walk of the grid (A*), pulled straight, so that samples are near it at once, and the
+    seeded : begin with the cheapest path of the grid (A*), pulled straight, so that samples are near it at once, and the
         answer is never longer. What the grid search expands counts for the budget.
-    seed_after : without ``seeded``: samples without a path after which the search goes on from such a walk; None: never, as
+    seed_after : without ``seeded``: samples without a path after which the search goes on from such a path; None: never, as
         published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
@@ -101,9 +101,9 @@ class BitStar(SamplingPlanner):
     ancestors : number of ancestors of a parent that are tried in its place; 0: as published.
     narrow : share of samples drawn from narrow passages: cells between blocked cells less than four apart.
     near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
-    seeded : begin with the cheapest walk of the grid (A*), pulled straight, so that samples are drawn from its ellipse at
+    seeded : begin with the cheapest path of the grid (A*), pulled straight, so that samples are drawn from its ellipse at
         once, and the answer is never longer. What the grid search expands counts for the budget.
-    seed_after : without ``seeded``: samples without a path after which the search goes on from such a walk; None: never, as
+    seed_after : without ``seeded``: samples without a path after which the search goes on from such a path; None: never, as
         published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 

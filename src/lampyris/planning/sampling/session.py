@@ -223,7 +223,7 @@ class SamplingSession(SessionBase):
                     best = search.best
                     if best < math.inf:
                         run.notes = (
-                            f"no path after {used} samples: went on from the cheapest walk of the grid",
+                            f"no path after {used} samples: went on from the cheapest path of the grid",
                         )
         except Cancelled:
             scope = cancellation.watch()

@@ -53,12 +53,12 @@ def near_path() -> Any:
 
 
 def seeded() -> Any:
-    """Whether a search begins with the cheapest walk of the grid, pulled straight."""
+    """Whether a search begins with the cheapest path of the grid, pulled straight."""
     return flag(False)
 
 
 def seed_after() -> Any:
-    """Samples without a path after which a search goes on from the cheapest walk of the grid, pulled straight."""
+    """Samples without a path after which a search goes on from the cheapest path of the grid, pulled straight."""
     return whole(2000, 1, 10_000_000, none="never")
 
 
