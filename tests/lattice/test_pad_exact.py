@@ -347,10 +347,13 @@ def test_sessions_that_see_changes_answer_as_fresh_ones_do(shortcut: bool) -> No
             assert answer.status is fresh.status
             statuses.add(answer.status)
             if answer.pose_path is not None and fresh.pose_path is not None:
-                least = fresh.attributes.get("lattice_cost", fresh.pose_path.cost_m)
-                assert answer.attributes.get("lattice_cost", 0.0) <= 1.3 * least * (1 + 1e-6)
+                least, cost = (
+                    one.attributes.get("lattice_cost", one.pose_path.cost_m) for one in (fresh, answer)
+                )
+                some = 1e-6 if shortcut else 1e-9  # costs of curves are rounded
+                assert cost <= 1.3 * least * (1 + some)
                 assert answer.pose_path.cost_m <= 1.3 * least * (1 + 1e-9)
-                assert answer.pose_path.lower_bound_m <= least * (1 + 1e-6)
+                assert answer.pose_path.lower_bound_m <= least * (1 + some)
                 assert answer.pose_path.bound <= 1.3 * (1 + 1e-9)
                 seen = walls.copy()
                 for x, y in obstacles - {at or now.start, now.goal}:

@@ -63,3 +63,15 @@ def test_tracks_are_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(calls) == 1
     kept.forbidden(ended[1:], 6, 2, 20)
     assert len(calls) == 2
+
+
+def test_a_list_given_as_a_track_may_be_changed_in_place() -> None:
+    free = np.ones((9, 9), dtype=np.bool_)
+    track = list(walk(free, 8))
+    seen = ObstacleTrack(0, track, 0, 1, OWN)  # type: ignore[arg-type]
+    kept = Forecaster(free, OWN, guess="velocity", growth=0.0)
+    kept.forbidden([seen], 0, 2, 20)
+    track[:] = walk(free, 8)
+    fresh = Forecaster(free, OWN, guess="velocity", growth=0.0)
+    one, other = (who.forbidden([seen], 1, 2, 20) for who in (kept, fresh))
+    assert rows(one) == rows(other)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -105,3 +107,16 @@ def test_a_kernel_that_was_stopped_leaves_nothing() -> None:
     finder.answers(-1, -1, 8)  # and never came back
     del finder, simulation
     assert spare == []
+
+
+def test_work_of_many_settings_is_let_go_of() -> None:
+    shared = scene()
+    kept = []
+    for nt in range(2, 2 + 4 * field_cache.SHARED):
+        simulation = Simulation(shared, AdGso(nt=nt), seed=0)
+        simulation.advance(2)
+        finder = simulation.session._finder[2]  # type: ignore[attr-defined]
+        kept.append(weakref.ref(finder._left[0][0]))
+        del simulation, finder
+    gc.collect()
+    assert sum(one() is not None for one in kept) <= 2 * field_cache.SHARED

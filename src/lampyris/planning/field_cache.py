@@ -109,7 +109,7 @@ class FieldCache:
         the bare one that is shared, which never changes."""
         if not self._is_shared or _solved(*self._given).padded is not ground:
             return None
-        return _spare(*self._given).setdefault(settings, [])
+        return _spare(*self._given, settings)
 
     def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
         """Repair a field to the map as it is, with these cells sealed."""
@@ -131,9 +131,9 @@ def _solved(key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, g
     return FieldRepairer(free_cells(key.grid, radius), moves, goal, rho=rho, gamma=gamma)
 
 
-@lru_cache(maxsize=SHARED)
+@lru_cache(maxsize=2 * SHARED)
 def _spare(
-    key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float
-) -> dict[Hashable, list[Any]]:
-    """See :meth:`FieldCache.spare`."""
-    return {}
+    key: GridKey, radius: float, moves: Moves, goal: Cell, rho: float, gamma: float, settings: Hashable
+) -> list[Any]:
+    """See :meth:`FieldCache.spare`; bounded, as studies try hundreds of settings on one map."""
+    return []

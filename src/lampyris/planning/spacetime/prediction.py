@@ -153,7 +153,7 @@ class Forecaster:
         for key, group in alike.items():
             cells, since, _, period = key
             if period == 1:
-                lasting[key] = self._last(key, [seen.track for seen in group], tick)
+                lasting[key] = self._last(key, [tuple(seen.track) for seen in group], tick)
                 lasting[key].write(tick, notes)
                 continue
             tracks = np.array([seen.track for seen in group], dtype=np.int64)
@@ -180,7 +180,10 @@ class Forecaster:
     # ---- what is known --------------------
 
     def _last(self, key: _Alike, tracks: list[tuple[Cell, ...]], tick: int) -> _Lasting:
-        """What tracks that end forbid, worked out again only if they are others than those of the call before."""
+        """What tracks that end forbid, worked out again only if they are others than those of the call before.
+
+        Tuples alone are recognised: a list that a caller gives as a track is copied to a new tuple by every call.
+        """
         known = self._lasting.get(key)
         if known is not None and known.holds(tracks, tick):
             return known
