@@ -31,8 +31,8 @@ export function tell(line, words, bad = false) {
   line.classList.toggle("bad", bad);
 }
 
-/** Whether this is a screen that is touched. */
-export const TOUCH = matchMedia("(pointer: coarse)");
+/** Whether this is a screen that is touched; without a screen, as under Node.js, it is not. */
+export const TOUCH = globalThis.matchMedia?.("(pointer: coarse)") ?? { matches: false };
 
 /** A hint in the words of the screen: a finger taps where a mouse clicks. @param {string} text */
 export function tapped(text) {
