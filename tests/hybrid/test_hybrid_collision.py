@@ -61,7 +61,7 @@ def poses_along(
 
 
 @pytest.mark.commit(1)
-@sized("count", 4, 4000)
+@sized("count", 8, 4000)
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 def test_no_collision_is_missed_and_hardly_any_is_invented(footprint: str, count: int) -> None:
     rng = np.random.default_rng(len(footprint))
@@ -83,8 +83,11 @@ def test_no_collision_is_missed_and_hardly_any_is_invented(footprint: str, count
             least, deep, inside = math.inf, 0.0, True
             for x, y, yaw in poses_along(pose, piece):  # type: ignore[arg-type]
                 placed = affinity.translate(affinity.rotate(outline, yaw, (0, 0), use_radians=True), x, y)
-                inside &= -0.5 <= x <= 21.5 and -0.5 <= y <= 21.5
-                least = min([least, *(placed.distance(squares[k]) for k in tree.query(placed.buffer(0.5)))])
+                edge = min(x + 0.5, y + 0.5, 21.5 - x, 21.5 - y)  # where the base meets the end of the map
+                inside &= edge >= 0.0
+                least = min(
+                    [least, edge, *(placed.distance(squares[k]) for k in tree.query(placed.buffer(0.5)))]
+                )
                 deep = max([deep, *(placed.intersection(squares[k]).area for k in tree.query(placed))])
             if found:
                 free += 1
