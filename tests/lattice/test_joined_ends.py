@@ -210,7 +210,7 @@ def test_ends_at_states_are_held_to_the_poses_that_are_asked_for(
 
 
 def test_states_on_both_sides_of_a_wall_count_as_goals() -> None:
-    """The cheapest state may lie in a part of the map that nobody comes from."""
+    """The cheapest state may lie in a part of the map that the start is not connected to."""
     walls = np.zeros((20, 30), dtype=bool)
     walls[:, 15] = True
     robot = Robot(footprint=((0.3, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.3, -0.3)), drive="differential")

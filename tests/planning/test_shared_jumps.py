@@ -36,7 +36,7 @@ def scene(walkers: int = 12) -> Scene:
 
 
 def fresh(seed: int, planner: AdGso) -> Trace:
-    """A simulation on a map that nobody has simulated on."""
+    """A simulation on a map without cached tables."""
     return run(scene(), planner, seed=seed)
 
 

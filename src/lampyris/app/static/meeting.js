@@ -26,7 +26,7 @@ export function chosen(page) {
   return found;
 }
 
-/** Who meets as long as nobody has chosen: planners of the kind of the scenario's own. @param {Page} page */
+/** The planners of a race until the user selects others: of the same kind as the scenario's planner. @param {Page} page */
 function firstOf(page) {
   const { hello, store } = page;
   const poses = plansPoses(page);
@@ -40,7 +40,7 @@ function namesOf(planners) {
   return planners.map(({ name, settings }) => [name, ...Object.keys(settings)].join()).sort().join();
 }
 
-/** Have the list follow the scenario's planner while nobody has changed it; whether it is another one now. @param {Page} page */
+/** Update the list to the scenario's planner unless the user has changed it; returns whether the list changed. @param {Page} page */
 export function followed(page) {
   const found = known.get(page);
   if (!found || found.first !== namesOf(found.planners)) return false;

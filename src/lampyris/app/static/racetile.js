@@ -22,7 +22,7 @@ const TINT = { first: 0.22, last: 0.62, field: 0.34, strong: 0.85 };
 const DARK_TINT = 0.2;
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
-/** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be told. */
+/** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be seen. */
 const SEEN = 9;
 
 export class Tile {

@@ -124,7 +124,7 @@ class StepFinder:
 
 
 def _left_in(spare: Spare | None) -> tuple[tuple[Any, ...], Any, tuple[Any, ...]] | None:
-    """What a finder before has left, which nobody else takes from now on; None: nothing."""
+    """Take the tables that an earlier finder returned, for exclusive use; None if there are none."""
     try:
         return spare.pop() if spare else None
     except IndexError:  # another thread was quicker
