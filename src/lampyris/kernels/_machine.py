@@ -42,13 +42,18 @@ def listen(tell: Callable[[bool], None]) -> None:
     event.register("numba:compile", Ear())
 
 
+MANY_OBJECTS = 10_000
+"""New objects whose examination by the garbage collector takes a millisecond or more."""
+
+
 @contextmanager
 def uncollected() -> Iterator[None]:
     """No garbage collection meanwhile: importing numba makes half a million objects that stay, and examining
     them over and over is a quarter of the time that it takes.
 
     Afterwards they count as old, as if a collection had passed: the first one after it would take 40 to 90 ms. Where
-    objects have been frozen (:func:`gc.freeze`) this is left out, as those would thaw.
+    objects have been frozen (:func:`gc.freeze`) this is left out, as those would thaw. Few new objects are left to the
+    next collection: Python counts frozen objects one by one, which takes longer than the load of a kernel.
     """
     was = gc.isenabled()
     gc.disable()
@@ -56,7 +61,7 @@ def uncollected() -> Iterator[None]:
         yield
     finally:
         if was:
-            if gc.get_freeze_count() == 0:
+            if gc.get_count()[0] > MANY_OBJECTS and gc.get_freeze_count() == 0:
                 gc.freeze()
                 gc.unfreeze()
             gc.enable()
