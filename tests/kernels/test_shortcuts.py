@@ -89,3 +89,25 @@ def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
 
     shortcuts._install()
     assert PostProcessor.run.__module__ == shortcuts.__name__
+
+
+def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alone() -> None:
+    asked: list[str] = []
+
+    def measure(self: str, kind: str) -> int:
+        asked.append(kind)
+        return len(kind)
+
+    quick, made = shortcuts._sizes(measure), []
+    wrap = shortcuts._unless_ours(made.append)
+    for _ in range(2):
+        assert quick("here", "i64") == 3
+        wrap("one")
+    assert len(asked) == len(made) == 2
+    with shortcuts.shortcuts():
+        for _ in range(3):
+            assert quick("here", "i64") == 3
+            assert quick("here", "double") == 6
+            wrap("two")
+    assert asked == ["i64", "i64", "i64", "double"]
+    assert made == ["one", "one"]

@@ -3,9 +3,10 @@
 A kernel is compiled once on a machine, and the first run waits for it. A tenth of that time numba spends on which
 implementation of ``+`` or ``a[i]`` takes which types, again for each place in the source and each round of its inference;
 another twentieth on which variables live at the entry of each block, after each of its passes, which only generators and
-code that falls back on objects ask for.
+code that falls back on objects ask for. It asks LLVM for the size of the same few types for each access of an array, and
+makes functions that C could call around its own implementations, which nobody calls.
 
-Both hold within :func:`shortcuts` alone, in the thread that is in it: what else a program compiles goes its usual way.
+All this holds within :func:`shortcuts` alone, in the thread that is in it: what else a program compiles goes its usual way.
 """
 
 from __future__ import annotations
@@ -44,8 +45,10 @@ def shortcuts() -> Iterator[None]:
 
 @cache
 def _install() -> None:
-    from numba.core import postproc, transforms, types
+    from numba.core import base, lowering, postproc, transforms, types
 
+    base.BaseContext.get_abi_sizeof = _sizes(base.BaseContext.get_abi_sizeof)
+    lowering.BaseLower.create_cfunc_wrapper = _unless_ours(lowering.BaseLower.create_cfunc_wrapper)
     types.Function.get_call_type = _remembered(types.Function.get_call_type)
     whole = postproc.PostProcessor.run
     if getattr(getattr(whole, "__code__", None), "co_names", None) == RUN:
@@ -68,6 +71,29 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
         return found
 
     return get_call_type
+
+
+def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
+    """The size of a type, asked for once."""
+    known: dict[tuple[Any, str], int] = {}
+
+    def get_abi_sizeof(self: Any, kind: Any) -> int:
+        if not _ours.depth:
+            return measure(self, kind)
+        key = (self, str(kind))
+        if key not in known:
+            known[key] = measure(self, kind)
+        return known[key]
+
+    return get_abi_sizeof
+
+
+def _unless_ours(make: Callable[[Any], None]) -> Callable[[Any], None]:
+    def create_cfunc_wrapper(self: Any) -> None:
+        if not _ours.depth:
+            make(self)
+
+    return create_cfunc_wrapper
 
 
 def _without_entries(whole: Callable[..., Any], transforms: Any, postproc: Any) -> Callable[..., Any]:
