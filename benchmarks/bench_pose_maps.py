@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.about import versions
 from benchmarks.bench_poses import RESOLUTION, ROBOTS
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
-from benchmarks.limits import EXPANDED, NEEDED, PER_MOTION
+from benchmarks.limits import EXPANDED, IN_PLANNING, NEEDED, PER_MOTION
 from benchmarks.maps import published_maps
 
 from lampyris.kernels._jit import compiled_only
@@ -42,12 +42,14 @@ SHARE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """Milliseconds and the bound of one query; how many motions the path of `pad` has (0: not known)."""
+    """Milliseconds, the bound and the expansions of one query; of `pad` how many of them are of its planning phases, and how
+    many motions its path has."""
 
     first: float
     search: float
     bound: float
     expansions: int
+    planned: int
     motions: int
 
 
@@ -111,7 +113,12 @@ def asked(planner: LatticePlanner | PadPlanner, scene: Scene, optimum: float | N
     assert path.bound <= planner.weight * (1 + 1e-9)
     if optimum is not None:
         assert path.cost_m <= path.bound * optimum * (1 + 1e-9)
-    return Query(spent[0], spent[1], path.bound, plan.expansions, motions(plan))
+    return Query(spent[0], spent[1], path.bound, plan.expansions, planned(plan), motions(plan))
+
+
+def planned(plan: Plan) -> int:
+    """Expansions of the planning phases of `pad`; 0 of another planner."""
+    return sum(one.low_expansions + one.high_expansions for one in plan.rounds)
 
 
 def motions(plan: Plan) -> int:
@@ -130,6 +137,7 @@ def bench(quick: bool) -> Section:
     middles: dict[tuple[str, float], list[float]] = {}
     expanded: dict[tuple[str, float], dict[str, list[float]]] = {}
     least: dict[tuple[str, float], list[float]] = {}
+    proved: dict[tuple[str, float], list[float]] = {}
     unlike = 0
     with compiled_only():
         for name, grid in grids(quick):
@@ -158,6 +166,8 @@ def bench(quick: bool) -> Section:
                             if planner == "pad":
                                 moved = statistics.median(q.motions for q in known)
                                 least.setdefault((who, weight), []).append(moved)
+                                proof = statistics.median(q.planned for q in known)
+                                proved.setdefault((who, weight), []).append(proof)
                             if planner == "lattice":
                                 middles.setdefault((who, weight), []).append(search)
                             numbers = (
@@ -207,6 +217,9 @@ def bench(quick: bool) -> Section:
         shares = [pad / max(full, 1.0) for full, pad in zip(both["lattice"], both["pad"], strict=True)]
         middle = statistics.median(shares)
         times = [pad / max(moved, 1.0) for pad, moved in zip(both["pad"], least[who, weight], strict=True)]
+        proofs = [
+            one / max(full, 1.0) for full, one in zip(both["lattice"], proved[who, weight], strict=True)
+        ]
         task = f"{who}, weight {weight:g}"
         figures += [
             Figure(f"{task}, {what}", unit, Spread.of(values))
@@ -214,6 +227,7 @@ def bench(quick: bool) -> Section:
                 (EXPANDED, "of those of lattice", shares),
                 (NEEDED, "of the expansions of lattice", needed),
                 (PER_MOTION, "a motion", times),
+                (IN_PLANNING, "of the expansions of lattice", proofs),
             )
         ]
         verdicts.append(

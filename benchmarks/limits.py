@@ -20,6 +20,7 @@ CELLS = 4096 * 4096
 CLEARING = "clearing its room"
 """What a search by intervals does before it begins, in figures of the section ``timed``."""
 EXPANDED, NEEDED, PER_MOTION = "expansions of pad", "motions of its path", "expansions of pad a motion"
+IN_PLANNING = "expansions of its planning phases"
 """Figures of the section ``pose_maps``, by map."""
 PLANNING, LOADING = "of which planning", "loading compiled code"
 """What an answer says about its time, in figures of the section ``first``."""
@@ -262,8 +263,17 @@ def _of_the_path(claim: str, figures: Figures) -> str:
     share, needed, each = (
         figures.get(f"{task}, weight {weight}, {what}") for what in (EXPANDED, NEEDED, PER_MOTION)
     )
-    if not (share and needed and each):
+    proof = figures.get(f"{task}, weight {weight}, {IN_PLANNING}")
+    if not (share and needed and each and proof):
         return ""
+    if each.ours.middle > MOST_A_MOTION:
+        most = float(claim.split("at most ")[1].split(" ")[0])
+        return (
+            f"tracking: the planning phases prove the bound, with {proof.ours.middle:.2f} of lattice's expansions in the median "
+            f"of the maps; the rest are poses in the tunnel, where a path that the car can drive, no longer than the bound "
+            f"allows, is searched as `lattice` does. Restated: the planning phases alone at most {most:g}: "
+            f"{proof.ours.middle:.2f}, {_word(proof.ours.middle <= most)}"
+        )
     return (
         f"the path itself: a search that comes to a path state by state expands each motion of it, and `lattice` is not far "
         f"from that. The motions of pad's path alone are {needed.ours.middle:.2f} of what lattice expands in the median of "

@@ -588,17 +588,20 @@ def test_what_an_answer_says_of_its_time_is_read() -> None:
 
 def test_pad_is_limited_by_the_motions_of_its_path() -> None:
     from benchmarks.figures import Figure
-    from benchmarks.limits import EXPANDED, NEEDED, PER_MOTION, limit_of
+    from benchmarks.limits import EXPANDED, IN_PLANNING, NEEDED, PER_MOTION, limit_of
 
     task = "disc of 0.3 m, omnidirectional"
     figures = [
         Figure(f"{task}, weight 1.6, {what}", "share", one(value))
-        for what, value in ((EXPANDED, 0.25), (NEEDED, 0.22), (PER_MOTION, 1.2))
+        for what, value in ((EXPANDED, 0.25), (NEEDED, 0.22), (PER_MOTION, 1.2), (IN_PLANNING, 0.1))
     ]
     claim = f"{task}: expansions of pad at weight 1.6 at most 0.2 of those of lattice: 0.25 in the median of 20 maps"
     limit = limit_of(section(*figures, name="pose_maps").record(), claim)
     assert "are 0.22 of what lattice expands" in limit
     assert "1.2 in the median of the maps, holds" in limit
+    figures[2] = Figure(f"{task}, weight 1.6, {PER_MOTION}", "share", one(40.0))
+    limit = limit_of(section(*figures, name="pose_maps").record(), claim)
+    assert "the planning phases alone at most 0.2: 0.10, holds" in limit
     note = "the motions of the path alone: 3.28 times fewer"
     alone = (
         figure(2.8, 1.0, more_is_better=True, asked=5.0, task=f"{task}, weight 1.6", note=note),
