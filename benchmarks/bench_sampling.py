@@ -138,7 +138,7 @@ def ours(name: str, settings: dict[str, Any], limit: float, *, timed: bool = Fal
 def beside(scene: Scene) -> Scene:
     """The same with the goal next to the start, or at it: what a call takes that has next to nothing to search."""
     if scene.start_pose is not None:
-        return replace(scene, goal_pose=scene.start_pose)
+        return Scene(scene.grid, start_pose=scene.start_pose, goal_pose=scene.start_pose, robot=scene.robot)
     room = free_space(scene)
     x, y = scene.start
     near = ((x + dx, y + dy) for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1)))

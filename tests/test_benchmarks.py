@@ -666,7 +666,7 @@ def test_lengths_are_compared_within_the_same_time() -> None:
     claim = "Length compared with AORRTC's in 1.3 s: at least 1 times as good: 0.99; short of it: "
     claim += "arena2, length of bit-star, seeded, 50 ms (0.99)"
     limit = limit_of(section(short, longer, name="sampling").record(), claim)
-    assert "is 1.00 % shorter on these" in limit
+    assert "its paths are 1.00 % shorter on these" in limit
     assert "1.005 times AORRTC's, holds" in limit
 
 
