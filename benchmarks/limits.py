@@ -320,6 +320,8 @@ def _first(claim: str, figures: Figures) -> str:
             return ""
         parts.append((who, float(took), planning.ours.middle, loading.ours.middle))
     rest = [took - planning - loading for _, took, planning, loading in parts]
+    if min(rest) < 0:
+        return ""
     if which == "again":
         each = ", ".join(f"{who} {planning:.2f}" for who, _, planning, _ in parts)
         without = [took - planning for _, took, planning, _ in parts]
@@ -400,8 +402,8 @@ def _as_long(claim: str, figures: Figures) -> str:
         return ""
     ratios, missed = [f.ratio or 0.0 for f in long], [100 * (1 / (f.ratio or 1.0) - 1) for f in short]
     return (
-        f"time: ours has 50 ms, AORRTC 1.3 s, and its paths are {_ends(missed)} % shorter on these. Restated: in 1.3 s ours are at most "
-        f"{100 * (LONGER - 1):.0f} % longer: {_ends([1 / r for r in ratios], '.3f')} times AORRTC's, "
+        f"time: ours has 50 ms, AORRTC 1.3 s, and its paths are {_ends(missed)} % shorter on these. Restated: "
+        f"in 1.3 s ours are at most {100 * (LONGER - 1):.0f} % longer: {_ends([1 / r for r in ratios], '.3f')} times AORRTC's, "
         f"{_word(min(ratios) >= 1 / LONGER)}"
     )
 
