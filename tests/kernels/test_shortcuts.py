@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lampyris.kernels import _machine
 from lampyris.kernels import _shortcuts as shortcuts
 
 numba = pytest.importorskip("numba")
@@ -31,7 +32,7 @@ def instructions(made: Any) -> str:
 
 
 def compiled(plain: Callable[..., Any], **options: Any) -> Any:
-    made = numba.njit(_nrt=False, **options)(plain)
+    made = numba.njit(**_machine.LEAN, **options)(plain)
     cost = np.arange(6) * 3
     assert made(cost, 7) == 4.5
     assert cost.tolist() == [0, 2, 3, 9, 12, 15]

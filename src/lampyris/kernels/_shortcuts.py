@@ -1,6 +1,6 @@
 """Less work for numba's compiler, with the same machine code: what it looks up many times, and what no kernel needs.
 
-A kernel is compiled once on a machine, and the first run waits for it. A tenth of that time numba spends on which
+A kernel is compiled once on a machine, and the first run waits for it. A sixth of that time numba spends on which
 implementation of ``+`` or ``a[i]`` takes which types, again for each place in the source and each round of its inference;
 another twentieth on which variables live at the entry of each block, after each of its passes, which only generators and
 code that falls back on objects ask for. It asks LLVM for the size of the same few types for each access of an array, and
@@ -47,12 +47,16 @@ def shortcuts() -> Iterator[None]:
 def _install() -> None:
     from numba.core import base, lowering, postproc, transforms, types
 
-    base.BaseContext.get_abi_sizeof = _sizes(base.BaseContext.get_abi_sizeof)
-    lowering.BaseLower.create_cfunc_wrapper = _unless_ours(lowering.BaseLower.create_cfunc_wrapper)
-    types.Function.get_call_type = _remembered(types.Function.get_call_type)
-    whole = postproc.PostProcessor.run
-    if getattr(getattr(whole, "__code__", None), "co_names", None) == RUN:
-        postproc.PostProcessor.run = _without_entries(whole, transforms, postproc)
+    shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
+        (types.Function, "get_call_type", _remembered),
+        (base.BaseContext, "get_abi_sizeof", _sizes),
+        (lowering.BaseLower, "create_cfunc_wrapper", _unless_ours),
+        (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
+    )
+    for owner, name, wrap in shorter:
+        whole = getattr(owner, name, None)  # another version of numba may have another
+        if whole is not None and (name != "run" or whole.__code__.co_names == RUN):
+            setattr(owner, name, wrap(whole))
 
 
 def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
