@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import resource
 import tempfile
 from pathlib import Path
 
 from benchmarks.about import versions
-from benchmarks.bench_start import PLAIN, Wait, random_grid_file, seconds
+from benchmarks.bench_start import PLAIN, Wait, random_grid_file, run, seconds
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
+from benchmarks.limits import LOADING, PLANNING
 
 from lampyris.planning.registry import names
 
@@ -19,9 +21,12 @@ processes run), every planner on cells with its own settings, each call a proces
 one after the other. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file. "First" is the first run on
 a machine, one run: no machine code of kernels is kept. "Again" is the middle of three later runs, which find what that
 first run kept. Byte code of Python is kept in both. "Imports of NumPy" is how many times as long as `python -c "import numpy"`,
-which is started after each planner, as `python -c "import numba"` is."""
+which is started after each planner, as `python -c "import numba"` is. What limits a planner that takes longer is what its
+answer says: the time of planning alone, and of loading and compiling machine code, both of the processor."""
 
 SIZES = (50, 512)
+BY_PROCESSOR = f"import time; time.perf_counter = time.process_time; {PLAIN}"
+"""What is run: the times that an answer states are then of the processor, too."""
 FIRST_MOST = 2.0
 """Seconds from the start of the process that are aimed at for the first run on a machine."""
 AGAIN = 3
@@ -38,13 +43,14 @@ def bench(quick: bool) -> Section:
     """All planners; quick takes four of them."""
     planners = ("ad-gso", "astar", "theta-star", "sipp") if quick else names()
     times: dict[tuple[int, str, bool], list[float]] = {}
+    parts: dict[str, list[float]] = {}
     alone: dict[str, list[float]] = {name: [] for name in BESIDE}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         maps = {size: random_grid_file(folder, size) for size in SIZES}
         words = {
             (size, p): (
-                "-c", PLAIN, "plan", str(maps[size]), "--start", "0,0", "--goal", f"{size - 1},{size - 1}",
+                "-c", BY_PROCESSOR, "plan", str(maps[size]), "--start", "0,0", "--goal", f"{size - 1},{size - 1}",
                 "--planner", p,
             )
             for size in SIZES for p in planners
@@ -59,18 +65,20 @@ def bench(quick: bool) -> Section:
                     (Path(own) / "kept").mkdir()
                     (Path(own) / "bytes").symlink_to(folder / "bytes")
                     for k in range(1 + AGAIN):
-                        times.setdefault((size, p, k == 0), []).append(
-                            _spent(Wait(p, words[size, p]), Path(own))
-                        )
+                        spent, answer = _spent(Wait(p, words[size, p]), Path(own))
+                        times.setdefault((size, p, k == 0), []).append(spent)
+                        for part, took in _parts(answer).items():
+                            parts.setdefault(f"{_task(p, size, k == 0)}, {part}", []).append(took)
                 for who, code in BESIDE.items():
-                    alone[who].append(_spent(Wait(who, ("-c", code)), folder))
+                    alone[who].append(_spent(Wait(who, ("-c", code)), folder)[0])
     spreads = {key: Spread.of(values) for key, values in times.items()}
     beside = {who: Spread.of(values) for who, values in alone.items()}
     figures = [
-        Figure(f"plan, {p}, {size} x {size}, {'first' if fresh else 'again'}", "s", spread, who, beside[who])
+        Figure(_task(p, size, fresh), "s", spread, who, beside[who])
         for (size, p, fresh), spread in spreads.items()
         for who in BESIDE
     ]
+    figures += [Figure(task, "s", Spread.of(values)) for task, values in parts.items()]
     verdicts = [
         _verdict({p: spreads[size, p, fresh].middle for p in planners}, size, fresh)
         for size in SIZES
@@ -81,12 +89,22 @@ def bench(quick: bool) -> Section:
     return Section("first", TITLE, HOW, tables, tuple(figures), tuple(verdicts), about)
 
 
-def _spent(wait: Wait, folder: Path) -> float:
-    """Processor time of a call's process."""
+def _spent(wait: Wait, folder: Path) -> tuple[float, str]:
+    """Processor time of a call's process, and its answer."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds(wait, folder, ENDINGS)
+    _, answer = run(wait, folder, ENDINGS)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, answer
+
+
+def _parts(answer: str) -> dict[str, float]:
+    """What an answer says about its time, seconds."""
+    told = {part: re.search(rf"{part} ([0-9.]+) ms", answer) for part in (PLANNING, LOADING)}
+    return {part: float(found[1]) / 1e3 if found else 0.0 for part, found in told.items()}
+
+
+def _task(planner: str, size: int, fresh: bool) -> str:
+    return f"plan, {planner}, {size} x {size}, {'first' if fresh else 'again'}"
 
 
 def _most(size: int, fresh: bool) -> float:

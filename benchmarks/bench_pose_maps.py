@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.bench_poses import RESOLUTION, ROBOTS
-from benchmarks.figures import Section, Table, Verdict
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict
+from benchmarks.limits import EXPANDED, IN_PLANNING, NEEDED, PER_MOTION
 from benchmarks.maps import published_maps
 
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.grid import Grid
-from lampyris.model.plan import Status
+from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.lattice.lattice_planner import LatticePlanner
@@ -41,12 +42,15 @@ SHARE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """Milliseconds and the bound of one query."""
+    """Milliseconds, the bound and the expansions of one query; of `pad` how many of them are of its planning phases, and how
+    many motions its path has."""
 
     first: float
     search: float
     bound: float
     expansions: int
+    planned: int
+    motions: int
 
 
 def grids(quick: bool) -> Iterator[tuple[str, Grid]]:
@@ -109,7 +113,21 @@ def asked(planner: LatticePlanner | PadPlanner, scene: Scene, optimum: float | N
     assert path.bound <= planner.weight * (1 + 1e-9)
     if optimum is not None:
         assert path.cost_m <= path.bound * optimum * (1 + 1e-9)
-    return Query(spent[0], spent[1], path.bound, plan.expansions)
+    return Query(spent[0], spent[1], path.bound, plan.expansions, planned(plan), motions(plan))
+
+
+def planned(plan: Plan) -> int:
+    """Expansions of the planning phases of `pad`; 0 of another planner."""
+    return sum(one.low_expansions + one.high_expansions for one in plan.rounds)
+
+
+def motions(plan: Plan) -> int:
+    """How many motions a path of `pad` has before shortcuts; 0 of another planner."""
+    if not plan.rounds:
+        return 0
+    return (
+        len(next((one.tracked for one in reversed(plan.rounds) if one.tracked), plan.rounds[-1].planned)) - 1
+    )
 
 
 def bench(quick: bool) -> Section:
@@ -118,6 +136,8 @@ def bench(quick: bool) -> Section:
     rows = []
     middles: dict[tuple[str, float], list[float]] = {}
     expanded: dict[tuple[str, float], dict[str, list[float]]] = {}
+    least: dict[tuple[str, float], list[float]] = {}
+    proved: dict[tuple[str, float], list[float]] = {}
     unlike = 0
     with compiled_only():
         for name, grid in grids(quick):
@@ -143,6 +163,11 @@ def bench(quick: bool) -> Section:
                             )
                             both = expanded.setdefault((who, weight), {"lattice": [], "pad": []})
                             both[planner].append(expansions)
+                            if planner == "pad":
+                                moved = statistics.median(q.motions for q in known)
+                                least.setdefault((who, weight), []).append(moved)
+                                proof = statistics.median(q.planned for q in known)
+                                proved.setdefault((who, weight), []).append(proof)
                             if planner == "lattice":
                                 middles.setdefault((who, weight), []).append(search)
                             numbers = (
@@ -184,9 +209,27 @@ def bench(quick: bool) -> Section:
                 f"the median of {len(of)} maps, {within} of them within it",
             )
         )
+    figures = []
     for (who, weight), both in expanded.items():
+        needed = [
+            moved / max(full, 1.0) for full, moved in zip(both["lattice"], least[who, weight], strict=True)
+        ]
         shares = [pad / max(full, 1.0) for full, pad in zip(both["lattice"], both["pad"], strict=True)]
         middle = statistics.median(shares)
+        times = [pad / max(moved, 1.0) for pad, moved in zip(both["pad"], least[who, weight], strict=True)]
+        proofs = [
+            one / max(full, 1.0) for full, one in zip(both["lattice"], proved[who, weight], strict=True)
+        ]
+        task = f"{who}, weight {weight:g}"
+        figures += [
+            Figure(f"{task}, {what}", unit, Spread.of(values))
+            for what, unit, values in (
+                (EXPANDED, "of those of lattice", shares),
+                (NEEDED, "of the expansions of lattice", needed),
+                (PER_MOTION, "a motion", times),
+                (IN_PLANNING, "of the expansions of lattice", proofs),
+            )
+        ]
         verdicts.append(
             Verdict(
                 middle <= SHARE,
@@ -195,6 +238,6 @@ def bench(quick: bool) -> Section:
             )
         )
     return Section(
-        "pose_maps", TITLE, HOW, (Table(heads, tuple(rows), "Ten pairs each"),), (), tuple(verdicts),
+        "pose_maps", TITLE, HOW, (Table(heads, tuple(rows), "Ten pairs each"),), tuple(figures), tuple(verdicts),
         versions(("numpy", "numba")),
     )  # fmt: skip

@@ -14,6 +14,7 @@ from benchmarks.about import versions
 from benchmarks.bench_pose_rivals import CAR, RESOLUTION
 from benchmarks.bench_poses import pairs
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
+from benchmarks.limits import A_CALL, EXPANSIONS
 from benchmarks.maps import published_map, rooms
 from benchmarks.pose_rivals import Ompl, Pose, Taken
 from benchmarks.sampling_rivals import PARTS, OmplPlane, room_for
@@ -47,10 +48,10 @@ shortcuts, as OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solv
 time: a lookup in a map of the squares of 1/{PARTS} cell where the disc has room (RRTConnect looks at a line every {CHECKED}
 cells, AORRTC every {CHECKED_LENGTH}), or of free poses; for points and discs each call of AORRTC in a process of its own,
 as that of 2.0.1 now and then ends the process, which counts as no answer. Limits are of processor time: for
-AORRTC 1.3 s, for our planners that improve a path 50 ms of all threads. OMPL asks Python for it at each sample. Lengths
-are compared where both have a path: one of AORRTC's counts if it is no shorter than the straight line (for ends that see
-each other it states 0) and free of walls, looked at every 1/16 cell (of a footprint's path every 1/8 cell, and every 1/8
-cell of the footprint). `pose-rrt-star` prices a metre in reverse as one ahead, as AORRTC does."""
+AORRTC 1.3 s, for our planners that improve a path 50 ms of all threads, and 1.3 s for comparison. OMPL asks Python for it
+at each sample. Lengths are compared where both have a path: one of AORRTC's counts if it is no shorter than the straight
+line (for ends that see each other it states 0) and free of walls, looked at every 1/16 cell (of a footprint's path every
+1/8 cell, and every 1/8 cell of the footprint). `pose-rrt-star` prices a metre in reverse as one ahead, as AORRTC does."""
 
 ASKED = 10.0
 """How many times faster RRT-Connect shall be in the median."""
@@ -61,7 +62,11 @@ MAPS = {
     "maze512-32-0": (DISC, POINT), "random512-10-0": (POINT,), "16room_000": (POINT,),
 }  # fmt: skip
 SEEDED, SEEDED_POSES = "bit-star, seeded, 50 ms", "pose-rrt-star, seeded, 50 ms"
+AS_LONG, AS_LONG_POSES = "bit-star, seeded, 1.3 s", "pose-rrt-star, seeded, 1.3 s"
+"""The same within AORRTC's limit: what the shorter one does to lengths."""
 POSE_MAPS = ("arena2", "den312d")
+AGAIN = 15
+"""Calls with next to nothing to search."""
 FIRST_PATH = ("rrt-connect, no shortcuts", "OMPL RRTConnect")
 """Whose time is compared."""
 Run = Callable[[Scene, int, int], list[Taken]]
@@ -124,9 +129,23 @@ def ours(name: str, settings: dict[str, Any], limit: float, *, timed: bool = Fal
         if not plan or (spent > limit and not timed):
             return Taken(max(spent, limit), None)
         assert check_plan(plan, scene) is None
-        return Taken(spent, plan.any_angle_length if plan.pose_path is None else plan.pose_path.length_m)
+        length = plan.any_angle_length if plan.pose_path is None else plan.pose_path.length_m
+        return Taken(spent, length, plan.expansions)
 
     return run
+
+
+def beside(scene: Scene) -> Scene:
+    """The same with the goal next to the start, or at it: what a call takes that has next to nothing to search."""
+    if scene.start_pose is not None:
+        return Scene(scene.grid, start_pose=scene.start_pose, goal_pose=scene.start_pose, robot=scene.robot)
+    room = free_space(scene)
+    x, y = scene.start
+    near = ((x + dx, y + dy) for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1)))
+    for u, v in near:
+        if 0 <= u < scene.grid.width and 0 <= v < scene.grid.height and room[v, u]:
+            return replace(scene, goal=(u, v))
+    return replace(scene, goal=scene.start)
 
 
 def _asked(rival: OmplPlane | Ompl, *, apart: bool = False) -> Run:
@@ -186,11 +205,13 @@ def bench(quick: bool) -> Section:
     figures: list[Figure] = []
     lengths: list[Figure] = []
     solved: list[Figure] = []
+    others: list[Figure] = []
     fewer: list[str] = []
     connect = {
         "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False, "samples": 1_000_000}, limit),
         "rrt-connect": ours("rrt-connect", {}, limit),
         SEEDED: ours("bit-star", {"seeded": True, "samples": 1_000_000}, OURS_S, timed=True),
+        AS_LONG: ours("bit-star", {"seeded": True, "samples": 1_000_000}, AORRTC_S, timed=True),
         "bit-star, 50 ms": ours("bit-star", {"samples": 1_000_000}, OURS_S, timed=True),
     }
     poses = {
@@ -198,15 +219,16 @@ def bench(quick: bool) -> Section:
         "pose-rrt-connect, no shortcuts": ours("pose-rrt-connect", {"shortcut": False}, limit),
         "pose-rrt-connect": ours("pose-rrt-connect", {}, limit),
         SEEDED_POSES: ours("pose-rrt-star", {"seeded": True, "rounds": 1_000_000}, OURS_S, timed=True),
+        AS_LONG_POSES: ours("pose-rrt-star", {"seeded": True, "rounds": 1_000_000}, AORRTC_S, timed=True),
     }
 
     def told(
         name: str,
         scenes: list[Scene],
         everyone: dict[str, Run],
-        names: tuple[str, str, str],
+        names: tuple[str, str, str, str],
     ) -> None:
-        first, best, unit = names
+        first, best, as_long, unit = names
         got: dict[str, list[Taken]] = {}
         for who, taken, row in measured(name, scenes, everyone):
             got[who] = taken
@@ -218,6 +240,12 @@ def bench(quick: bool) -> Section:
         figures.append(
             Figure(f"{name}, {first}", "ms, median", times[0], "OMPL RRTConnect", times[1], asked=ASKED)
         )
+        expanded = statistics.median(t.expansions for t in got[first])
+        nothing = [t.seconds for t in everyone[first](beside(scenes[0]), 0, AGAIN)]
+        others.append(Figure(f"{name}, {first}, {EXPANSIONS}", "median", Spread.of([float(expanded)])))
+        others.append(
+            Figure(f"{name}, {first}, {A_CALL}", "ms, median", Spread.of([1e3 * statistics.median(nothing)]))
+        )
         many = [
             Spread.of([float(sum(t.length is not None for t in got[who]))])
             for who in (first, "OMPL RRTConnect")
@@ -227,17 +255,19 @@ def bench(quick: bool) -> Section:
         )
         if many[0].middle < many[1].middle:
             fewer.append(f"{name} ({many[0].middle:.0f} compared with {many[1].middle:.0f})")
-        both = [
-            (a.length, b.length)
-            for a, b in zip(got[best], got["OMPL AORRTC"], strict=True)
-            if a.length is not None and b.length is not None and getattr(b, "free", True)
-        ]
-        if both:
-            mean = [Spread.of([statistics.fmean(one)]) for one in zip(*both, strict=True)]
-            what = f"{unit}, mean of {len(both)} pairs that both solve"
-            lengths.append(
-                Figure(f"{name}, length of {best}", what, mean[0], "OMPL AORRTC", mean[1], asked=1.0)
-            )
+        for who in (best, as_long):
+            both = [
+                (a.length, b.length)
+                for a, b in zip(got[who], got["OMPL AORRTC"], strict=True)
+                if a.length is not None and b.length is not None and getattr(b, "free", True)
+            ]
+            if both:
+                mean = [Spread.of([statistics.fmean(one)]) for one in zip(*both, strict=True)]
+                what = f"{unit}, mean of {len(both)} pairs that both solve"
+                asked, into = (1.0, lengths) if who == best else (None, others)
+                into.append(
+                    Figure(f"{name}, length of {who}", what, mean[0], "OMPL AORRTC", mean[1], asked=asked)
+                )
 
     with compiled_only():
         for name, robots in list(MAPS.items())[: 3 if quick else None]:
@@ -257,7 +287,7 @@ def bench(quick: bool) -> Section:
                         f"{name}, {what}",
                         scenes,
                         connect | rivals,
-                        ("rrt-connect, no shortcuts", SEEDED, "cells"),
+                        ("rrt-connect, no shortcuts", SEEDED, AS_LONG, "cells"),
                     )
         for name, scenes in pose_scenes(quick, count):
             if scenes:
@@ -270,11 +300,12 @@ def bench(quick: bool) -> Section:
                 }
                 told(
                     f"{name}, footprint", scenes, poses | rivals,
-                    ("pose-rrt-connect, no shortcuts", SEEDED_POSES, "m"),
+                    ("pose-rrt-connect, no shortcuts", SEEDED_POSES, AS_LONG_POSES, "m"),
                 )  # fmt: skip
     heads = ("map", "planner", "solved", "free of walls", "median ms", "mean ms", "mean length")
     return Section(
-        "sampling", TITLE, HOW, (Table(heads, tuple(rows)),), (*figures, *solved, *lengths), verdicts(figures, fewer, lengths),
+        "sampling", TITLE, HOW, (Table(heads, tuple(rows)),), (*figures, *solved, *lengths, *others),
+        verdicts(figures, fewer, lengths),
         versions(("numpy", "numba", "ompl")),
     )  # fmt: skip
 

@@ -199,6 +199,11 @@ def _terrain(folder: Path, size: int) -> Path:
 
 def seconds(wait: Wait, folder: Path, allowed: Sequence[int] = (0,)) -> float:
     """How long the process ran, which ended with one of these exit codes."""
+    return run(wait, folder, allowed)[0]
+
+
+def run(wait: Wait, folder: Path, allowed: Sequence[int] = (0,)) -> tuple[float, str]:
+    """The same, and what the process printed."""
     drop = ("PYTHONDONTWRITEBYTECODE", "NUMBA_DISABLE_JIT")
     env = {k: v for k, v in os.environ.items() if k not in drop}
     env["PYTHONPYCACHEPREFIX"] = str(folder / "bytes")
@@ -209,7 +214,7 @@ def seconds(wait: Wait, folder: Path, allowed: Sequence[int] = (0,)) -> float:
         took = time.perf_counter() - began
     if done.returncode not in allowed:
         raise RuntimeError(f"{wait.task}: {done.stderr.decode(errors='replace')}")
-    return took
+    return took, done.stdout.decode(errors="replace")
 
 
 def _figures(waits: Sequence[Wait], spreads: Mapping[str, Spread]) -> list[Figure]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from benchmarks.figures import Figure, Spread
+from benchmarks.limits import NEW_MEMORY
 from benchmarks.native import Native, build
 from benchmarks.turns import Call, take_turns
 
@@ -70,6 +71,8 @@ def stages(
     # None of ours after another of ours: anyone who comes next would find the memory just used in the caches.
     theirs: list[tuple[str, Call]] = [(name, _all(several)) for name, several in natives.items()]
     theirs.append(("floor", partial(answers.fill, 1)))
+    # One array of all, as a field has it: large ones are new to the process each time.
+    theirs.append((NEW_MEMORY, lambda: np.empty(answers.size, np.uint8).fill(1)))
     ours = (("alone", _all(alone)), ("parents", _all(parented)), ("whole", _all(whole)))
     calls = dict(one for pair in zip_longest(ours, theirs) for one in pair if one)
     times = take_turns(calls, rounds=rounds, per=cells, warm=cells < 2**21)
@@ -116,6 +119,7 @@ def _told(
         ),
         Figure(task, "ns a cell", ours, "memory floor", times["floor"]),
     ]
+    figures.append(Figure(f"{task}, {NEW_MEMORY}", "ns a cell", times[NEW_MEMORY]))
     row = [title, kind, text(times["alone"]), text(times["parents"]), text(ours)]
     row.append(f"{ours.middle / times['alone'].middle:.2f}")
     for name in (heads for heads in HEADS if heads.startswith("C++")):

@@ -19,6 +19,17 @@ TIMES_NATIVE = 1.2
 CELLS = 4096 * 4096
 CLEARING = "clearing its room"
 """What a search by intervals does before it begins, in figures of the section ``timed``."""
+EXPANDED, NEEDED, PER_MOTION = "expansions of pad", "motions of its path", "expansions of pad a motion"
+IN_PLANNING = "expansions of its planning phases"
+"""Figures of the section ``pose_maps``, by map."""
+PLANNING, LOADING = "of which planning", "loading compiled code"
+"""What an answer says about its time, in figures of the section ``first``."""
+PLAIN = "lattice, weight 1.5, tolerance, no shortcuts"
+"""A planner of the section ``pose_rivals``."""
+EXPANSIONS, A_CALL = "expansions", "its ends side by side"
+"""Figures of the section ``sampling``."""
+NEW_MEMORY = "memory that is new to the process"
+"""What of the section ``field`` C++ is spared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,12 +223,214 @@ def _stages(claim: str, figures: Figures) -> str:
     )
 
 
+def _native(claim: str, figures: Figures) -> str:
+    """The whole field compared with C++, which gets its arrays made: memory that is new to the process."""
+    over = re.findall(r"(stages, [^()]*?) \(\d", claim)
+    there = [(figures.get(f"{task} | {NATIVE}"), figures.get(f"{task}, {NEW_MEMORY}")) for task in over]
+    pairs = [(f, new) for f, new in there if f and f.theirs and new]
+    if not pairs:
+        return ""
+    shares = [f.ours.middle / (f.theirs.middle + new.ours.middle) for f, new in pairs if f.theirs]
+    return (
+        f"memory that is new to the process: a call makes its arrays, which C++ is given, and the system clears each page of "
+        f"them when it is first written, {_ends([new.ours.middle for _, new in pairs], '.1f')} ns a cell for writing them "
+        f"once. Restated: at most {TIMES_NATIVE:g} times C++ and that together: {_ends(shares)}, "
+        f"{_word(max(shares) <= TIMES_NATIVE)}"
+    )
+
+
+def _by_price(claim: str, figures: Figures) -> str:
+    """Weighted cells: in how many lists a cell waits."""
+    shares: dict[str, list[float]] = {moves: [] for moves in WAITS}
+    for f in figures.values():
+        if f.asked is not None and f.ratio is not None:
+            shares[f.task.split(", ")[1]].append(1 / f.ratio)
+    there = {moves: of for moves, of in shares.items() if of}
+    if not there:
+        return ""
+    told = ", ".join(f"{moves} {max(of):.2f} (1 + {WAITS[moves]})" for moves, of in there.items())
+    holds = all(max(of) <= 1 + WAITS[moves] for moves, of in there.items())
+    return (
+        "lists: without terrain a cell settles in one list and is read once; over terrain it is filed in a list of its bucket "
+        "for each price of a step, read from each, and settled. Restated: at most as many times as long as it is filed and "
+        f"settled: {told}, {_word(holds)}"
+    )
+
+
+def _of_the_path(claim: str, figures: Figures) -> str:
+    """pad compared with lattice by map: what the motions of its own path are of lattice's expansions."""
+    task, weight = re.findall(r"^(.*?): expansions of pad at weight ([0-9.]+)", claim)[0]
+    share, needed, each = (
+        figures.get(f"{task}, weight {weight}, {what}") for what in (EXPANDED, NEEDED, PER_MOTION)
+    )
+    proof = figures.get(f"{task}, weight {weight}, {IN_PLANNING}")
+    if not (share and needed and each and proof):
+        return ""
+    if each.ours.middle > MOST_A_MOTION:
+        most = float(claim.split("at most ")[1].split(" ")[0])
+        return (
+            f"tracking: the planning phases prove the bound, with {proof.ours.middle:.2f} of lattice's expansions in the median "
+            f"of the maps; the rest are poses in the tunnel, where a path that the car can drive, no longer than the bound "
+            f"allows, is searched as `lattice` does. Restated: the planning phases alone at most {most:g}: "
+            f"{proof.ours.middle:.2f}, {_word(proof.ours.middle <= most)}"
+        )
+    return (
+        f"the path itself: a search that comes to a path state by state expands each motion of it, and `lattice` is not far "
+        f"from that. The motions of pad's path alone are {needed.ours.middle:.2f} of what lattice expands in the median of "
+        f"the maps (quartiles {needed.ours.low:.2f} to {needed.ours.high:.2f}). Restated: at most {MOST_A_MOTION:g} "
+        f"expansions for each motion of its path: {each.ours.middle:.1f} in the median of the maps, "
+        f"{_word(each.ours.middle <= MOST_A_MOTION)}"
+    )
+
+
+def _path_alone(claim: str, figures: Figures) -> str:
+    """pad compared with lattice: the motions of the path alone, by robot and weight."""
+    least = float(claim.split("at least ")[1].split(" ")[0])
+    told = []
+    for f in figures.values():
+        alone = re.search(r"the path alone: ([0-9.]+) times fewer", f.note)
+        if alone and f.ratio is not None and f"{f.task} (" in claim:
+            told.append((f.task, float(alone[1]), f.ratio))
+    if not told or max(alone for _, alone, _ in told) >= least:
+        return ""
+    others = [f.ratio for f in figures.values() if f.ratio is not None and f"{f.task} (" not in claim]
+    each = "; ".join(f"{task}: {alone:.2f} times fewer, pad {ours:.2f}" for task, alone, ours in told)
+    return (
+        f"the path itself: a search that comes to a path state by state expands each motion of it, even if nothing else. "
+        f"{each}. Restated: without these at least {least:g} times fewer: {_ends(others, '.1f')}, "
+        f"{_word(min(others) >= least)}"
+    )
+
+
+def _first(claim: str, figures: Figures) -> str:
+    """First calls of planners: what their answers say of planning and of machine code."""
+    found = re.search(
+        r"`lampyris plan` on (\d+) x \d+, (later runs|the first run[a-z ]*), under ([0-9.]+) s", claim
+    )
+    over = re.findall(r"([a-z0-9-]+) \((\d[0-9.]*) s\)", claim)
+    if not found or not over:
+        return ""
+    size, which, most = found[1], "again" if found[2] == "later runs" else "first", float(found[3])
+    parts = []
+    for who, took in over:
+        planning, loading = (
+            figures.get(f"plan, {who}, {size} x {size}, {which}, {what}") for what in (PLANNING, LOADING)
+        )
+        if not planning or not loading:
+            return ""
+        parts.append((who, float(took), planning.ours.middle, loading.ours.middle))
+    rest = [took - planning - loading for _, took, planning, loading in parts]
+    if min(rest) < 0:
+        return ""
+    if which == "again":
+        each = ", ".join(f"{who} {planning:.2f}" for who, _, planning, _ in parts)
+        without = [took - planning for _, took, planning, _ in parts]
+        return (
+            f"planning: the search by itself, each with its own number of samples, rounds or corners, takes {each} s; "
+            f"importing numba and loading machine code {_ends([one[3] for one in parts])} s; starting, reading, judging and "
+            f"printing {_ends(rest)} s. Restated: apart from its planning each is under {most:g} s: {_ends(without)}, "
+            f"{_word(max(without) < most)}"
+        )
+    each = ", ".join(f"{who} {loading:.2f}" for who, _, _, loading in parts)
+    without = [took - loading for _, took, _, loading in parts]
+    return (
+        f"compiling: importing numba and making machine code takes {each} s, once for a machine (`lampyris warm` does it "
+        f"beforehand); planning {_ends([one[2] for one in parts])} s. Restated: apart from that each is under {most:g} s: "
+        f"{_ends(without)}, {_word(max(without) < most)}"
+    )
+
+
+def _shortcuts(claim: str, figures: Figures) -> str:
+    """Planners of poses compared with one that makes no shortcuts."""
+    least = float(claim.split("at least ")[1].split(" ")[0])
+    over = re.findall(r"(?:^|, |: )([a-z0-9-]+), (lattice, weight 1.5, tolerance) \(", claim)
+    pairs = [
+        (
+            figures.get(f"{name}, {who} | pathplanning Hybrid A*"),
+            figures.get(f"{name}, {PLAIN} | pathplanning Hybrid A*"),
+        )
+        for name, who in over
+    ]
+    there = [(f, bare) for f, bare in pairs if f and bare and bare.ratio is not None]
+    if not there or len(there) < claim.count(" ("):
+        return ""
+    ratios = [bare.ratio or 0.0 for _, bare in there]
+    return (
+        f"shortcuts: our answer has them, pathplanning's has none; they are "
+        f"{_ends([f.ours.middle - bare.ours.middle for f, bare in there], '.1f')} ms of "
+        f"{_ends([f.ours.middle for f, _ in there], '.1f')} ms. Restated: without shortcuts at least {least:g} times as good: "
+        f"{_ends(ratios, '.0f')}, {_word(min(ratios) >= least)}"
+    )
+
+
+def _samples(claim: str, figures: Figures) -> str:
+    """RRT-Connect compared with OMPL's on each map: what a call costs, and samples one after the other."""
+    least = float(claim.split("at least ")[1].split(" ")[0])
+    each = [f for f in figures.values() if f.asked == least and f.theirs and f.rival == "OMPL RRTConnect"]
+    over = [f for f in each if f"{f.task} (" in claim]
+    calls, many = [], []
+    for f in over:
+        call, expanded = figures.get(f"{f.task}, {A_CALL}"), figures.get(f"{f.task}, {EXPANSIONS}")
+        if not call or not expanded or not f.theirs:
+            return ""
+        (calls if call.ours.middle > f.theirs.middle / least else many).append((f, call, expanded))
+    parts = []
+    if calls:
+        parts.append(
+            f"what a call costs: with its ends side by side {_ends([c.ours.middle for _, c, _ in calls])} ms, of "
+            f"{_ends([f.ours.middle for f, _, _ in calls])} ms, on {len(calls)} of these, where OMPL's trees need few samples "
+            f"and {_ends([f.theirs.middle for f, _, _ in calls if f.theirs])} ms"
+        )
+    if many:
+        ns = [1e3 * (f.ours.middle - c.ours.middle) / max(e.ours.middle, 1) for f, c, e in many]
+        parts.append(
+            f"steps in sequence: on {len(many)} a query takes {_ends([e.ours.middle for _, _, e in many], ',.0f')} expansions "
+            f"one after the other, {_ends(ns, '.1f')} us each"
+        )
+    ratios = [f.ratio for f in each if f.ratio is not None]
+    return (
+        f"{'; '.join(parts)}. Restated: on each at least {TIMES_ON_EACH:g} times as good: {_ends(ratios)}, "
+        f"{_word(min(ratios) >= TIMES_ON_EACH)}"
+    )
+
+
+def _as_long(claim: str, figures: Figures) -> str:
+    """Lengths compared with AORRTC's: the same in as much time as it has."""
+    long = [f for f in figures.values() if "length of" in f.task and f.task.endswith("1.3 s") and f.ratio]
+    short = [f for f in figures.values() if f.asked == 1.0 and f.ratio and f"{f.task} (" in claim]
+    if not long or not short:
+        return ""
+    ratios, missed = [f.ratio or 0.0 for f in long], [100 * (1 / (f.ratio or 1.0) - 1) for f in short]
+    return (
+        f"time: ours has 50 ms, AORRTC 1.3 s, and its paths are {_ends(missed)} % shorter on these. Restated: "
+        f"in 1.3 s ours are at most {100 * (LONGER - 1):.0f} % longer: {_ends([1 / r for r in ratios], '.3f')} times AORRTC's, "
+        f"{_word(min(ratios) >= 1 / LONGER)}"
+    )
+
+
+TIMES_ON_EACH = 2.0
+"""Times as quick as OMPL's RRTConnect that is claimed of each map; ten times in the median is a claim of its own."""
+LONGER = 1.01
+"""Times AORRTC's length, in as much time."""
+WAITS = {"four-connected": 1, "dissertation": 2, "octile": 2, "sixteen-connected": 3}
+"""Prices of a step, by moves."""
+MOST_A_MOTION = 4.0
+"""Expansions of pad for each motion of its path that are claimed in place of a share of lattice's."""
+
 LIMITS = (
     *(
         Limit("field", begin, _in_sequence)
         for begin in ("compared with scikit-image", "compared with tcod", "compared with the best")
     ),
     Limit("field", "the whole field compared with cost alone", _bytes_written),
+    Limit("field", "the whole field compared with C++", _native),
+    Limit("weighted", "weighted cells compared with", _by_price),
+    Limit("poses", "States that pad expands", _path_alone),
+    *(Limit("pose_maps", robot, _of_the_path) for robot in ("1.2 x 0.5 m", "0.9 x 0.62 m", "disc of 0.3 m")),
+    Limit("pose_rivals", "Mean time of a query", _shortcuts),
+    Limit("sampling", "The same on each", _samples),
+    Limit("sampling", "Length compared with AORRTC's", _as_long),
+    Limit("first", "`lampyris plan` on ", _first),
     Limit("repair", "repair, ", _cold),
     Limit("repair", "D* Lite, ", _cold),
     Limit("calls", "Polyanya, median query", _nodes),
@@ -226,5 +439,5 @@ LIMITS = (
     Limit("start", "`lampyris plan` on 316 x 316 under 0.5 s from the second run", _importing),
     Limit("start", "`lampyris plan`, 4096 x 4096, nothing kept", _compiling_large),
     Limit("start", "`lampyris plan`, 4096 x 4096: ", _stages),
-    Limit("timed", "SIPP beside textbook, 512 x 512, search alone", _clearing),
+    Limit("timed", "SIPP compared with textbook, 512 x 512, search alone", _clearing),
 )

@@ -32,10 +32,12 @@ class Taken:
     ----------
     seconds : of processor time of this thread; of a query without an answer, the limit.
     length : metres; None: no path.
+    expansions : of ours, what :class:`lampyris.model.plan.Plan` counts; 0 of others.
     """
 
     seconds: float
     length: float | None
+    expansions: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -164,7 +164,7 @@ def test_the_search_of_sipp_is_limited_by_the_room_that_it_clears() -> None:
         Figure(f"{task}, {CLEARING}", "ms", one(0.25)),
     )
     record = section(*figures, name="timed").record()
-    claim = f"SIPP beside textbook, 512 x 512, search alone: at least 5 times as good: 4.5; short of it: {task} (4.50)"
+    claim = f"SIPP compared with textbook, 512 x 512, search alone: at least 5 times as good: 4.5; short of it: {task} (4.50)"
     assert "0.25 ms of 1.00 ms. Restated: without that at least 5 times as good: 6.00, holds" in limit_of(
         record, claim
     )
@@ -543,3 +543,149 @@ def test_the_page_on_performance_counts_the_claims_right() -> None:
     hold, short = (sum(line.startswith(f"- {word}: ") for line in page) for word in ("holds", "**SHORT**"))
     words = " ".join((ROOT / "docs" / "performance.md").read_text(encoding="utf-8").split())
     assert f"Of the {hold + short} claims that it tests {hold} hold; the other {short} are marked" in words
+
+
+def one(middle: float) -> Any:
+    from benchmarks.figures import Spread
+
+    return Spread(middle, middle, middle, 1)
+
+
+def test_first_calls_are_limited_by_planning_and_by_machine_code() -> None:
+    from benchmarks.figures import Figure
+    from benchmarks.limits import LOADING, PLANNING, limit_of
+
+    figures = [
+        Figure(f"plan, {who}, 50 x 50, {when}, {what}", "s", one(seconds))
+        for who, when, what, seconds in (
+            ("bit-star", "again", PLANNING, 0.25),
+            ("bit-star", "again", LOADING, 0.03),
+            ("bit-star", "first", PLANNING, 0.3),
+            ("bit-star", "first", LOADING, 2.5),
+        )
+    ]
+    record = section(*figures, name="first").record()
+    again = "`lampyris plan` on 50 x 50, later runs, under 0.25 s: 30 of 31 planners; short of it: bit-star (0.42 s)"
+    limit = limit_of(record, again)
+    assert "takes bit-star 0.25 s" in limit
+    assert "apart from its planning each is under 0.25 s: 0.17, holds" in limit
+    first = "`lampyris plan` on 50 x 50, the first run on a machine, under 2 s: 30 of 31 planners; "
+    limit = limit_of(record, f"{first}short of it: bit-star (3.08 s)")
+    assert "machine code takes bit-star 2.50 s" in limit
+    assert "apart from that each is under 2 s: 0.58, holds" in limit
+    assert "does not hold either" in limit_of(record, f"{first}short of it: bit-star (4.60 s)")
+    assert limit_of(record, again.replace("bit-star", "sipp")) == ""
+
+
+def test_what_an_answer_says_of_its_time_is_read() -> None:
+    from benchmarks.bench_first import _parts
+    from benchmarks.limits import LOADING, PLANNING
+
+    told = "time: 1706.0 ms, of which planning 843.1 ms, loading compiled code 825.7 ms"
+    assert _parts(told) == pytest.approx({PLANNING: 0.8431, LOADING: 0.8257})
+    assert _parts("time: 5.0 ms, of which planning 2.0 ms") == {PLANNING: 0.002, LOADING: 0.0}
+
+
+def test_pad_is_limited_by_the_motions_of_its_path() -> None:
+    from benchmarks.figures import Figure
+    from benchmarks.limits import EXPANDED, IN_PLANNING, NEEDED, PER_MOTION, limit_of
+
+    task = "disc of 0.3 m, omnidirectional"
+    figures = [
+        Figure(f"{task}, weight 1.6, {what}", "share", one(value))
+        for what, value in ((EXPANDED, 0.25), (NEEDED, 0.22), (PER_MOTION, 1.2), (IN_PLANNING, 0.1))
+    ]
+    claim = f"{task}: expansions of pad at weight 1.6 at most 0.2 of those of lattice: 0.25 in the median of 20 maps"
+    limit = limit_of(section(*figures, name="pose_maps").record(), claim)
+    assert "are 0.22 of what lattice expands" in limit
+    assert "1.2 in the median of the maps, holds" in limit
+    figures[2] = Figure(f"{task}, weight 1.6, {PER_MOTION}", "share", one(40.0))
+    limit = limit_of(section(*figures, name="pose_maps").record(), claim)
+    assert "the planning phases alone at most 0.2: 0.10, holds" in limit
+    note = "the motions of the path alone: 3.28 times fewer"
+    alone = (
+        figure(2.8, 1.0, more_is_better=True, asked=5.0, task=f"{task}, weight 1.6", note=note),
+        figure(6.3, 1.0, more_is_better=True, asked=5.0, task=f"{task}, weight 1.09", note=note),
+    )
+    claim = f"States that pad expands: at least 5 times as good: 2.8 to 6.3; short of it: {task}, weight 1.6 (2.80)"
+    limit = limit_of(section(*alone, name="poses").record(), claim)
+    assert (
+        "weight 1.6: 3.28 times fewer, pad 2.80. Restated: without these at least 5 times fewer: 6.3, holds"
+        in limit
+    )
+
+
+def test_planners_of_poses_are_limited_by_their_shortcuts() -> None:
+    from benchmarks.limits import PLAIN, limit_of
+
+    rival = "pathplanning Hybrid A*"
+    tasks = {"rooms, lattice, weight 1.5, tolerance": 5.0, f"rooms, {PLAIN}": 3.0}
+    figures = [figure(ours, 200.0, task=task, rival=rival) for task, ours in tasks.items()]
+    claim = "Mean time of a query: at least 50 times as good: 40 to 90, in 1 of 2; short of it: "
+    claim += "rooms, lattice, weight 1.5, tolerance (40.00)"
+    record = section(*figures, name="pose_rivals").record()
+    assert (
+        "they are 2.0 ms of 5.0 ms. Restated: without shortcuts at least 50 times as good: 67, holds"
+        in limit_of(record, claim)
+    )
+    assert limit_of(record, f"{claim}, maze, hybrid-astar (41.00)") == ""
+
+
+def test_trees_are_limited_by_what_a_call_costs_and_by_samples_in_sequence() -> None:
+    from benchmarks.figures import Figure
+    from benchmarks.limits import A_CALL, EXPANSIONS, limit_of
+
+    figures = []
+    for name, ours, theirs, call, expanded in (
+        ("Berlin", 0.1, 0.3, 0.08, 4),
+        ("maze", 14.0, 90.0, 0.1, 5000),
+    ):
+        task = f"{name}, rrt-connect, no shortcuts"
+        figures += [
+            figure(ours, theirs, task=task, rival="OMPL RRTConnect", asked=10.0),
+            Figure(f"{task}, {A_CALL}", "ms, median", one(call)),
+            Figure(f"{task}, {EXPANSIONS}", "median", one(expanded)),
+        ]
+    claim = (
+        "The same on each: at least 10 times as good: 3 to 6.4, in 0 of 2; short of it: Berlin, rrt-connect, "
+    )
+    claim += "no shortcuts (3.00), maze, rrt-connect, no shortcuts (6.43)"
+    limit = limit_of(section(*figures, name="sampling").record(), claim)
+    assert "with its ends side by side 0.08 ms, of 0.10 ms, on 1 of these" in limit
+    assert "a query takes 5,000 expansions one after the other, 2.8 us each" in limit
+    assert "on each at least 2 times as good: 3.00 to 6.43, holds" in limit
+
+
+def test_lengths_are_compared_within_the_same_time() -> None:
+    from benchmarks.limits import limit_of
+
+    short = figure(
+        101.0, 100.0, task="arena2, length of bit-star, seeded, 50 ms", rival="OMPL AORRTC", asked=1.0
+    )
+    longer = figure(100.5, 100.0, task="arena2, length of bit-star, seeded, 1.3 s", rival="OMPL AORRTC")
+    claim = "Length compared with AORRTC's in 1.3 s: at least 1 times as good: 0.99; short of it: "
+    claim += "arena2, length of bit-star, seeded, 50 ms (0.99)"
+    limit = limit_of(section(short, longer, name="sampling").record(), claim)
+    assert "its paths are 1.00 % shorter on these" in limit
+    assert "1.005 times AORRTC's, holds" in limit
+
+
+def test_fields_in_new_memory_and_in_more_lists() -> None:
+    from benchmarks.figures import Figure
+    from benchmarks.limits import NATIVE, NEW_MEMORY, limit_of
+
+    task = "stages, 4096 random 10 %, four-connected"
+    figures = (
+        figure(22.0, 15.0, task=task, rival=NATIVE),
+        Figure(f"{task}, {NEW_MEMORY}", "ns a cell", one(5.0)),
+    )
+    claim = f"the whole field compared with C++, four-connected moves: at most 1.2 times: 1.47; more: {task} (1.47)"
+    limit = limit_of(section(*figures, name="field").record(), claim)
+    assert "5.0 ns a cell for writing them once" in limit
+    assert "that together: 1.10, holds" in limit
+    weighted = figure(
+        31.0, 10.0, task="1024 at 30%, sixteen-connected, flat", rival="cells of one price", asked=1 / 3
+    )
+    claim = "weighted cells compared with cells of one price: at most 3 times: 3.10"
+    limit = limit_of(section(weighted, name="weighted").record(), claim)
+    assert "sixteen-connected 3.10 (1 + 3), holds" in limit

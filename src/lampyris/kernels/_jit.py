@@ -490,10 +490,12 @@ def _compile(k: Kernel) -> Callable[..., Any]:
 def _time_loading(dispatcher: Any) -> None:
     """Have the clocks of :mod:`.loading` stand still while it compiles, or reads what is kept on disk: at its
     first call with arguments of new types, before it runs."""
+    from lampyris.kernels._shortcuts import shortcuts
+
     compile_ = dispatcher.compile
 
     def timed(types: Any) -> Any:
-        with loading():
+        with loading(), shortcuts():
             return compile_(types)
 
     dispatcher.compile = timed

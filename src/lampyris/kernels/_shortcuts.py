@@ -1,0 +1,115 @@
+"""Less work for numba's compiler, with the same machine code: what it looks up many times, and what no kernel needs.
+
+A kernel is compiled once on a machine, and the first run waits for it. A sixth of that time numba spends on which
+implementation of ``+`` or ``a[i]`` takes which types, again for each place in the source and each round of its inference;
+another twentieth on which variables live at the entry of each block, after each of its passes, which only generators and
+code that falls back on objects ask for. It asks LLVM for the size of the same few types for each access of an array, and
+makes functions that C could call around its own implementations, which nobody calls.
+
+All this holds within :func:`shortcuts` alone, in the thread that is in it: what else a program compiles goes its usual way.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+RUN = (
+    "transforms", "canonicalize_cfg", "func_ir", "blocks", "VariableLifetime", "variable_lifetime", "analysis",
+    "compute_live_variables", "cfg", "usedefs", "defmap", "deadmaps", "combined", "items", "block_entry_vars",
+    "is_generator", "GeneratorInfo", "generator_info", "_compute_generator_info", "_insert_var_dels",
+)  # fmt: skip
+"""What numba's ``PostProcessor.run`` refers to, in versions whose work is known here."""
+
+
+class _Ours(threading.local):
+    depth = 0
+
+
+_ours = _Ours()
+
+
+@contextmanager
+def shortcuts() -> Iterator[None]:
+    """Compile with less work, in this thread, meanwhile."""
+    _install()
+    _ours.depth += 1
+    try:
+        yield
+    finally:
+        _ours.depth -= 1
+
+
+@cache
+def _install() -> None:
+    from numba.core import base, lowering, postproc, transforms, types
+
+    shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
+        (types.Function, "get_call_type", _remembered),
+        (base.BaseContext, "get_abi_sizeof", _sizes),
+        (lowering.BaseLower, "create_cfunc_wrapper", _unless_ours),
+        (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
+    )
+    for owner, name, wrap in shorter:
+        whole = getattr(owner, name, None)  # another version of numba may have another
+        if whole is not None and (name != "run" or whole.__code__.co_names == RUN):
+            setattr(owner, name, wrap(whole))
+
+
+def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """The resolution of a function of numba's own for types of arguments, each once."""
+    known: dict[tuple[Any, ...], Any] = {}
+
+    def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        if kws or not _ours.depth:
+            return resolve(self, context, args, kws)
+        key = (self, context, tuple(args))
+        found = known.get(key)
+        if found is None:
+            found = resolve(self, context, args, kws)
+            if found is not None:
+                known[key] = found
+        return found
+
+    return get_call_type
+
+
+def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
+    """The size of a type, asked for once."""
+    known: dict[tuple[Any, str], int] = {}
+
+    def get_abi_sizeof(self: Any, kind: Any) -> int:
+        if not _ours.depth:
+            return measure(self, kind)
+        key = (self, str(kind))
+        if key not in known:
+            known[key] = measure(self, kind)
+        return known[key]
+
+    return get_abi_sizeof
+
+
+def _unless_ours(make: Callable[[Any], None]) -> Callable[[Any], None]:
+    def create_cfunc_wrapper(self: Any) -> None:
+        if not _ours.depth:
+            make(self)
+
+    return create_cfunc_wrapper
+
+
+def _without_entries(whole: Callable[..., Any], transforms: Any, postproc: Any) -> Callable[..., Any]:
+    """The work after a pass, without the variables that live at the entry of each block."""
+
+    def run(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
+        code = self.func_ir
+        if not _ours.depth or emit_dels or code.is_generator:
+            whole(self, emit_dels, extend_lifetimes)
+            return
+        code.blocks = transforms.canonicalize_cfg(code.blocks)
+        code.variable_lifetime = postproc.VariableLifetime(code.blocks)
+        code.generator_info = None
+
+    return run

@@ -1,0 +1,114 @@
+"""Shortcuts of the compiler: the same machine code, and nothing else in the process is affected."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.kernels import _machine
+from lampyris.kernels import _shortcuts as shortcuts
+
+numba = pytest.importorskip("numba")
+
+
+def small(cost: Any, limit: int) -> float:
+    total = 0.0
+    for k in range(len(cost)):
+        if cost[k] < limit:
+            total += cost[k] * 0.5
+            cost[k] = min(cost[k], k + 1)
+    return total
+
+
+def instructions(made: Any) -> str:
+    """The machine code of the only signature, without names that count what a process has compiled."""
+    (text,) = made.inspect_asm().values()
+    code = [line for line in text.splitlines() if re.match(r"\t[a-z]", line)]
+    return re.sub(r"\w*_ZN\w*|\w*numba\w*|\w*small\w*|\.\w+", "name", "\n".join(code))
+
+
+def compiled(plain: Callable[..., Any], **options: Any) -> Any:
+    made = numba.njit(**_machine.LEAN, **options)(plain)
+    cost = np.arange(6) * 3
+    assert made(cost, 7) == 4.5
+    assert cost.tolist() == [0, 2, 3, 9, 12, 15]
+    return made
+
+
+@pytest.mark.nightly
+def test_the_machine_code_is_the_same_with_and_without_shortcuts() -> None:
+    plain = instructions(compiled(small))
+    with shortcuts.shortcuts():
+        short = instructions(compiled(small))
+    assert short == plain
+    assert plain.count("\n") > 20
+
+
+@pytest.mark.nightly
+def test_what_others_compile_goes_its_usual_way() -> None:
+    """Code that falls back on objects needs what a kernel does without: the variables at the entry of each block."""
+    with shortcuts.shortcuts():
+        compiled(small)
+    made = numba.jit(forceobj=True, looplift=False)(small)
+    assert made([0, 3, 6, 9], 7) == 4.5
+
+
+def test_a_resolution_is_remembered_within_shortcuts_alone() -> None:
+    asked = []
+
+    def resolve(self: str, context: str, args: Any, kws: Any) -> str | None:
+        asked.append((self, context, tuple(args), kws))
+        return None if "none" in args else f"{self}({', '.join(args)})"
+
+    quick = shortcuts._remembered(resolve)
+    for _ in range(2):
+        assert quick("add", "here", ["int64"], {}) == "add(int64)"
+    assert len(asked) == 2
+    shortcuts._install()
+    with shortcuts.shortcuts():
+        for _ in range(3):
+            assert quick("add", "here", ["int64"], {}) == "add(int64)"
+            assert quick("add", "here", ["int32"], {}) == "add(int32)"
+            assert quick("sub", "here", ["int32"], {}) == "sub(int32)"
+            assert quick("add", "there", ["int32"], {}) == "add(int32)"
+        assert len(asked) == 6
+        for _ in range(2):
+            assert quick("add", "here", ["int64"], {"a": "int8"}) == "add(int64)"
+            assert quick("add", "here", ["none"], {}) is None
+        assert len(asked) == 10
+    assert quick("add", "here", ["int64"], {}) == "add(int64)"
+    assert len(asked) == 11
+
+
+def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
+    """Where numba's own has changed, it runs as it is; then this is to be looked at."""
+    from numba.core.postproc import PostProcessor
+
+    shortcuts._install()
+    assert PostProcessor.run.__module__ == shortcuts.__name__
+
+
+def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alone() -> None:
+    asked: list[str] = []
+
+    def measure(self: str, kind: str) -> int:
+        asked.append(kind)
+        return len(kind)
+
+    quick, made = shortcuts._sizes(measure), []
+    wrap = shortcuts._unless_ours(made.append)
+    for _ in range(2):
+        assert quick("here", "i64") == 3
+        wrap("one")
+    assert len(asked) == len(made) == 2
+    with shortcuts.shortcuts():
+        for _ in range(3):
+            assert quick("here", "i64") == 3
+            assert quick("here", "double") == 6
+            wrap("two")
+    assert asked == ["i64", "i64", "i64", "double"]
+    assert made == ["one", "one"]
