@@ -24,6 +24,7 @@ from lampyris.model.change import Change
 from lampyris.planning.base import AnswersInTicks, NextSteps, SensedNow
 from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
+from lampyris.planning.spacetime.search_room import StateRoom
 from lampyris.typing import BoolGrid, Cell
 
 MOST_STAYS = 1000
@@ -84,23 +85,11 @@ class LiveSearch:
         begin, end = np.zeros((2, intervals), dtype=np.int64)
         self._room: tuple[Any, ...] = (
             np.full(n, -1, dtype=np.int32), touched, first, begin, end, np.zeros(intervals, dtype=np.int32), barred,
-            np.zeros(bans, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3 * ranges, dtype=np.int64),
-            np.zeros(2 * bans, dtype=np.int64), np.zeros(ranges, dtype=np.int64),
+            np.zeros(bans, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(2 * ranges, dtype=np.int64),
+            np.zeros(bans, dtype=np.int64), np.zeros(ranges, dtype=np.int64), np.zeros(bans, dtype=np.int64),
         )  # fmt: skip
         states = n + intervals + 1
-        arrive, paid, key, tie = np.zeros((4, states), dtype=np.int64)
-        came, place = np.zeros((2, states), dtype=np.int32)
-        heap = np.zeros(states + 1, dtype=np.int32)
-        self._states: tuple[Any, ...] = (
-            arrive,
-            paid,
-            came,
-            np.zeros(states, dtype=np.uint8),
-            heap,
-            place,
-            key,
-            tie,
-        )
+        self._states: tuple[Any, ...] = StateRoom.of(states)
 
     def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
         """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""

@@ -24,11 +24,12 @@ from lampyris.kernels.spacetime.timed_search import (
 from lampyris.model.grid import TERRAIN_UNIT, GridKey
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
-from lampyris.planning.field.frame import SCRATCH, framed
+from lampyris.planning.field.frame import framed
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.solve import solve
 from lampyris.planning.field_cache import SHARED, SHARED_CELLS
 from lampyris.planning.spacetime.prediction import Forbidden
+from lampyris.planning.spacetime.search_room import ROOM
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Ticks
 
 _Ints = NDArray[np.int64]
@@ -230,21 +231,7 @@ class TimedSearch:
         s = self.flat(start)
         n = len(self._free)
         states = n + len(table.begin) + 1
-        # Kept from call to call: arrays of this size are new pages each time, and faulting them in took five
-        # times as long as the search.
-        arrive, paid, key, tie, came, place, heap, done = SCRATCH.take(
-            *[(states, np.int64)] * 4, *[(states, np.int32)] * 2, (states + 1, np.int32), (states, np.uint8)
-        )
-        arrive.fill(NEVER)
-        done.fill(0)
-        place.fill(0)
-        heap[0] = 0
         result = np.zeros(4, dtype=np.int64)
-        sipp(
-            *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
-            table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
-            -1 if budget is None else budget, arrive, paid, came, done, heap, place, key, tie, result,
-        )  # fmt: skip
 
         def cells_of(states: _Ints) -> _Ints:
             cells = np.where(states < n, states, s)  # the last state is the start
@@ -252,7 +239,13 @@ class TimedSearch:
             cells[inside] = table.owner[states[inside] - n]
             return cells
 
-        return self._route(result, came, cells_of, arrive)
+        with ROOM.take(states, result) as room:
+            sipp(
+                *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
+                table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
+                -1 if budget is None else budget, *room, result,
+            )  # fmt: skip
+            return self._route(result, room.came, cells_of, room.arrive)
 
     def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by A* over cells and ticks."""
