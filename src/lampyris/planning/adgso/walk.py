@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -221,6 +222,11 @@ class Walker:
         frame = self._frame
         pairs = np.stack((flat % frame.width, flat // frame.width), axis=1) - frame.pad
         return pairs.astype(np.int32)
+
+    def flats(self, cells: Iterable[Cell]) -> list[int]:
+        """The flat cells of some cells, in their order."""
+        pad, width = self._frame.pad, self._frame.width
+        return [(y + pad) * width + x + pad for x, y in cells]
 
     def flat(self, cell: Cell) -> int:
         """The flat cell of x, y."""

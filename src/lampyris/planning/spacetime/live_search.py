@@ -22,7 +22,6 @@ from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
 from lampyris.model.change import Change
 from lampyris.planning.base import AnswersInTicks, NextSteps, SensedNow
-from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
 from lampyris.planning.spacetime.search_room import StateRoom
 from lampyris.typing import BoolGrid, Cell
@@ -56,9 +55,9 @@ class LiveSearch:
         self.search = search
         self.spent = 0
         self._stride = walkable.shape[1] + 2
-        inside = framed(np.ones_like(walkable), 1, False).view(np.uint8)
+        inside = search.inside()
         self._map = (
-            framed(walkable, 1, False).view(np.uint8),
+            search.walkable(walkable),
             inside,
             self._stride,
             search.kinds,
@@ -172,15 +171,16 @@ def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow
     now = tracks[0].since + len(tracks[0].track) - 1
     if not change.tick <= now <= change.tick + 1:
         return None
-    where, step_x, step_y, new = np.zeros((4, len(tracks)), dtype=np.int64)
+    rows = []
     for k, one in enumerate(tracks):
-        (x, y), (x0, y0) = one.track[-1], one.track[0]
-        plain = (
-            one.obstacle == k and one.period is None and one.footprint == ((0, 0),) and len(one.track) <= 2
-        )
-        if not plain or one.since + len(one.track) - 1 != now:
+        track = one.track
+        (x, y), (x0, y0), known = track[-1], track[0], len(track)
+        plain = one.obstacle == k and one.period is None and known <= 2 and one.footprint == ((0, 0),)
+        if not plain or one.since + known - 1 != now:
             return None
-        where[k], step_x[k], step_y[k], new[k] = search.flat((x, y)), x - x0, y - y0, len(one.track) == 1
+        rows.append((x, y, x - x0, y - y0, known == 1))
+    x_of, y_of, step_x, step_y, new = np.array(rows, dtype=np.int64).T.copy()
+    where = search.flats(x_of, y_of)
     nothing = np.zeros(1, dtype=np.int64)
     robot = search.flat(change.robot)
     return SensedNow(

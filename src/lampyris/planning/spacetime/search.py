@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -148,16 +147,35 @@ class TimedSearch:
         self._rest = framed(exact, 1, -1, np.int64)
         checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
+        self._inside: NDArray[np.uint8] | None = None
 
     def again(self) -> TimedSearch:
         """Another search on the same map, with a timetable of its own."""
-        other = copy(self)
+        other = object.__new__(TimedSearch)
+        other.__dict__.update(self.__dict__)
         other._slot = np.full(len(self._free), -1, dtype=np.int32)
         return other
 
     def flat(self, cell: Cell) -> int:
         """The padded flat index of a cell."""
         return int((cell[1] + 1) * self._stride + cell[0] + 1)
+
+    def inside(self) -> NDArray[np.uint8]:
+        """1 for a cell of the map, 0 for its border, by padded flat index; searches made by :meth:`again` share it."""
+        if self._inside is None:
+            height = len(self._free) // self._stride - 2
+            self._inside = framed(np.ones((height, self._width), dtype=np.uint8), 1, 0)
+        return self._inside
+
+    def walkable(self, free: BoolGrid) -> NDArray[np.uint8]:
+        """Where obstacles can be, by padded flat index: of the same cells as the robot's in most cases."""
+        rows = self._free.reshape(-1, self._stride)[1:-1, 1:-1]
+        same = np.array_equal(rows.view(np.bool_), free)
+        return self._free if same else framed(free, 1, False).view(np.uint8)
+
+    def flats(self, x: _Ints, y: _Ints) -> _Ints:
+        """The padded flat indices of cells."""
+        return (y + 1) * self._stride + x + 1
 
     def cell(self, flat: int) -> Cell:
         """x, y of a padded flat index."""
@@ -321,7 +339,9 @@ class TimedSearch:
 
 @lru_cache(maxsize=SHARED)
 def _laid_out(key: GridKey, radius: float, moves: Moves, goal: Cell) -> TimedSearch:
-    return TimedSearch(free_cells(key.grid, radius), moves, goal, None)
+    search = TimedSearch(free_cells(key.grid, radius), moves, goal, None)
+    search.inside()  # now, or each of those that share it would make its own
+    return search
 
 
 def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:

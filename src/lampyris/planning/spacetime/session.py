@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.settings import check_settings, number, under_name, whole, word
+from lampyris._core.values import completed
 from lampyris.kernels import loading
 from lampyris.kernels.simulation.asking import ANSWERS, FROM
 from lampyris.model.change import Change, ObstacleTrack
@@ -220,7 +222,7 @@ class TimedSession(SessionBase):
         most = None if budget is None else budget.expansions
         meets = change.goal_track is not None and self._settings.tracks == "known"
         made = self._meeting(change, most) if meets else self._answer(change, most)
-        return replace(made, timing={"search_s": loading.wall() - began})
+        return completed(made, timing={"search_s": loading.wall() - began})
 
     # ---- the answer --------------------
 
@@ -432,6 +434,7 @@ def _hidden(seen: ObstacleTrack, now: int) -> ObstacleTrack:
     return replace(seen, track=places, since=since, period=None)
 
 
+@lru_cache(maxsize=16)
 def _single(moves: Moves) -> Moves:
     """The steps of one cell: in a tick a robot moves no farther than an obstacle does."""
     kept = [k for k, (dx, dy) in enumerate(moves.offsets) if max(abs(dx), abs(dy)) == 1]

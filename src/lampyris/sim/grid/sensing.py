@@ -10,8 +10,7 @@ from lampyris.typing import Cell
 
 def seen_cells(world: Occupancy) -> list[Cell]:
     """Every cell that a moving obstacle covers now, in the order in which they came to cover it."""
-    cell = world.space.cell
-    return [cell(c) for c in world.taken]
+    return world.space.pairs(world.taken)
 
 
 def closed_cells(world: Occupancy) -> set[Cell]:
@@ -24,7 +23,7 @@ def closed_cells(world: Occupancy) -> set[Cell]:
     shape, space = world.robot_shape, world.space
     cell = space.cell
     if shape.small:
-        cells = {cell(c) for c in world.taken}
+        cells = set(space.pairs(world.taken))
     else:
         width, height = space.width, space.height
         around = [(x + dx, y + dy) for x, y in map(cell, world.taken) for dx, dy in shape.offsets]
