@@ -153,7 +153,7 @@ class TimedSearch:
         """Another search on the same map, with a timetable of its own."""
         other = object.__new__(TimedSearch)
         other.__dict__.update(self.__dict__)
-        other._slot = np.full(len(self._free), -1, dtype=np.int32)
+        other._slot = self.no_slots()
         return other
 
     def flat(self, cell: Cell) -> int:
@@ -199,11 +199,8 @@ class TimedSearch:
     def timetable(self, given: Forbidden) -> Timetable:
         """Lay out a forecast. Valid until the next one is laid out."""
         checkpoint()
-        at, forever = self._padded(given.at[:, 0]), self._padded(given.forever[:, 0])
-        kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
-        may = kinds >= 0
-        out = self._padded(given.steps[may, 0])
-        code = given.steps[may, 1] * len(self._offset) + kinds[may]
+        at, forever = self.padded(given.at[:, 0]), self.padded(given.forever[:, 0])
+        out, code = self.banned(given.steps)
         checkpoint()
         slot = self._slot
         slot[:] = -1
@@ -213,12 +210,12 @@ class TimedSearch:
         checkpoint()
         slot[touched] = np.arange(len(touched), dtype=np.int32)
         busy = slot[at].astype(np.int64), given.at[:, 1]
-        begin, end, owner = _intervals(busy, (slot[forever], given.forever[:, 1]), touched)
+        begin, end, owner = intervals(busy, (slot[forever], given.forever[:, 1]), touched)
         checkpoint()
         first = np.searchsorted(owner, np.concatenate((touched, [len(slot)])))
         # One number for slot and code: sorting pairs by column takes twenty times as long.
         span = int(code.max(initial=0)) + 1
-        bans = _distinct(slot[out].astype(np.int64) * span + code)
+        bans = distinct(slot[out].astype(np.int64) * span + code)
         barred = np.searchsorted(bans, np.arange(len(touched) + 1) * span)
         return Timetable(
             slot,
@@ -233,7 +230,18 @@ class TimedSearch:
             given.still if given.endless else NEVER,
         )
 
-    def _padded(self, flat: _Ints) -> _Ints:
+    def no_slots(self) -> NDArray[np.int32]:
+        """A slot for no cell, as timetables say it."""
+        return np.full(len(self._free), -1, dtype=np.int32)
+
+    def banned(self, steps: _Ints) -> tuple[_Ints, _Ints]:
+        """Cells and codes of forbidden steps (rows of :class:`Forbidden`), those left out that the robot does not know."""
+        kinds = self._kind_of[(steps[:, 2] + 1) * 3 + steps[:, 3] + 1]
+        may = kinds >= 0
+        return self.padded(steps[may, 0]), steps[may, 1] * len(self._offset) + kinds[may]
+
+    def padded(self, flat: _Ints) -> _Ints:
+        """Padded flat indices from those of the map."""
         y, x = np.divmod(flat, self._width)
         padded: _Ints = (y + 1) * self._stride + x + 1
         return padded
@@ -353,7 +361,7 @@ def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
     return _laid_out(GridKey(grid), scene.robot.radius, moves, scene.goal).again()
 
 
-def _distinct(values: _Ints) -> _Ints:
+def distinct(values: _Ints) -> _Ints:
     """Ascending, each once. By sorting: NumPy's own ``unique`` hashes, which took ten times as long here."""
     ordered = np.sort(values)
     new = np.ones(len(ordered), dtype=np.bool_)
@@ -361,7 +369,7 @@ def _distinct(values: _Ints) -> _Ints:
     return ordered[new]
 
 
-def _intervals(
+def intervals(
     at: tuple[_Ints, _Ints], forever: tuple[NDArray[np.int32], _Ints], touched: _Ints
 ) -> tuple[_Ints, _Ints, _Ints]:
     """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick.
@@ -375,7 +383,7 @@ def _intervals(
     np.minimum.at(ends, forever[0], forever[1])
     early = int(at[1].min(initial=0))
     span = int(at[1].max(initial=0)) - early + 1
-    where, tick = np.divmod(_distinct(at[0] * span + at[1] - early), span)
+    where, tick = np.divmod(distinct(at[0] * span + at[1] - early), span)
     busy = np.stack((touched[where], tick + early), axis=1)
     keep = busy[:, 1] < ends[where]
     busy, where = busy[keep], where[keep]
