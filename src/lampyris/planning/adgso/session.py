@@ -262,7 +262,7 @@ class AdGsoSession(SessionBase):
         )
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
-        flat = self._walker.flats(cells)  # bits: each sets its own bit
+        flat = self._walker.flats(cells)
         for k in range(0, len(flat), 4096):
             checkpoint()
             shut[flat[k : k + 4096]] |= bit

@@ -14,9 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.planning.spacetime.prediction import Forbidden, Lasting, joined
-from lampyris.planning.spacetime.search import NEVER, TimedSearch, Timetable, distinct, intervals
+from lampyris.planning.spacetime.search import NEVER, TimedSearch, Timetable, intervals
 
 _Ints = NDArray[np.int64]
 K = TypeVar("K", bound=np.generic)

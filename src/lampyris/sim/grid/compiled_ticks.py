@@ -160,9 +160,9 @@ class CompiledTicks:
         self._events = np.zeros(3 * (4 * BLOCK + len(self._walkers) * BLOCK), dtype=np.int64)
         self._words = list(CAUSES)
         self._draws: Floats = np.zeros(1)
-        self._tracks, self._robots, self._causes = np.zeros((3, 1), dtype=np.int64)
-        self._speeds: Floats = np.zeros(1)
-        self._log(BLOCK + 1)
+        self._tracks = np.zeros((BLOCK + 1) * self._capacity, dtype=np.int64)
+        self._robots, self._causes = np.zeros((2, BLOCK + 1), dtype=np.int64)
+        self._speeds: Floats = np.zeros(BLOCK + 1)
         self._robots[0] = world.robot
         self._speeds[0] = run.tick_speed.v
         self._tracks[: len(world.where)] = world.where
