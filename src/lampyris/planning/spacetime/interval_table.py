@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
+from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.planning.spacetime.prediction import Forbidden, Lasting, joined
-from lampyris.planning.spacetime.search import NEVER, TimedSearch, Timetable, intervals
+from lampyris.planning.spacetime.search import TimedSearch, Timetable, intervals
 
 _Ints = NDArray[np.int64]
 K = TypeVar("K", bound=np.generic)

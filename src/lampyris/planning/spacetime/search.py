@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,7 +177,8 @@ class TimedSearch:
 
     def flats(self, x: _Ints, y: _Ints) -> _Ints:
         """The padded flat indices of cells."""
-        return (y + 1) * self._stride + x + 1
+        padded: _Ints = (y + 1) * self._stride + x + 1
+        return padded
 
     def cell(self, flat: int) -> Cell:
         """x, y of a padded flat index."""
@@ -363,7 +365,7 @@ def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
 
 
 def intervals(
-    at: tuple[_Ints, _Ints], forever: tuple[NDArray[np.int32], _Ints], touched: _Ints
+    at: tuple[NDArray[Any], _Ints], forever: tuple[NDArray[Any], _Ints], touched: _Ints
 ) -> tuple[_Ints, _Ints, _Ints]:
     """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick.
 

@@ -47,6 +47,19 @@ class StateRoom(NamedTuple):
             tie,
         )
 
+    def first(self, states: int) -> StateRoom:
+        """The part for the first states."""
+        return StateRoom(
+            self.arrive[:states],
+            self.paid[:states],
+            self.came[:states],
+            self.done[:states],
+            self.heap[: states + 1],
+            self.place[:states],
+            self.key[:states],
+            self.tie[:states],
+        )
+
 
 class SearchRoom(threading.local):
     """Room for one search at a time in each thread."""
@@ -65,7 +78,7 @@ class SearchRoom(threading.local):
         kept, self.kept = self.kept, None  # a search that is stopped by an exception leaves it in any state
         if kept is None or len(kept.arrive) < states:
             kept = StateRoom.of(states)
-        there = StateRoom(*(array[: states + (k == 4)] for k, array in enumerate(kept)))
+        there = kept.first(states)
         yield there
         clean(there.arrive, there.done, there.heap, there.place, int(result[1]))
         if len(kept.arrive) <= KEPT_STATES:
