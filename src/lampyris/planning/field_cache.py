@@ -64,6 +64,9 @@ class FieldCache:
         """The field with these cells sealed. It stays as it is until the map changes or others are asked for;
         with none sealed, until the map changes.
         """
+        last = self._kept[-1] if self._kept else None
+        if last is not None and not last.behind and last.cells == cells:
+            return last.repairer.padded
         kept = next((k for k in self._kept if k.cells == cells), None)
         if kept is None and self._kept:
             # The nearest one, of equals the one not asked for the longest, becomes it or is copied for it.

@@ -219,9 +219,12 @@ class Walker:
 
     def cells(self, flat: Flat) -> Cells:
         """The same for many; int32 (n, 2)."""
-        frame = self._frame
-        pairs = np.stack((flat % frame.width, flat // frame.width), axis=1) - frame.pad
-        return pairs.astype(np.int32)
+        width, pad = self._frame.width, self._frame.pad
+        y = flat // width
+        pairs = np.empty((len(flat), 2), dtype=np.int32)
+        pairs[:, 0] = flat - y * width - pad
+        pairs[:, 1] = y - pad
+        return pairs
 
     def flats(self, cells: Iterable[Cell]) -> list[int]:
         """The flat cells of some cells, in their order."""

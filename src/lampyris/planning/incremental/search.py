@@ -107,8 +107,12 @@ class SearchMap:
     def extract_path(self, cost: NDArray[np.int64]) -> Cells:
         """The path from the robot to the goal down these costs; the robot can reach it."""
         length = incremental.descend(self.free, self.weight, cost, *self.steps, self.setup, self._path)
-        flat = self._path[:length]
-        return np.stack((flat % self.frame.width, flat // self.frame.width), axis=1) - self.frame.pad
+        flat, width, pad = self._path[:length], self.frame.width, self.frame.pad
+        y = flat // width
+        pairs = np.empty((length, 2), dtype=np.int32)
+        pairs[:, 0] = flat - y * width - pad
+        pairs[:, 1] = y - pad
+        return pairs
 
 
 @lru_cache(maxsize=16)
