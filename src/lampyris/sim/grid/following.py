@@ -30,7 +30,7 @@ class Following:
     ticks: list[int] | None = None
     until_tick: int = 0
     counted: bool = False
-    cells: Cells | None = None
+    cells: Cells | None = field(default=None, compare=False, repr=False)  # the same as `route`
 
     @property
     def ahead(self) -> Cell | None:
