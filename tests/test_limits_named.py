@@ -466,7 +466,7 @@ NO_LIMITS = {
     # Places in a kernel's state and law; what one that stands may do longest; above it plans are made the longer way.
     "kernels.simulation.ticks.WAITING", "kernels.simulation.tick_speed.V_MAX", "kernels.simulation.tick_speed.A_MAX",
     "kernels.simulation.tick_speed.D_MAX", "planning.spacetime.live_search.MOST_STAYS",
-    "planning.spacetime.live_search.MOST_CELLS",
+    "planning.spacetime.live_search.MOST_CELLS", "planning.spacetime.interval_table.MOST_TICK",
     # Likewise; above the last three drives run in Python.
     *(f"kernels.simulation.drive_obstacles.{name}" for name in ("A_MAX", "D_MAX", "V_MAX", "TIME_LIMIT", "QUEUE")),
     "kernels.simulation.drive.OF_LIMIT",

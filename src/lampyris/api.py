@@ -30,7 +30,7 @@ from lampyris._core.defaults import (
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris._core.predicates import numbers
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE, in_range, is_whole, is_word
-from lampyris._core.values import with_fields
+from lampyris._core.values import completed
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -559,7 +559,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return with_fields(trace, detail=ending_sentence(trace, scene), timing=timing)
+    return completed(trace, detail=ending_sentence(trace, scene), timing=timing)
 
 
 def drive(

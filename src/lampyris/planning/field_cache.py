@@ -51,6 +51,7 @@ class FieldCache:
         self._shared = shared
         self._moves, self._goal, self._rho, self._gamma = moves, goal, rho, gamma
         self._kept: list[_Kept] = []
+        self._bare: Padded | None = None
         self.spent = 0
         """Cells settled in fields, or seen by repairing them, so far."""
 
@@ -63,6 +64,9 @@ class FieldCache:
         """The field with these cells sealed. It stays as it is until the map changes or others are asked for;
         with none sealed, until the map changes.
         """
+        last = self._kept[-1] if self._kept else None
+        if last is not None and not last.behind and last.cells == cells:
+            return last.repairer.padded
         kept = next((k for k in self._kept if k.cells == cells), None)
         if kept is None and self._kept:
             # The nearest one, of equals the one not asked for the longest, becomes it or is copied for it.
@@ -84,7 +88,8 @@ class FieldCache:
         terrain = self._map.terrain if self._map.has_terrain else None
         free = self._map.free
         if self._is_shared:
-            repairer = _solved(*self._given).copy_on_write()
+            solved = _solved(*self._given)
+            self._bare, repairer = solved.padded, solved.copy_on_write()
         else:
             repairer = FieldRepairer(
                 free, self._moves, self._goal, terrain=terrain, rho=self._rho, gamma=self._gamma
@@ -107,7 +112,7 @@ class FieldCache:
     def spare(self, ground: Padded, settings: Hashable) -> list[Any] | None:
         """Where sessions leave what they have worked out on a field for the next with the same settings; None: it is not
         the bare one that is shared, which never changes."""
-        if not self._is_shared or _solved(*self._given).padded is not ground:
+        if ground is not self._bare or not self._is_shared:
             return None
         return _spare(*self._given, settings)
 

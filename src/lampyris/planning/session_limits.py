@@ -44,6 +44,12 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
     @functools.wraps(plan)
     def asked(session: S, change: Change | None = None, budget: Budget | None = None) -> Plan:
         seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)
+        if seconds is None and stop is None and cancellation.watch() is None:
+            try:
+                return plan(session, change, budget)
+            except (Cancelled, KeyboardInterrupt) as why:
+                session.drop(isinstance(why, KeyboardInterrupt))
+                raise
         with cancellation.watching(seconds, stop) as own:
             rng = getattr(session, "_rng", None) if cancellation.watch() is not None else None
             drawn = rng.bit_generator.state if isinstance(rng, np.random.Generator) else {}

@@ -140,8 +140,20 @@ def _plainly_legal(cells: NDArray[np.int32], grid: Grid, robot: Robot, moves: Mo
     dx, dy = x[1:] - x[:-1] + 1, y[1:] - y[:-1] + 1
     if len(dx) and max(int(dx.view(np.uint64).max()), int(dy.view(np.uint64).max())) > 2:
         return None
+    return plain_codes(at, dx, dy, grid, moves)
+
+
+def plain_codes(at: Ints, dx: Ints, dy: Ints, grid: Grid, moves: Moves) -> Ints | None:
+    """The look-up codes of steps to neighbours, where all can be seen at once to break no rule; None says nothing.
+
+    Parameters
+    ----------
+    at : numbers of the cells walked on, row by row of the map, all of them free; (n,).
+    dx, dy : each step and 1, which is 0, 1 or 2; (n - 1,).
+    moves : with steps to neighbours alone.
+    """
     code: Ints = 3 * dx + dy
-    kind = steps.kind[code]
+    kind = _steps_of(moves).kind.take(code)
     if len(kind) and kind.min() < 0:
         return None
     if not moves.corner_cutting:

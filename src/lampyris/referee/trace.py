@@ -44,16 +44,21 @@ def check_trace(trace: Trace) -> Violation | None:
     if broken is not None:
         return broken
     eras, codes = eras_of(trace), list[Ints]()
-    plain = len(eras) == 1 and trace.scene.moves.reach == 1 and plainly_legal(trace)
-    traffic = None if plain and trace.outcome is not Outcome.HIT else _traffic(trace)
-    driven = _driven(trace.robot)
+    plain = plainly_legal(trace) if len(eras) == 1 and trace.scene.moves.reach == 1 else None
+    traffic = None if plain is not None and trace.outcome is not Outcome.HIT else _traffic(trace)
+    driven = _driven(trace.robot) if plain is None else trace.robot[plain.driven]
+    known = None if plain is None else plain.codes(trace)
     return (
         edits_violation(trace, eras)
-        or _robot(trace, eras, driven, codes)
+        or _robot(trace, eras, driven, codes, known)
         or sensing_violation(trace)
         or goal_violation(trace)
         or trace_visits_violation(trace)
-        or (None if plain or traffic is None else _obstacles(trace, eras, traffic) or _pairs(trace, traffic))
+        or (
+            None
+            if plain is not None or traffic is None
+            else _obstacles(trace, eras, traffic) or _pairs(trace, traffic)
+        )
         or _outcome(trace, traffic)
         or _path_violation(trace, driven, codes)
         or _events(trace)
@@ -100,15 +105,20 @@ def _leaves(cells: NDArray[np.int32]) -> list[int]:
     return [*np.flatnonzero(moved).tolist(), len(cells) - 1]
 
 
-def _robot(trace: Trace, eras: list[Era], driven: NDArray[np.int32], codes: list[Ints]) -> Violation | None:
+def _robot(
+    trace: Trace, eras: list[Era], driven: NDArray[np.int32], codes: list[Ints], known: Ints | None
+) -> Violation | None:
     """The robot alone, whose cells without repeats are ``driven``; ``codes`` is filled with those of its steps, era by era,
-    if it drove."""
+    if it drove; ``known``: these, where all steps are known to be legal."""
     scene = trace.scene
     first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
     if first != scene.start:
         return Violation("start", "tick 0", f"the robot is at {first}; the start is {scene.start}")
     if trace.outcome is Outcome.START_OCCUPIED:
         return None if len(driven) == 1 else Violation("outcome", "trace", "drove from an occupied start")
+    if known is not None:
+        codes.append(known)
+        return None
     for era, grid in with_maps(eras, scene.grid):
         # The step into an era is made on its map, from a cell that cannot have turned into a wall.
         there = trace.robot[era.since : era.last + 1]

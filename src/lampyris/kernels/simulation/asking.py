@@ -139,7 +139,7 @@ def advance_adgso(
         "st", "where", "step_x", "step_y", "taken", "left", "gone", "walkers", "own", "shuttles", "robots", "tracks",
         "speeds", "causes", "events", "marks", "near_wall", "x", "why", "asked",
         "new", "stood_at", "since", "slot", "touched", "first", "begin", "end", "owner", "barred", "ban", "counts",
-        "busy", "bans", "order", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "path", "enter",
+        "busy", "bans", "order", "later", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "path", "enter",
         "result",
     ),
     each=3000,
@@ -151,7 +151,7 @@ def advance_sipp(
     robots, tracks, speeds, causes, events, marks, law, counted, blocked, near_wall, x, why, asked,
     new, stood_at, since, horizon, velocity, most_stays, margin, walkable, inside, stride, kind_of,
     free, offset, via, across, price, toll, steps_left, rest, goal,
-    slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+    slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later,
     arrive, paid, came, done, heap, place, key, tie, path, enter, result, halt,
 ):  # fmt: skip
     """As :func:`lampyris.kernels.simulation.ticks.advance`, with the answers of SIPP.
@@ -193,7 +193,7 @@ def advance_sipp(
                 where, step_x, step_y, new, obstacles, now, now - 1, asked[KNOWN], stood_at, since, horizon, velocity,
                 most_stays, margin, asked[PER_ANSWER], st[ROBOT], walkable, inside, stride, kind_of,
                 free, offset, via, across, price, toll, steps_left, rest, goal,
-                slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+                slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later,
                 arrive, paid, came, done, heap, place, key, tie, path, enter, asked[ROUTE_CELLS], result, halt,
             )  # fmt: skip
             asked[KNOWN] = obstacles

@@ -7,10 +7,7 @@ it is and where it was a tick before. Equal to what :mod:`lampyris.planning.spac
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel
-from lampyris.kernels.spacetime.timed_search import FOUND, NEVER, _is_banned, _is_safe, sipp
-
-OF_CELL, FROM, TO = 0, 1, 2
-"""Rows of ``busy``: cell, first and last tick at which an obstacle is there."""
+from lampyris.kernels.spacetime.timed_search import FOUND, NEVER, clean, sipp
 
 
 @kernel(out=("values",))
@@ -43,70 +40,69 @@ def watch(where, step_x, step_y, new, obstacles, now, known, stood_at, since):
         since[k] = first
 
 
-@kernel(out=("slot", "touched", "counts"))
-def touch(cell, slot, touched, counts):
-    """Have a slot for a cell."""
-    if slot[cell] == -1:
-        slot[cell] = -2
-        touched[counts[0]] = cell
+@kernel(out=("slot", "touched", "first", "barred", "counts"), inline=True)
+def touch(cell, slot, touched, first, barred, counts):
+    """The slot of a cell, which has one from here on."""
+    s = slot[cell]
+    if s < 0:
+        s = counts[0]
+        slot[cell] = s
+        touched[s] = cell
+        first[s] = -1
+        barred[s] = -1
         counts[0] += 1
+    return s
 
 
-@kernel(out=("slot", "touched", "counts", "busy"))
-def occupy(cell, first, last, inside, slot, touched, counts, busy):
+@kernel(out=("slot", "touched", "first", "barred", "counts", "busy", "order"), inline=True)
+def occupy(cell, begins, ends, inside, slot, touched, first, barred, counts, busy, order):
     """Note that an obstacle is on a cell from one tick to another."""
     if inside[cell] == 0:
         return
-    touch(cell, slot, touched, counts)
-    k = 3 * counts[1]
-    busy[k] = cell
-    busy[k + 1] = first
-    busy[k + 2] = last
+    s = touch(cell, slot, touched, first, barred, counts)
+    k = counts[1]
+    busy[2 * k] = begins
+    busy[2 * k + 1] = ends
+    order[k] = first[s]
+    first[s] = k
     counts[1] += 1
 
 
-@kernel(out=("slot", "touched", "counts", "bans"))
-def bar(cell, dx, dy, tick, inside, kind_of, steps, slot, touched, counts, bans):
+@kernel(out=("slot", "touched", "first", "barred", "counts", "bans", "later"), inline=True)
+def bar(cell, dx, dy, tick, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later):
     """Note that the step (dx, dy) out of a cell must not end at a tick."""
     kind = kind_of[3 * (dx + 1) + dy + 1]
     if inside[cell] == 0 or kind < 0:
         return
-    touch(cell, slot, touched, counts)
-    bans[2 * counts[2]] = cell
-    bans[2 * counts[2] + 1] = tick * steps + kind
+    s = touch(cell, slot, touched, first, barred, counts)
+    k = counts[2]
+    bans[k] = tick * steps + kind
+    later[k] = barred[s]
+    barred[s] = k
     counts[2] += 1
 
 
-@kernel(out=("slot", "touched", "counts", "bans"))
-def bar_hop(cell, dx, dy, tick, stride, inside, kind_of, steps, slot, touched, counts, bans):
+@kernel(out=("slot", "touched", "first", "barred", "counts", "bans", "later"))
+def bar_hop(
+    cell, dx, dy, tick, stride, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later
+):
     """Note the steps that would swap places with, or cross, an obstacle whose step (dx, dy) from a cell ends at a tick."""
-    bar(cell + dy * stride + dx, -dx, -dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
+    to = cell + dy * stride + dx
+    bar(to, -dx, -dy, tick, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later)
     if dx != 0 and dy != 0:
-        bar(cell + dx, -dx, dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
-        bar(cell + dy * stride, dx, -dy, tick, inside, kind_of, steps, slot, touched, counts, bans)
+        to = cell + dx
+        bar(to, -dx, dy, tick, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later)
+        to = cell + dy * stride
+        bar(to, dx, -dy, tick, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later)
 
 
-@kernel(
-    out=(
-        "slot",
-        "touched",
-        "first",
-        "begin",
-        "end",
-        "owner",
-        "barred",
-        "ban",
-        "counts",
-        "busy",
-        "bans",
-        "order",
-    )
-)
-def lay_out(
+@kernel(out=("slot", "touched", "first", "barred", "counts", "busy", "bans", "order", "later"))
+def forecast(
     where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
-    kind_of, steps, slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+    kind_of, steps, slot, touched, first, barred, counts, busy, bans, order, later,
 ):  # fmt: skip
-    """Safe intervals and forbidden steps after ``tick``, of obstacles that are at ``where`` at ``now``."""
+    """Note what obstacles that are at ``where`` at ``now`` occupy and forbid after ``tick``, cell by cell: ``first`` and
+    ``barred`` begin the lists of a slot's rows of ``busy`` and ``bans``, which go on by ``order`` and ``later``."""
     for k in range(counts[0]):
         slot[touched[k]] = -1
     counts[0] = 0
@@ -117,23 +113,13 @@ def lay_out(
         dx = step_x[k]
         dy = step_y[k]
         if new[k] == 0 and now - 1 >= tick:
-            occupy(cell - dy * stride - dx, now - 1, now - 1, inside, slot, touched, counts, busy)
+            came = cell - dy * stride - dx
+            occupy(came, now - 1, now - 1, inside, slot, touched, first, barred, counts, busy, order)
             if dx != 0 or dy != 0:
                 bar_hop(
-                    cell - dy * stride - dx,
-                    dx,
-                    dy,
-                    now,
-                    stride,
-                    inside,
-                    kind_of,
-                    steps,
-                    slot,
-                    touched,
-                    counts,
-                    bans,
-                )
-        occupy(cell, now, now, inside, slot, touched, counts, busy)
+                    came, dx, dy, now, stride, inside, kind_of, steps, slot, touched, first, barred, counts, bans, later
+                )  # fmt: skip
+        occupy(cell, now, now, inside, slot, touched, first, barred, counts, busy, order)
         if horizon == 0:
             continue
         if velocity == 0 or new[k] != 0:
@@ -147,38 +133,52 @@ def lay_out(
                 to = cell
             if dx != 0 or dy != 0:
                 bar_hop(
-                    cell, dx, dy, now + ahead, stride, inside, kind_of, steps, slot, touched, counts, bans
+                    cell, dx, dy, now + ahead, stride, inside, kind_of, steps, slot, touched, first, barred, counts,
+                    bans, later,
+                )  # fmt: skip
+            elif ahead < horizon:
+                # It stays: one row says so for all ticks.
+                occupy(
+                    cell,
+                    now + ahead,
+                    now + horizon,
+                    inside,
+                    slot,
+                    touched,
+                    first,
+                    barred,
+                    counts,
+                    busy,
+                    order,
                 )
-            occupy(to, now + ahead, now + ahead, inside, slot, touched, counts, busy)
+                break
+            occupy(to, now + ahead, now + ahead, inside, slot, touched, first, barred, counts, busy, order)
             cell = to
         stood = now - since[k]
         if stood > 0:
             stays = min(2 * stood, most_stays)
-            occupy(where[k], now + 1, now + stays, inside, slot, touched, counts, busy)
+            occupy(where[k], now + 1, now + stays, inside, slot, touched, first, barred, counts, busy, order)
+
+
+@kernel(out=("first", "begin", "end", "owner", "barred", "ban", "order"))
+def merge(touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later):
+    """Safe intervals and forbidden steps, slot by slot, of what :func:`forecast` has noted; ``first`` and ``barred`` then
+    say where those of a slot begin. Once after each forecast."""
     cells = counts[0]
-    sort(touched, 0, cells)
-    for s in range(cells):
-        slot[touched[s]] = s
-        first[s] = -1
-        barred[s] = 0
-    # The ranges of each slot, as lists; ``first`` is their head, ``order`` what comes next.
-    for k in range(counts[1]):
-        s = slot[busy[3 * k]]
-        order[k] = first[s]
-        first[s] = k
     made = 0
+    total = 0
     for s in range(cells):
         head = first[s]
         # By time: few ranges each.
         ordered = -1
         while head >= 0:
             after = order[head]
-            if ordered < 0 or busy[3 * head + 1] <= busy[3 * ordered + 1]:
+            if ordered < 0 or busy[2 * head] <= busy[2 * ordered]:
                 order[head] = ordered
                 ordered = head
             else:
                 at = ordered
-                while order[at] >= 0 and busy[3 * order[at] + 1] < busy[3 * head + 1]:
+                while order[at] >= 0 and busy[2 * order[at]] < busy[2 * head]:
                     at = order[at]
                 order[head] = order[at]
                 order[at] = head
@@ -186,36 +186,26 @@ def lay_out(
         first[s] = made
         safe = -NEVER
         while ordered >= 0:
-            if busy[3 * ordered + 1] > safe:
+            if busy[2 * ordered] > safe:
                 begin[made] = safe
-                end[made] = busy[3 * ordered + 1] - 1
+                end[made] = busy[2 * ordered] - 1
                 owner[made] = touched[s]
                 made += 1
-            safe = max(safe, busy[3 * ordered + 2] + 1)
+            safe = max(safe, busy[2 * ordered + 1] + 1)
             ordered = order[ordered]
         begin[made] = safe
         end[made] = NEVER - 1
         owner[made] = touched[s]
         made += 1
-    first[cells] = made
-    for k in range(counts[2]):
-        barred[slot[bans[2 * k]]] += 1
-    total = 0
-    for s in range(cells):
-        many = barred[s]
+        head = barred[s]
         barred[s] = total
-        total += many
+        while head >= 0:
+            ban[total] = bans[head]
+            total += 1
+            head = later[head]
+        sort(ban, barred[s], total)
+    first[cells] = made
     barred[cells] = total
-    for k in range(counts[2]):
-        s = slot[bans[2 * k]]
-        ban[barred[s]] = bans[2 * k + 1]
-        barred[s] += 1
-    for s in range(cells - 1, 0, -1):
-        barred[s] = barred[s - 1]
-    if cells > 0:
-        barred[0] = 0
-    for s in range(cells):
-        sort(ban, barred[s], barred[s + 1])
     return made
 
 
@@ -232,27 +222,37 @@ def safe_until(cell, tick, slot, first, begin, end):
 
 
 @kernel()
-def still_good(route, enter, at, length, tick, stride, kind_of, steps, slot, first, begin, end, barred, ban):
-    """Whether a robot that is on ``route[at]`` at ``tick`` may drive on as planned."""
+def still_good(
+    route, enter, at, length, tick, stride, kind_of, steps, slot, first, barred, busy, bans, order, later
+):
+    """Whether a robot that is on ``route[at]`` at ``tick`` may drive on as planned, by what :func:`forecast` has noted."""
     for k in range(at, length - 1):
         u = route[k]
         v = route[k + 1]
-        if slot[u] < 0 and slot[v] < 0:
-            continue
         t = tick if k == at else enter[k]
         then = enter[k + 1]
-        if safe_until(u, t, slot, first, begin, end) < then - 1:
-            return False
-        dy = (v - u + stride + 1) // stride - 1
-        dx = v - u - dy * stride
         s = slot[u]
-        if s >= 0 and _is_banned(
-            ban, barred[s], barred[s + 1], then * steps + kind_of[3 * (dx + 1) + dy + 1]
-        ):
-            return False
+        if s >= 0:
+            i = first[s]
+            while i >= 0:
+                if t + 1 < then and busy[2 * i] < then and busy[2 * i + 1] > t:
+                    return False
+                i = order[i]
+            dy = (v - u + stride + 1) // stride - 1
+            dx = v - u - dy * stride
+            code = then * steps + kind_of[3 * (dx + 1) + dy + 1]
+            i = barred[s]
+            while i >= 0:
+                if bans[i] == code:
+                    return False
+                i = later[i]
         s = slot[v]
-        if s >= 0 and not _is_safe(begin, end, first[s], first[s + 1], then):
-            return False
+        if s >= 0:
+            i = first[s]
+            while i >= 0:
+                if busy[2 * i] <= then <= busy[2 * i + 1]:
+                    return False
+                i = order[i]
     return True
 
 
@@ -270,7 +270,7 @@ def keep_on(route, enter, at, length, tick, result):
 @kernel(
     out=(
         "stood_at", "since", "slot", "touched", "first", "begin", "end", "owner", "barred", "ban", "counts", "busy", "bans",
-        "order", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "route", "enter", "result",
+        "order", "later", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "route", "enter", "result",
     ),
     each=3000,
     of="free",
@@ -279,7 +279,7 @@ def live_search(
     where, step_x, step_y, new, obstacles, now, tick, known, stood_at, since, horizon, velocity, most_stays, margin, limit,
     robot, walkable, inside, stride, kind_of,
     free, offset, via, across, price, toll, steps_left, rest, goal,
-    slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+    slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later,
     arrive, paid, came, done, heap, place, key, tie, route, enter, length, result, halt,
 ):  # fmt: skip
     """The earliest arrival, or the route that is driven if it is still good and the new one saves too little.
@@ -296,15 +296,16 @@ def live_search(
     walkable, inside : uint8 by cell: where obstacles can be, whether it is a cell of the map.
     kind_of : int64 (9,), the number of each step, at 3 (dx + 1) + dy + 1; -1 for none.
     free .. goal : see :func:`lampyris.kernels.spacetime.timed_search.sipp`.
-    slot .. order : room; ``counts`` has what was touched last. As long as they hold, the intervals.
-    arrive .. tie : room, one more than cells and intervals; see there.
+    slot .. later : room; ``counts`` has what was touched last. The intervals are made only where a search needs them.
+    arrive .. tie : room, one more than cells and intervals, as :func:`lampyris.kernels.spacetime.timed_search.clean` leaves
+        it.
     route, enter, length : the route that is driven, its ticks and cells; the new one is written over it, if it is found.
     result : out, int64 (8,): of the search; at 4 the number of cells, at 5 whether the route is the old one.
     """
     watch(where, step_x, step_y, new, obstacles, now, known, stood_at, since)
-    lay_out(
+    forecast(
         where, step_x, step_y, new, obstacles, now, tick, horizon, velocity, most_stays, since, walkable, inside, stride,
-        kind_of, len(offset), slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order,
+        kind_of, len(offset), slot, touched, first, barred, counts, busy, bans, order, later,
     )  # fmt: skip
     at = -1
     for k in range(length):
@@ -316,7 +317,21 @@ def live_search(
     if at >= 0 and (
         route[at] != robot
         or not still_good(
-            route, enter, at, length, tick, stride, kind_of, len(offset), slot, first, begin, end, barred, ban
+            route,
+            enter,
+            at,
+            length,
+            tick,
+            stride,
+            kind_of,
+            len(offset),
+            slot,
+            first,
+            barred,
+            busy,
+            bans,
+            order,
+            later,
         )
     ):
         at = -1
@@ -327,37 +342,32 @@ def live_search(
         result[1] = 0
         keep_on(route, enter, at, length, tick, result)
         return
-    for k in range(len(arrive)):
-        arrive[k] = NEVER
-        done[k] = 0
-        place[k] = 0
-    heap[0] = 0
+    merge(touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later)
     stay = safe_until(robot, tick, slot, first, begin, end)
     sipp(
         free, offset, via, across, price, toll, steps_left, rest, slot, first, begin, end, owner, barred, ban,
         robot, goal, tick, stay, NEVER, limit, arrive, paid, came, done, heap, place, key, tie, result, halt,
     )  # fmt: skip
     result[4] = 0
-    if result[0] != FOUND:
-        return
     final = result[2]
-    if at >= 0 and last - arrive[final] <= margin:
+    if result[0] == FOUND and at >= 0 and last - arrive[final] <= margin:
         keep_on(route, enter, at, length, tick, result)
-        return
-    n = len(free)
-    count = 0
-    node = final
-    while node >= 0:
-        count += 1
-        node = came[node]
-    result[4] = count
-    node = final
-    for k in range(count - 1, -1, -1):
-        if node == len(arrive) - 1:
-            route[k] = robot
-        elif node < n:
-            route[k] = node
-        else:
-            route[k] = owner[node - n]
-        enter[k] = arrive[node]
-        node = came[node]
+    elif result[0] == FOUND:
+        n = len(free)
+        count = 0
+        node = final
+        while node >= 0:
+            count += 1
+            node = came[node]
+        result[4] = count
+        node = final
+        for k in range(count - 1, -1, -1):
+            if node == len(arrive) - 1:
+                route[k] = robot
+            elif node < n:
+                route[k] = node
+            else:
+                route[k] = owner[node - n]
+            enter[k] = arrive[node]
+            node = came[node]
+    clean(arrive, done, heap, place, result[1])

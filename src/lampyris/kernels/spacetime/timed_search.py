@@ -109,7 +109,8 @@ def sipp(
     budget : most states to expand, -1 for no limit.
     arrive, paid, came, done : int64, int64, int32, uint8, (states,); ``arrive`` NEVER and ``done`` 0 to begin
         with.
-    heap, place, key, tie : the open list (:mod:`lampyris.kernels.heap`), empty.
+    heap, place, key, tie : the open list (:mod:`lampyris.kernels.heap`), empty; ``heap`` has one place more than there are
+        states. :func:`clean` makes them and the above as they were.
     result : int64, (4,): ending, states expanded, the state that is the goal, whether ``horizon`` cut a path.
     """
     n = len(free)
@@ -145,6 +146,7 @@ def sipp(
         expansions += 1
         take(heap, place, key, tie, node)
         done[node] = 1
+        heap[len(heap) - expansions] = node  # behind the list, which has room for all states
         s = slot[u]
         bans = barred[s] if s >= 0 else 0
         bans_end = barred[s + 1] if s >= 0 else 0
@@ -179,12 +181,23 @@ def sipp(
                     key[state] = t + steps[v]
                     tie[state] = cost + rest[v]
                     put(heap, place, key, tie, state)
-    while heap[0] > 0:
-        take(heap, place, key, tie, heap[heap[0]])
     result[0] = ending
     result[1] = expansions
     result[2] = final
     result[3] = cut
+
+
+@kernel(out=("arrive", "done", "heap", "place"))
+def clean(arrive, done, heap, place, expansions):
+    """Make the room of :func:`sipp` as it was, state by state that the search has come upon; ``expansions``: how many it
+    expanded."""
+    for k in range(1, heap[0] + 1):
+        arrive[heap[k]] = NEVER
+        place[heap[k]] = 0
+    for k in range(len(heap) - expansions, len(heap)):
+        arrive[heap[k]] = NEVER
+        done[heap[k]] = 0
+    heap[0] = 0
 
 
 @kernel(out=("table", "cell", "arrive", "paid", "came", "done", "heap", "place", "key", "tie", "result"))
@@ -204,7 +217,7 @@ def space_time(
     still : the last tick at which anything changes; NEVER if that never ends.
     table : int32, a power of two; -1 everywhere. A hash table of states, probed in a line.
     cell, arrive, paid, came, done : int32, int64, int64, int32, uint8, at most half as many; the states.
-    heap, place, key, tie : the open list, empty.
+    heap, place, key, tie : the open list, empty; it is left as it is in the end.
     result : as for :func:`sipp`; the ending FULL says that there was no room for all states.
     """
     n = len(free)
@@ -281,8 +294,6 @@ def space_time(
             key[state] = t + steps[v]
             tie[state] = cost + rest[v]
             put(heap, place, key, tie, state)
-    while heap[0] > 0:
-        take(heap, place, key, tie, heap[heap[0]])
     result[0] = ending
     result[1] = expansions
     result[2] = final

@@ -117,8 +117,10 @@ class AdGsoSession(SessionBase):
             return self._answer(Status.START_OCCUPIED)
         if not self._is_free(goal):
             return self._answer(Status.GOAL_OCCUPIED)
-        inside = self._scene.grid.contains
-        occupied = frozenset(c for c in change.obstacles if c != here and inside(c))
+        height, width = self._map.free.shape
+        occupied = frozenset(
+            c for c in change.obstacles if 0 <= c[0] < width and 0 <= c[1] < height and c != here
+        )
         look = NO_LIMIT if budget is None or budget.expansions is None else budget.expansions
         self._walled &= occupied
         trip = self._travel(occupied, look)
@@ -260,10 +262,10 @@ class AdGsoSession(SessionBase):
         )
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
-        for k, cell in enumerate(cells):  # bits: each sets its own bit
-            if k % 4096 == 0:
-                checkpoint()
-            shut[self._walker.flat(cell)] |= bit
+        flat = self._walker.flats(cells)
+        for k in range(0, len(flat), 4096):
+            checkpoint()
+            shut[flat[k : k + 4096]] |= bit
 
     def _take(self, change: Change) -> None:
         """Take in where the robot is and what of the map has changed permanently."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -218,9 +219,17 @@ class Walker:
 
     def cells(self, flat: Flat) -> Cells:
         """The same for many; int32 (n, 2)."""
-        frame = self._frame
-        pairs = np.stack((flat % frame.width, flat // frame.width), axis=1) - frame.pad
-        return pairs.astype(np.int32)
+        width, pad = self._frame.width, self._frame.pad
+        y = flat // width
+        pairs = np.empty((len(flat), 2), dtype=np.int32)
+        pairs[:, 0] = flat - y * width - pad
+        pairs[:, 1] = y - pad
+        return pairs
+
+    def flats(self, cells: Iterable[Cell]) -> list[int]:
+        """The flat cells of some cells, in their order."""
+        pad, width = self._frame.pad, self._frame.width
+        return [(y + pad) * width + x + pad for x, y in cells]
 
     def flat(self, cell: Cell) -> int:
         """The flat cell of x, y."""

@@ -6,6 +6,7 @@ the path look like. Costs in all of them are costs to the goal, which stays wher
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -57,7 +58,8 @@ class SearchMap:
         informed: bool,
     ) -> None:
         check_limits(free, moves)
-        if any((-dx, -dy) not in moves.offsets for dx, dy in moves.offsets):
+        back = _opposites(moves.offsets)
+        if back is None:
             raise SettingError(
                 "MOVES", f"{moves.name}: a step without its opposite", allowed="steps in pairs"
             )
@@ -68,7 +70,6 @@ class SearchMap:
         jump, side, other = frame.table(moves)
         prices = np.array(moves.costs, dtype=np.int64) // unit
         self.steps: tuple[NDArray[np.int64], ...] = (jump, side, other, prices)
-        back = [moves.offsets.index((-dx, -dy)) for dx, dy in moves.offsets]
         self.opposite = np.array(back, dtype=np.int64)
         self.setup = np.zeros(SLOPE + 4, dtype=np.int64)
         mask = 0 if terrain is None else -1
@@ -106,8 +107,20 @@ class SearchMap:
     def extract_path(self, cost: NDArray[np.int64]) -> Cells:
         """The path from the robot to the goal down these costs; the robot can reach it."""
         length = incremental.descend(self.free, self.weight, cost, *self.steps, self.setup, self._path)
-        flat = self._path[:length]
-        return np.stack((flat % self.frame.width, flat // self.frame.width), axis=1) - self.frame.pad
+        flat, width, pad = self._path[:length], self.frame.width, self.frame.pad
+        y = flat // width
+        pairs = np.empty((length, 2), dtype=np.int32)
+        pairs[:, 0] = flat - y * width - pad
+        pairs[:, 1] = y - pad
+        return pairs
+
+
+@lru_cache(maxsize=16)
+def _opposites(offsets: tuple[Cell, ...]) -> tuple[int, ...] | None:
+    """The place of each step's opposite; None: one has none."""
+    places = {offset: k for k, offset in enumerate(offsets)}
+    found = [places.get((-dx, -dy)) for dx, dy in offsets]
+    return None if None in found else tuple(k for k in found if k is not None)
 
 
 class _Queue:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
+from lampyris._core.values import completed
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
@@ -95,7 +95,7 @@ class IncrementalSession(SessionBase):
         change = Change() if change is None else change
         self._take(change)
         made = self._answer(bool(change.obstacles), None if budget is None else budget.expansions)
-        return replace(made, timing={"search_s": loading.wall() - began})
+        return completed(made, timing={"search_s": loading.wall() - began})
 
     def _take(self, change: Change) -> None:
         """Hand on to the search where the robot is and which cells are other than before."""

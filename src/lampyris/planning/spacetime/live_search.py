@@ -22,8 +22,8 @@ from lampyris.kernels.spacetime.live_search import live_search
 from lampyris.kernels.spacetime.timed_search import FOUND
 from lampyris.model.change import Change
 from lampyris.planning.base import AnswersInTicks, NextSteps, SensedNow
-from lampyris.planning.field.frame import framed
 from lampyris.planning.spacetime.search import TimedSearch, TimedSearchResult
+from lampyris.planning.spacetime.search_room import StateRoom
 from lampyris.typing import BoolGrid, Cell
 
 MOST_STAYS = 1000
@@ -55,9 +55,9 @@ class LiveSearch:
         self.search = search
         self.spent = 0
         self._stride = walkable.shape[1] + 2
-        inside = framed(np.ones_like(walkable), 1, False).view(np.uint8)
+        inside = search.inside()
         self._map = (
-            framed(walkable, 1, False).view(np.uint8),
+            search.walkable(walkable),
             inside,
             self._stride,
             search.kinds,
@@ -84,23 +84,11 @@ class LiveSearch:
         begin, end = np.zeros((2, intervals), dtype=np.int64)
         self._room: tuple[Any, ...] = (
             np.full(n, -1, dtype=np.int32), touched, first, begin, end, np.zeros(intervals, dtype=np.int32), barred,
-            np.zeros(bans, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3 * ranges, dtype=np.int64),
-            np.zeros(2 * bans, dtype=np.int64), np.zeros(ranges, dtype=np.int64),
+            np.zeros(bans, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(2 * ranges, dtype=np.int64),
+            np.zeros(bans, dtype=np.int64), np.zeros(ranges, dtype=np.int64), np.zeros(bans, dtype=np.int64),
         )  # fmt: skip
         states = n + intervals + 1
-        arrive, paid, key, tie = np.zeros((4, states), dtype=np.int64)
-        came, place = np.zeros((2, states), dtype=np.int32)
-        heap = np.zeros(states + 1, dtype=np.int32)
-        self._states: tuple[Any, ...] = (
-            arrive,
-            paid,
-            came,
-            np.zeros(states, dtype=np.uint8),
-            heap,
-            place,
-            key,
-            tie,
-        )
+        self._states: tuple[Any, ...] = StateRoom.of(states)
 
     def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
         """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""
@@ -130,7 +118,8 @@ class LiveSearch:
         if not self._length:
             return None
         y, x = np.divmod(self._route[: self._length], self._stride)
-        cells_of = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+        cells_of = np.empty((self._length, 2), dtype=np.int32)
+        cells_of[:, 0], cells_of[:, 1] = x - 1, y - 1
         return TimedSearchResult(FOUND, self.spent, False, cells_of, self._enter[: self._length].copy())
 
     def answers(self, limit: int) -> AnswersInTicks:
@@ -183,15 +172,16 @@ def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow
     now = tracks[0].since + len(tracks[0].track) - 1
     if not change.tick <= now <= change.tick + 1:
         return None
-    where, step_x, step_y, new = np.zeros((4, len(tracks)), dtype=np.int64)
+    rows = []
     for k, one in enumerate(tracks):
-        (x, y), (x0, y0) = one.track[-1], one.track[0]
-        plain = (
-            one.obstacle == k and one.period is None and one.footprint == ((0, 0),) and len(one.track) <= 2
-        )
-        if not plain or one.since + len(one.track) - 1 != now:
+        track = one.track
+        (x, y), (x0, y0), known = track[-1], track[0], len(track)
+        plain = one.obstacle == k and one.period is None and known <= 2 and one.footprint == ((0, 0),)
+        if not plain or one.since + known - 1 != now:
             return None
-        where[k], step_x[k], step_y[k], new[k] = search.flat((x, y)), x - x0, y - y0, len(one.track) == 1
+        rows.append((x, y, x - x0, y - y0, known == 1))
+    x_of, y_of, step_x, step_y, new = np.array(rows, dtype=np.int64).T.copy()
+    where = search.flats(x_of, y_of)
     nothing = np.zeros(1, dtype=np.int64)
     robot = search.flat(change.robot)
     return SensedNow(

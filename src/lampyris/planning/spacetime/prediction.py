@@ -71,34 +71,75 @@ _Alike: TypeAlias = tuple[tuple[Cell, ...], int, int, int | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Lasting:
-    """What tracks that end forbid from a tick on, by rising tick: it stays true as long as the tracks are the same.
+class Lasting:
+    """What tracks that end forbid from a tick on: it stays true as long as the tracks are the same.
 
     Parameters
     ----------
+    key : what these tracks have in common.
     tracks : those of the obstacles.
     first, last : the first tick that was worked out, and the tick at which they end.
     at, steps, forever : rows of :class:`Forbidden`.
+    serial : a number of its own.
+    grew_from, added : the number of what was known of the same tracks before they became longer, and the rows of ``at`` and
+        ``steps`` that have come since; -1 and None: they were others.
     """
 
+    key: _Alike
     tracks: list[tuple[Cell, ...]]
     first: int
     last: int
     at: _Ints
     steps: _Ints
     forever: _Ints
+    serial: int
+    grew_from: int = -1
+    added: Forbidden | None = None
+
+    @property
+    def still(self) -> int:
+        """The last tick of which anything is said; -1: there is none."""
+        return max(int(rows[:, 1].max(initial=-1)) for rows in (self.at, self.steps, self.forever))
 
     def holds(self, tracks: list[tuple[Cell, ...]], tick: int) -> bool:
         """Whether it is of these very tracks, and begins early enough."""
         same = len(tracks) == len(self.tracks) and all(map(operator.is_, tracks, self.tracks))
         return same and self.first <= min(tick, self.last)
 
+    def became(self, tracks: list[tuple[Cell, ...]], tick: int, key: _Alike) -> bool:
+        """Whether these tracks are the same ones, longer, and it begins early enough."""
+        (cells, since, length, period), more = self.key, key[2]
+        if (
+            (cells, since, period) != (key[0], key[1], key[3])
+            or more <= length
+            or len(tracks) != len(self.tracks)
+        ):
+            return False
+        if self.first > min(tick, self.last):
+            return False
+        return all(new[:length] == old for new, old in zip(tracks, self.tracks, strict=True))
+
     def write(self, tick: int, notes: _Notes) -> None:
         """Note what is left of it from a tick on."""
         tick = min(tick, self.last)
-        notes.at.append(self.at[np.searchsorted(self.at[:, 1], tick) :])
-        notes.steps.append(self.steps[np.searchsorted(self.steps[:, 1], tick, side="right") :])
+        notes.at.append(self.at[self.at[:, 1] >= tick])
+        notes.steps.append(self.steps[self.steps[:, 1] > tick])
         notes.forever.append(self.forever)
+
+
+def joined(lasting: Sequence[Lasting], passing: Forbidden, tick: int = 0) -> Forbidden:
+    """Everything forbidden after a tick."""
+    notes = _Notes([passing.at], [passing.steps], [passing.forever], passing.endless)
+    for one in lasting:
+        one.write(tick, notes)
+    return _forbidden(notes, max(tick, passing.still))
+
+
+def _forbidden(notes: _Notes, tick: int) -> Forbidden:
+    """What is noted, after a tick."""
+    at, steps, forever = _rows(notes.at, 2), _rows(notes.steps, 4), _rows(notes.forever, 2)
+    still = max([tick, *(int(rows[:, 1].max()) for rows in (at, steps, forever) if len(rows))])
+    return Forbidden(at, steps, forever, still, notes.endless)
 
 
 class Forecaster:
@@ -122,7 +163,8 @@ class Forecaster:
         self._guess = guess
         self._growth = growth
         self._height, self._width = free.shape
-        self._lasting: dict[_Alike, _Lasting] = {}
+        self._lasting: dict[_Alike, Lasting] = {}
+        self._serial = 0
 
     def forbidden(
         self,
@@ -143,18 +185,28 @@ class Forecaster:
         standing : obstacles that have been standing, by number, and for how many ticks more they may. Counts for
             those with an unknown future, and not with a horizon of 0.
         """
+        return joined(*self.forecast(obstacles, tick, horizon, unrolled, standing), tick=tick)
+
+    def forecast(
+        self,
+        obstacles: Sequence[ObstacleTrack],
+        tick: int,
+        horizon: int,
+        unrolled: int,
+        standing: Mapping[int, int] | None = None,
+    ) -> tuple[list[Lasting], Forbidden]:
+        """The same in two parts: what tracks that end forbid, which is kept as long as they are the same, and the rest."""
         notes = _Notes()
         alike: dict[_Alike, list[ObstacleTrack]] = {}
         for seen in obstacles:
             # Those of one size that are known for the same ticks are computed together.
             key = (seen.footprint, seen.since, len(seen.track), seen.period)
             alike.setdefault(key, []).append(seen)
-        lasting: dict[_Alike, _Lasting] = {}
+        lasting: dict[_Alike, Lasting] = {}
         for key, group in alike.items():
             cells, since, _, period = key
             if period == 1:
                 lasting[key] = self._last(key, [tuple(seen.track) for seen in group], tick)
-                lasting[key].write(tick, notes)
                 continue
             tracks = np.array([seen.track for seen in group], dtype=np.int64)
             self._known(tracks, since, period, cells, tick, unrolled, notes)
@@ -164,22 +216,11 @@ class Forecaster:
         for seen in obstacles:
             if horizon > 0 and seen.period is None and standing and seen.obstacle in standing:
                 self._stays(seen, standing[seen.obstacle], notes)
-        at, steps, forever = (
-            _rows(notes.at, 2),
-            _rows(notes.steps, 4),
-            _rows(notes.forever, 2),
-        )
-        still = max(
-            [tick]
-            + ([int(at[:, 1].max())] if len(at) else [])
-            + ([int(steps[:, 1].max())] if len(steps) else [])
-            + ([int(forever[:, 1].max())] if len(forever) else [])
-        )
-        return Forbidden(at, steps, forever, still, notes.endless)
+        return list(lasting.values()), _forbidden(notes, tick)
 
     # ---- what is known --------------------
 
-    def _last(self, key: _Alike, tracks: list[tuple[Cell, ...]], tick: int) -> _Lasting:
+    def _last(self, key: _Alike, tracks: list[tuple[Cell, ...]], tick: int) -> Lasting:
         """What tracks that end forbid, worked out again only if they are others than those of the call before.
 
         Tuples alone are recognised: a list that a caller gives as a track is copied to a new tuple by every call.
@@ -189,9 +230,27 @@ class Forecaster:
             return known
         cells, since, length, period = key
         notes, last = _Notes(), since + length - 1
+        self._serial += 1
+        old = next((one for one in self._lasting.values() if one.became(tracks, tick, key)), None)
+        if old is not None:
+            return self._longer(old, key, tracks)
         self._known(np.array(tracks, dtype=np.int64), since, period, cells, tick, 0, notes)
-        at, steps = _by_tick(_rows(notes.at, 2)), _by_tick(_rows(notes.steps, 4))
-        return _Lasting(tracks, min(max(tick, since), last), last, at, steps, _rows(notes.forever, 2))
+        at, steps = _rows(notes.at, 2), _rows(notes.steps, 4)
+        first, forever = min(max(tick, since), last), _rows(notes.forever, 2)
+        return Lasting(key, tracks, first, last, at, steps, forever, self._serial)
+
+    def _longer(self, old: Lasting, key: _Alike, tracks: list[tuple[Cell, ...]]) -> Lasting:
+        """What tracks forbid that have become longer: what they forbade, and what has come since."""
+        cells, since, length, period = key
+        notes = _Notes()
+        self._known(np.array(tracks, dtype=np.int64), since, period, cells, old.last, 0, notes)
+        added = _forbidden(notes, old.last)
+        at = np.concatenate((old.at, added.at[added.at[:, 1] > old.last]))
+        steps = np.concatenate((old.steps, added.steps))
+        last = since + length - 1
+        return Lasting(
+            key, tracks, old.first, last, at, steps, added.forever, self._serial, old.serial, added
+        )
 
     def _known(
         self,
@@ -328,11 +387,6 @@ class Forecaster:
         inside = self._inside(cells)
         inside[inside] = self._free[cells[inside, 1], cells[inside, 0]]
         return inside
-
-
-def _by_tick(rows: _Ints) -> _Ints:
-    """Rows in the order of their ticks, those of one tick as they were."""
-    return rows[np.argsort(rows[:, 1], kind="stable")]
 
 
 def _rows(parts: list[_Ints], width: int) -> _Ints:

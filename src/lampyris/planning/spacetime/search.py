@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.spacetime.timed_search import (
     EXHAUSTED,
@@ -24,11 +25,12 @@ from lampyris.kernels.spacetime.timed_search import (
 from lampyris.model.grid import TERRAIN_UNIT, GridKey
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
-from lampyris.planning.field.frame import SCRATCH, framed
+from lampyris.planning.field.frame import framed
 from lampyris.planning.field.layers import free_cells
 from lampyris.planning.field.solve import solve
 from lampyris.planning.field_cache import SHARED, SHARED_CELLS
 from lampyris.planning.spacetime.prediction import Forbidden
+from lampyris.planning.spacetime.search_room import ROOM
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Ticks
 
 _Ints = NDArray[np.int64]
@@ -147,16 +149,36 @@ class TimedSearch:
         self._rest = framed(exact, 1, -1, np.int64)
         checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
+        self._inside: NDArray[np.uint8] | None = None
 
     def again(self) -> TimedSearch:
         """Another search on the same map, with a timetable of its own."""
-        other = copy(self)
-        other._slot = np.full(len(self._free), -1, dtype=np.int32)
+        other = object.__new__(TimedSearch)
+        other.__dict__.update(self.__dict__)
+        other._slot = self.no_slots()
         return other
 
     def flat(self, cell: Cell) -> int:
         """The padded flat index of a cell."""
         return int((cell[1] + 1) * self._stride + cell[0] + 1)
+
+    def inside(self) -> NDArray[np.uint8]:
+        """1 for a cell of the map, 0 for its border, by padded flat index; searches made by :meth:`again` share it."""
+        if self._inside is None:
+            height = len(self._free) // self._stride - 2
+            self._inside = framed(np.ones((height, self._width), dtype=np.uint8), 1, 0)
+        return self._inside
+
+    def walkable(self, free: BoolGrid) -> NDArray[np.uint8]:
+        """Where obstacles can be, by padded flat index: of the same cells as the robot's in most cases."""
+        rows = self._free.reshape(-1, self._stride)[1:-1, 1:-1]
+        same = np.array_equal(rows.view(np.bool_), free)
+        return self._free if same else framed(free, 1, False).view(np.uint8)
+
+    def flats(self, x: _Ints, y: _Ints) -> _Ints:
+        """The padded flat indices of cells."""
+        padded: _Ints = (y + 1) * self._stride + x + 1
+        return padded
 
     def cell(self, flat: int) -> Cell:
         """x, y of a padded flat index."""
@@ -180,11 +202,8 @@ class TimedSearch:
     def timetable(self, given: Forbidden) -> Timetable:
         """Lay out a forecast. Valid until the next one is laid out."""
         checkpoint()
-        at, forever = self._padded(given.at[:, 0]), self._padded(given.forever[:, 0])
-        kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
-        may = kinds >= 0
-        out = self._padded(given.steps[may, 0])
-        code = given.steps[may, 1] * len(self._offset) + kinds[may]
+        at, forever = self.padded(given.at[:, 0]), self.padded(given.forever[:, 0])
+        out, code = self.banned(given.steps)
         checkpoint()
         slot = self._slot
         slot[:] = -1
@@ -194,12 +213,12 @@ class TimedSearch:
         checkpoint()
         slot[touched] = np.arange(len(touched), dtype=np.int32)
         busy = slot[at].astype(np.int64), given.at[:, 1]
-        begin, end, owner = _intervals(busy, (slot[forever], given.forever[:, 1]), touched)
+        begin, end, owner = intervals(busy, (slot[forever], given.forever[:, 1]), touched)
         checkpoint()
         first = np.searchsorted(owner, np.concatenate((touched, [len(slot)])))
         # One number for slot and code: sorting pairs by column takes twenty times as long.
         span = int(code.max(initial=0)) + 1
-        bans = _distinct(slot[out].astype(np.int64) * span + code)
+        bans = distinct(slot[out].astype(np.int64) * span + code)
         barred = np.searchsorted(bans, np.arange(len(touched) + 1) * span)
         return Timetable(
             slot,
@@ -214,7 +233,18 @@ class TimedSearch:
             given.still if given.endless else NEVER,
         )
 
-    def _padded(self, flat: _Ints) -> _Ints:
+    def no_slots(self) -> NDArray[np.int32]:
+        """A slot for no cell, as timetables say it."""
+        return np.full(len(self._free), -1, dtype=np.int32)
+
+    def banned(self, steps: _Ints) -> tuple[_Ints, _Ints]:
+        """Cells and codes of forbidden steps (rows of :class:`Forbidden`), those left out that the robot does not know."""
+        kinds = self._kind_of[(steps[:, 2] + 1) * 3 + steps[:, 3] + 1]
+        may = kinds >= 0
+        return self.padded(steps[may, 0]), steps[may, 1] * len(self._offset) + kinds[may]
+
+    def padded(self, flat: _Ints) -> _Ints:
+        """Padded flat indices from those of the map."""
         y, x = np.divmod(flat, self._width)
         padded: _Ints = (y + 1) * self._stride + x + 1
         return padded
@@ -230,21 +260,7 @@ class TimedSearch:
         s = self.flat(start)
         n = len(self._free)
         states = n + len(table.begin) + 1
-        # Kept from call to call: arrays of this size are new pages each time, and faulting them in took five
-        # times as long as the search.
-        arrive, paid, key, tie, came, place, heap, done = SCRATCH.take(
-            *[(states, np.int64)] * 4, *[(states, np.int32)] * 2, (states + 1, np.int32), (states, np.uint8)
-        )
-        arrive.fill(NEVER)
-        done.fill(0)
-        place.fill(0)
-        heap[0] = 0
         result = np.zeros(4, dtype=np.int64)
-        sipp(
-            *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
-            table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
-            -1 if budget is None else budget, arrive, paid, came, done, heap, place, key, tie, result,
-        )  # fmt: skip
 
         def cells_of(states: _Ints) -> _Ints:
             cells = np.where(states < n, states, s)  # the last state is the start
@@ -252,7 +268,13 @@ class TimedSearch:
             cells[inside] = table.owner[states[inside] - n]
             return cells
 
-        return self._route(result, came, cells_of, arrive)
+        with ROOM.take(states, result) as room:
+            sipp(
+                *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
+                table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
+                -1 if budget is None else budget, *room, result,
+            )  # fmt: skip
+            return self._route(result, room.came, cells_of, room.arrive)
 
     def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by A* over cells and ticks."""
@@ -328,7 +350,9 @@ class TimedSearch:
 
 @lru_cache(maxsize=SHARED)
 def _laid_out(key: GridKey, radius: float, moves: Moves, goal: Cell) -> TimedSearch:
-    return TimedSearch(free_cells(key.grid, radius), moves, goal, None)
+    search = TimedSearch(free_cells(key.grid, radius), moves, goal, None)
+    search.inside()  # now, or each of those that share it would make its own
+    return search
 
 
 def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
@@ -340,16 +364,8 @@ def shared_search(scene: Scene, moves: Moves) -> TimedSearch | None:
     return _laid_out(GridKey(grid), scene.robot.radius, moves, scene.goal).again()
 
 
-def _distinct(values: _Ints) -> _Ints:
-    """Ascending, each once. By sorting: NumPy's own ``unique`` hashes, which took ten times as long here."""
-    ordered = np.sort(values)
-    new = np.ones(len(ordered), dtype=np.bool_)
-    new[1:] = ordered[1:] != ordered[:-1]
-    return ordered[new]
-
-
-def _intervals(
-    at: tuple[_Ints, _Ints], forever: tuple[NDArray[np.int32], _Ints], touched: _Ints
+def intervals(
+    at: tuple[NDArray[Any], _Ints], forever: tuple[NDArray[Any], _Ints], touched: _Ints
 ) -> tuple[_Ints, _Ints, _Ints]:
     """Safe intervals: first tick, last tick and cell of each, ordered by cell and tick.
 
@@ -362,7 +378,7 @@ def _intervals(
     np.minimum.at(ends, forever[0], forever[1])
     early = int(at[1].min(initial=0))
     span = int(at[1].max(initial=0)) - early + 1
-    where, tick = np.divmod(_distinct(at[0] * span + at[1] - early), span)
+    where, tick = np.divmod(distinct(at[0] * span + at[1] - early), span)
     busy = np.stack((touched[where], tick + early), axis=1)
     keep = busy[:, 1] < ends[where]
     busy, where = busy[keep], where[keep]

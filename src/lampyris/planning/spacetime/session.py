@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.settings import check_settings, number, under_name, whole, word
+from lampyris._core.values import completed
 from lampyris.kernels import loading
 from lampyris.kernels.simulation.asking import ANSWERS, FROM
 from lampyris.model.change import Change, ObstacleTrack
@@ -25,6 +27,7 @@ from lampyris.planning.field.layers import free_cells, free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
 from lampyris.planning.spacetime.intercept import earliest_meeting
+from lampyris.planning.spacetime.interval_table import IntervalTable
 from lampyris.planning.spacetime.live_search import MOST_CELLS, MOST_STAYS, LiveSearch, seen_at
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
 from lampyris.planning.spacetime.search import (
@@ -117,6 +120,7 @@ class TimedSession(SessionBase):
         self._free: BoolGrid = free_space(scene)
         self._moves = _single(moves_for(scene))
         self._search: TimedSearch | None = None
+        self._table: IntervalTable | None = None
         own = footprint(scene.robot.radius, scene.grid.resolution)
         walkable = free_cells(scene.grid, 0.0)
         guess, growth = self._settings.forecast, self._settings.growth
@@ -220,7 +224,7 @@ class TimedSession(SessionBase):
         most = None if budget is None else budget.expansions
         meets = change.goal_track is not None and self._settings.tracks == "known"
         made = self._meeting(change, most) if meets else self._answer(change, most)
-        return replace(made, timing={"search_s": loading.wall() - began})
+        return completed(made, timing={"search_s": loading.wall() - began})
 
     # ---- the answer --------------------
 
@@ -380,10 +384,14 @@ class TimedSession(SessionBase):
         spent = 0
         while True:
             unroll = min(unrolled, most)
-            forbidden = self._forecaster.forbidden(tracks, tick, believed, unroll, self._standing(tracks))
+            lasting, passing = self._forecaster.forecast(
+                tracks, tick, believed, unroll, self._standing(tracks)
+            )
             if closed:
-                forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
-            table = search.timetable(forbidden)
+                passing = _closing(passing, closed, tick, self._scene.grid.width)
+            if self._table is None:
+                self._table = IntervalTable(search)
+            table = self._table.table(lasting, passing)
             soonest = tick + search.steps_left(self._robot)
             kept = self._kept(table, tick, min(soonest + self._settings.margin, table.horizon))
             if kept is not None:  # no path is shorter than the map alone lets it be
@@ -432,6 +440,7 @@ def _hidden(seen: ObstacleTrack, now: int) -> ObstacleTrack:
     return replace(seen, track=places, since=since, period=None)
 
 
+@lru_cache(maxsize=16)
 def _single(moves: Moves) -> Moves:
     """The steps of one cell: in a tick a robot moves no farther than an obstacle does."""
     kept = [k for k, (dx, dy) in enumerate(moves.offsets) if max(abs(dx), abs(dy)) == 1]

@@ -160,9 +160,9 @@ class CompiledTicks:
         self._events = np.zeros(3 * (4 * BLOCK + len(self._walkers) * BLOCK), dtype=np.int64)
         self._words = list(CAUSES)
         self._draws: Floats = np.zeros(1)
-        self._tracks, self._robots, self._causes = np.zeros((3, 1), dtype=np.int64)
-        self._speeds: Floats = np.zeros(1)
-        self._log(BLOCK + 1)
+        self._tracks = np.zeros((BLOCK + 1) * self._capacity, dtype=np.int64)
+        self._robots, self._causes = np.zeros((2, BLOCK + 1), dtype=np.int64)
+        self._speeds: Floats = np.zeros(BLOCK + 1)
         self._robots[0] = world.robot
         self._speeds[0] = run.tick_speed.v
         self._tracks[: len(world.where)] = world.where
@@ -309,7 +309,7 @@ class CompiledTicks:
         self._enter_at = _flat(following.ticks) if following.ticks is not None else _NOTHING
         self._route = _NOTHING
         if steps_left >= 0:
-            cells = np.array(following.route, dtype=np.int64)
+            cells = np.array(following.route if following.cells is None else following.cells, dtype=np.int64)
             self._route = (cells[:, 1] + 1) * self._space.stride + cells[:, 0] + 1
 
     # ---- ticks --------------------
@@ -435,7 +435,7 @@ class CompiledTicks:
         """The cells of obstacles at a tick."""
         first = (tick - self._base) * self._capacity
         row = self._tracks[first : first + int(self._st[k.OBSTACLES])].tolist()
-        return [self._space.cell(number) for number in row if number]
+        return self._space.pairs(number for number in row if number)
 
     def _route_cells(self) -> list[Cell]:
         """The plan's cells, as far as they are known here."""
@@ -444,7 +444,7 @@ class CompiledTicks:
         count = int(self._st[k.STEPS]) + 1
         if not self._st[k.TIMED]:
             count = min(count, int(self._st[k.UNTIL]) + self._run.tick_speed.horizon + 2)
-        return [self._space.cell(number) for number in self._route[:count].tolist()]
+        return self._space.pairs(self._route[:count].tolist())
 
     # ---- the planner --------------------
 
@@ -465,7 +465,7 @@ class CompiledTicks:
         if run.planner.traits.sees_traffic:
             self._write_obstacles()
             tracks = observed_obstacles(run.traffic, now)
-        closed = map(self._space.cell, self._marks[:count].tolist())
+        closed = self._space.pairs(self._marks[:count].tolist())
         return Change(robot=here, obstacles=frozenset(closed), tick=max(now - 1, 0), obstacle_tracks=tracks)
 
     def _answers(self) -> AnswersInTicks | None:
@@ -549,10 +549,10 @@ class CompiledTicks:
     def write_back(self) -> None:
         """Bring the simulation up to the arrays."""
         run, st = self._run, self._st
-        state, world, cell = run.state, run.world, self._space.cell
+        state, world = run.state, run.world
         robots, tracks, speeds, causes = self.places()
         new = self._synced - self._base
-        state.cells += [cell(number) for number in robots[new:].tolist()]
+        state.cells += self._space.pairs(robots[new:].tolist())
         state.speeds += speeds[new:].tolist()
         state.causes += causes[new:]
         for track, column in zip(state.tracks, tracks[new + 1 :].T.tolist(), strict=True):
@@ -583,7 +583,7 @@ class CompiledTicks:
         """In place of the planner's next steps the plan that they are a part of."""
         run = self._run
         robot, count = self._asked_at
-        closed = frozenset(map(self._space.cell, self._marks[:count].tolist()))
+        closed = frozenset(self._space.pairs(self._marks[:count].tolist()))
         session: AnswersKernel = run.session  # type: ignore[assignment]
         run.state.plan = session.whole_plan(Change(robot=self._space.cell(robot), obstacles=closed))
         at = int(self._st[k.PLACE]), bool(self._st[k.COUNTED])

@@ -95,13 +95,14 @@ class Walls:
         self._left = deque(scene.edits)
         self._news: dict[Cell, bool] = {}
         self._ground: dict[Cell, int] = {}
-        shapes = [(world.robot_shape, scene.robot.radius)]
-        shapes += [(s, obstacle.radius) for obstacle, s in zip(traffic.obstacles, world.shapes, strict=True)]
-        shapes += [(walkers.shape, walkers.spec.radius) for walkers in traffic.walkers]
-        # Each shape once, in the order in which they are met.
-        once = {id(shape): (shape, radius) for shape, radius in shapes}  # bits: only tells them apart
-        self._shapes: list[tuple[Shape, float]] = list(once.values())
+        self._shapes: list[tuple[Shape, float]] = []
         if scene.edits:
+            shapes = [(world.robot_shape, scene.robot.radius)]
+            shapes += [(s, one.radius) for one, s in zip(traffic.obstacles, world.shapes, strict=True)]
+            shapes += [(walkers.shape, walkers.spec.radius) for walkers in traffic.walkers]
+            # Each shape once, in the order in which they are met.
+            once = {id(shape): (shape, radius) for shape, radius in shapes}  # bits: only tells them apart
+            self._shapes = list(once.values())
             self._keep_lanes(traffic)
 
     @property

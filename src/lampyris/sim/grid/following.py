@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from lampyris.errors import InternalFault
 from lampyris.model.plan import Plan
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Cells
 
 
 @dataclass(slots=True)
@@ -21,6 +21,7 @@ class Following:
     ticks : when each cell is to be entered, None for one step a tick.
     until_tick : with ticks, the last tick that the plan commits to.
     counted : whether the plan's iterations have been added up.
+    cells : the route as an array, int32 (n, 2), as the plan has it; None: it is known as a list alone.
     """
 
     route: list[Cell] = field(default_factory=list)
@@ -29,6 +30,7 @@ class Following:
     ticks: list[int] | None = None
     until_tick: int = 0
     counted: bool = False
+    cells: Cells | None = field(default=None, compare=False, repr=False)  # the same as `route`
 
     @property
     def ahead(self) -> Cell | None:
@@ -56,14 +58,16 @@ def follow(plan: Plan, robot: Cell) -> Following:
     """
     if plan.path is None:
         return Following()
-    route = [(x, y) for x, y in plan.path.cells.tolist()]
+    route = list(zip(*plan.path.cells.T.tolist(), strict=True))
     if route[0] != robot:
         raise InternalFault("PLAN_START", f"{plan.planner} planned from {route[0]}, the robot is at {robot}")
     steps = len(route) - 1
     if plan.schedule is None:
         # At least one step, or the same question would be asked forever.
         until = steps if plan.commit is None else max(min(plan.commit, steps), min(steps, 1))
-        return Following(route, until=until)
+        return Following(route, until=until, cells=plan.path.cells)
     ticks = plan.schedule.tolist()
     last = ticks[-1] if plan.commit is None else ticks[0] + plan.commit
-    return Following(route, until=sum(t <= last for t in ticks) - 1, ticks=ticks, until_tick=last)
+    return Following(
+        route, until=sum(t <= last for t in ticks) - 1, ticks=ticks, until_tick=last, cells=plan.path.cells
+    )

@@ -555,7 +555,8 @@ class Simulation(Exclusive):
         """
         robot, tracks, speeds, causes = self._history()
         moved = np.ones(len(robot), dtype=np.bool_)
-        moved[1:] = (robot[1:, 0] != robot[:-1, 0]) | (robot[1:, 1] != robot[:-1, 1])
+        step = robot[1:] != robot[:-1]
+        np.logical_or(step[:, 0], step[:, 1], out=moved[1:])
         route = robot[moved]
         grid = self.scene.grid
         fields: dict[str, Any] = {

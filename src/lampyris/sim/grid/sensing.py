@@ -10,8 +10,7 @@ from lampyris.typing import Cell
 
 def seen_cells(world: Occupancy) -> list[Cell]:
     """Every cell that a moving obstacle covers now, in the order in which they came to cover it."""
-    cell = world.space.cell
-    return [cell(c) for c in world.taken]
+    return world.space.pairs(world.taken)
 
 
 def closed_cells(world: Occupancy) -> set[Cell]:
@@ -24,7 +23,7 @@ def closed_cells(world: Occupancy) -> set[Cell]:
     shape, space = world.robot_shape, world.space
     cell = space.cell
     if shape.small:
-        cells = {cell(c) for c in world.taken}
+        cells = set(space.pairs(world.taken))
     else:
         width, height = space.width, space.height
         around = [(x + dx, y + dy) for x, y in map(cell, world.taken) for dx, dy in shape.offsets]
@@ -44,17 +43,15 @@ def observed_obstacles(traffic: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
     world = traffic.world
     recorded = {} if traffic.recording is None else dict(traffic.recording.tracks)
     seen = []
-    for obstacle, number in enumerate(world.where):
-        cells = traffic.obstacles[obstacle].footprint
-        if obstacle in recorded:
+    each = zip(traffic.obstacles, traffic.appears, world.space.pairs(world.where), world.step, strict=True)
+    for obstacle, (kind, since, (x, y), (dx, dy)) in enumerate(each):
+        cells = kind.footprint
+        if recorded and obstacle in recorded:
             seen.append(ObstacleTrack(obstacle, recorded[obstacle].track, 0, 1, cells))
-            continue
-        x, y = world.space.cell(number)
-        dx, dy = world.step[obstacle]
-        # One that has just appeared was nowhere a tick ago.
-        new = traffic.appears[obstacle] == now
-        track = ((x, y),) if new else ((x - dx, y - dy), (x, y))
-        seen.append(ObstacleTrack(obstacle, track, now if new else now - 1, None, cells))
+        elif since == now:  # one that has just appeared was nowhere a tick ago
+            seen.append(ObstacleTrack(obstacle, ((x, y),), now, None, cells))
+        else:
+            seen.append(ObstacleTrack(obstacle, ((x - dx, y - dy), (x, y)), now - 1, None, cells))
     return tuple(seen)
 
 

@@ -8,7 +8,7 @@ long.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -62,6 +62,11 @@ class CellIndex:
         """The (x, y) of a cell number."""
         y, x = divmod(number, self.stride)
         return x - 1, y - 1
+
+    def pairs(self, numbers: Iterable[int]) -> list[Cell]:
+        """The (x, y) of each cell number, in their order."""
+        stride = self.stride
+        return [(number % stride - 1, number // stride - 1) for number in numbers]
 
     def cells(self, numbers: Sequence[int]) -> Cells:
         """The (x, y) of each cell number; int32, (n, 2)."""

@@ -1,0 +1,93 @@
+"""Room of searches by intervals, kept from call to call and cleaned where a search has been, not as a whole.
+
+On a large map a search comes upon few of the states for which there is room: to fill the arrays before each took a sixth
+of its time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.spacetime.timed_search import NEVER, clean
+
+KEPT_STATES = 1 << 20
+"""States for which room is kept at most; 45 bytes each."""
+
+
+class StateRoom(NamedTuple):
+    """The arrays of :func:`lampyris.kernels.spacetime.timed_search.sipp`, from ``arrive`` to ``tie``."""
+
+    arrive: NDArray[np.int64]
+    paid: NDArray[np.int64]
+    came: NDArray[np.int32]
+    done: NDArray[np.uint8]
+    heap: NDArray[np.int32]
+    place: NDArray[np.int32]
+    key: NDArray[np.int64]
+    tie: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, states: int) -> StateRoom:
+        """Clean room for so many states."""
+        paid, key, tie = (np.empty(states, dtype=np.int64) for _ in range(3))
+        return cls(
+            np.full(states, NEVER, dtype=np.int64),
+            paid,
+            np.empty(states, dtype=np.int32),
+            np.zeros(states, dtype=np.uint8),
+            np.zeros(states + 1, dtype=np.int32),
+            np.zeros(states, dtype=np.int32),
+            key,
+            tie,
+        )
+
+    def first(self, states: int) -> StateRoom:
+        """The part for the first states."""
+        return StateRoom(
+            self.arrive[:states],
+            self.paid[:states],
+            self.came[:states],
+            self.done[:states],
+            self.heap[: states + 1],
+            self.place[:states],
+            self.key[:states],
+            self.tie[:states],
+        )
+
+
+class SearchRoom(threading.local):
+    """Room for one search at a time in each thread."""
+
+    kept: StateRoom | None = None
+
+    @contextmanager
+    def take(self, states: int, result: NDArray[np.int64]) -> Iterator[StateRoom]:
+        """Clean room for exactly so many states.
+
+        Parameters
+        ----------
+        states : how many.
+        result : of the search: the second number says how many states it expanded.
+        """
+        kept, self.kept = self.kept, None  # a search that is stopped by an exception leaves it in any state
+        if kept is None or len(kept.arrive) < states:
+            kept = StateRoom.of(states)
+        there = kept.first(states)
+        yield there
+        clean(there.arrive, there.done, there.heap, there.place, int(result[1]))
+        if len(kept.arrive) <= KEPT_STATES:
+            self.kept = kept
+
+    def shrink(self, states: int) -> None:
+        """Let go of this thread's room if it is for more states than that."""
+        if self.kept is not None and len(self.kept.arrive) > states:
+            self.kept = None
+
+
+ROOM = SearchRoom()
