@@ -49,8 +49,9 @@ class Steps {
       if (this.hand.on) this.leave(false);
       this._offer();
     });
-    page.on("run", () => {
-      if (this.hand.on && page.run) this.leave();
+    page.on("run", (how) => {
+      // A run that waits to be played is no reason: the one from before the tour may come late.
+      if (this.hand.on && page.run && (how?.play || page.map.moment.others?.length)) this.leave();
     });
     page.on("plan", () => this._offer());
     this._offer();
@@ -230,9 +231,7 @@ export class Stagehand {
     const redo = () => {
       if (this._back) queueMicrotask(() => this._back && again());
     };
-    page.on("plan", redo);
-    page.on("layer", redo);
-    page.on("ground", redo);
+    for (const name of ["plan", "layer", "ground", "run", "ticks", "end"]) page.on(name, redo);
   }
 
   get on() {
