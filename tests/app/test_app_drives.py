@@ -235,7 +235,7 @@ def test_many_samples_are_farther_apart() -> None:
             math.ceil((made.duration / driving.STEP + 1) * 3 / 100)
         )
     with mock.patch.object(driving, "PIECE", 50):
-        frames = [(chr(one[4]), one[5:]) for one in driving.frames_of(made, {}, mock.Mock(notes=()))]
+        frames = [(chr(one[4]), one[5:]) for one in driving.frames_of(made, {})]
     assert len(samples(frames)["xy"]) == math.ceil(made.duration / driving.STEP - 1e-9) + 1
 
 

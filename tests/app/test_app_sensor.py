@@ -82,7 +82,14 @@ def test_a_sensor_looks_where_the_robot_moved_last(tmp_path: Path) -> None:
     console.log(JSON.stringify([0, 1.5, 2, 3.9, 4, 9].map((t) => travelled({ robot, ticks: 5 }, t))));
     """
     right, down_left = 0.0, 0.75 * math.pi
-    assert node(tmp_path, script) == [None, None, right, right, pytest.approx(down_left), pytest.approx(down_left)]
+    assert node(tmp_path, script) == [
+        None,
+        None,
+        right,
+        right,
+        pytest.approx(down_left),
+        pytest.approx(down_left),
+    ]
 
 
 def test_the_form_has_the_sensor() -> None:

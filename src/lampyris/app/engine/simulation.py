@@ -263,7 +263,8 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where.
 
     ``tick_s``: see :func:`tick_seconds`.
-    ``obstacle_specs``: those that are there from the start; ``sensor``: see :func:`sensor_record`; ``goal_track``: the goal's cell at each tick, null where it stands still.
+    ``obstacle_specs``: those that are there from the start; ``sensor``: see :func:`sensor_record`; ``goal_track``: the goal's
+    cell at each tick, null where it stands still.
     """
     return {
         "planner": scenario.planner,

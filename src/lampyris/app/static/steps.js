@@ -49,10 +49,9 @@ class Steps {
       if (this.hand.on) this.leave(false);
       this._offer();
     });
-    page.on("run", (how) => {
-      // A run that waits to be played is no reason: the one from before the tour may come late.
-      if (this.hand.on && page.run && (how?.play || page.map.moment.others?.length)) this.leave();
-    });
+    // A run that waits to be played is no reason to leave: the one from before the tour may come late.
+    page.on("play", () => this.hand.on && page.play.playing && this.leave());
+    page.on("run", () => this.hand.on && page.map.moment.others?.length && this.leave());
     page.on("plan", () => this._offer());
     this._offer();
   }
@@ -231,7 +230,8 @@ export class Stagehand {
     const redo = () => {
       if (this._back) queueMicrotask(() => this._back && again());
     };
-    for (const name of ["plan", "layer", "ground", "run", "ticks", "end"]) page.on(name, redo);
+    for (const name of ["plan", "layer", "ground"]) page.on(name, redo);
+    for (const name of ["run", "ticks", "end"]) page.on(name, () => page.play.playing || redo());
   }
 
   get on() {
