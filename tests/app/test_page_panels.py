@@ -256,7 +256,7 @@ def test_inflation_is_striped_inside_each_cell(page: Any, theme: str) -> None:
 STRIPES = """async () => {
   const canvas = document.querySelector("#map");
   const pen = canvas.getContext("2d");
-  const [rows, side] = [10, Math.min(canvas.width - 116, canvas.height - 32) / 10];
+  const [rows, side] = [10, Math.min(canvas.width - 140, canvas.height - 32) / 10];
   const [left, top] = [(canvas.width - 10 * side) / 2, (canvas.height - 10 * side) / 2];
   const spreads = [];
   for (let y = 0; y < rows; y++) {

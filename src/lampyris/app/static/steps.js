@@ -230,7 +230,7 @@ export class Stagehand {
     const redo = () => {
       if (this._back) queueMicrotask(() => this._back && again());
     };
-    for (const name of ["plan", "layer", "ground"]) page.on(name, redo);
+    for (const name of ["plan", "layer", "ground", "theme"]) page.on(name, redo);
     for (const name of ["run", "ticks", "end"]) page.on(name, () => page.play.playing || redo());
   }
 
