@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import zlib
 from collections.abc import Iterator
 from typing import Any
@@ -112,6 +113,9 @@ def opened(page: Any, address: str) -> None:
 
 def scenes(page: Any, address: str) -> Iterator[str]:
     """The first scene with its tour, and scenes that :func:`states` has not: each after its page was opened anew."""
+    # A browser that was never here: no draft, no welcome that was closed.
+    page.goto(re.sub("(//[^/]+/).*", r"\1static/icon.svg", address))
+    page.evaluate("localStorage.clear(), sessionStorage.clear()")
     opened(page, address.partition("&m=")[0])
     page.locator(".st-cause").first.wait_for()
     page.wait_for_timeout(1500)
