@@ -158,3 +158,30 @@ def test_a_film_draws_the_footprint_to_scale_where_the_drive_says(what: str) -> 
         assert abs(along[0] * math.sin(yaw) + along[1] * math.cos(yaw)) < 0.12
         turned.add(round(math.degrees(yaw) / 45) % 8)
     assert len(turned) >= 3, "it turned"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("drives", [False, True])
+def test_a_film_shows_the_sector_that_a_narrow_sensor_sees(drives: bool) -> None:
+    """All around before the first move; then a quarter of a circle and its two sides, ahead of the robot."""
+    rows = ["S" + "." * 14] + ["." * 15] * 13 + ["." * 14 + "G"]
+    frames = []
+    for angle in (360.0, 90.0):
+        sees = {"sensor_range": 4.0, "field_of_view": angle}
+        scenario = {
+            "version": 1, "map": {"rows": rows}, "planner": "dstar-lite", "edits": [], "obstacles": [],
+            **({"drive": sees} if drives else {"simulate": sees}),
+        }  # fmt: skip
+        frames.append(film("webp", scenario))
+    whole, narrow = ([(frame != frame[:1, :1]).any(axis=2) for frame in some_] for some_ in frames)
+    assert (whole[0] == narrow[0]).all(), "before it moves it sees all around"
+    scale = (frames[1][0].shape[1] - 20) / 15
+    middle = len(frames[1]) // 2
+    ring, rim = (np.abs(some_[middle] - sprites.ROBOT).max(axis=2) <= 60 for some_ in frames)
+    # Of the circle three quarters are gone, 19 cells long, and two radii have come, 8 cells long, their edges pale.
+    assert (ring & ~rim).sum() > 8 * scale
+    assert (rim & ~ring).sum() > 2 * scale
+    y, x = np.nonzero(ring & ~rim)
+    y_, x_ = np.nonzero(rim & ~ring)
+    # It drives down and to the right: what is gone lies behind what has come.
+    assert x.mean() + y.mean() < x_.mean() + y_.mean() - scale

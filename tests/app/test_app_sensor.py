@@ -79,17 +79,14 @@ def test_a_sensor_looks_where_the_robot_moved_last(tmp_path: Path) -> None:
     script = """
     import { travelled } from "./unseen.js";
     const robot = Int16Array.from([3, 3, 3, 3, 4, 3, 4, 3, 3, 4]);
-    console.log(JSON.stringify([0, 1.5, 2, 3.9, 4, 9].map((t) => travelled({ robot, ticks: 5 }, t))));
+    const at = (more) => [0, 1.5, 2, 3.9, 4, 9].map((t) => travelled({ robot, ticks: 5, ...more }, t));
+    console.log(JSON.stringify([at({}), at({ step: 0.05 })]));
     """
-    right, down_left = 0.0, 0.75 * math.pi
-    assert node(tmp_path, script) == [
-        None,
-        None,
-        right,
-        right,
-        pytest.approx(down_left),
-        pytest.approx(down_left),
-    ]
+    right, down_left = 0.0, pytest.approx(0.75 * math.pi)
+    ticks, drive = node(tmp_path, script)
+    # A drive looks ahead along its path.
+    assert drive == [None, None, down_left, down_left, down_left, down_left]
+    assert ticks == [None, None, right, right, down_left, down_left]
 
 
 def test_the_form_has_the_sensor() -> None:

@@ -50,15 +50,21 @@ export function shade(pen, map, { run, t }) {
 }
 
 /**
- * The direction of the last move, clockwise from the right on the screen, radians; null: it has not moved, and its sensor sees all around it.
- * @param {Run} run @param {number} t
+ * Where the sensor looks, clockwise from the right on the screen, radians: in the direction of the last move, in a drive of the
+ * next one; null: the robot has not moved, and its sensor sees all around it.
+ * @param {Pick<Run, "robot" | "ticks" | "step">} run @param {number} t
  */
-export function travelled({ robot, ticks }, t) {
-  for (let k = Math.min(Math.floor(t + 1e-6), ticks - 1); k > 0; k--) {
+export function travelled({ robot, ticks, step }, t) {
+  const now = Math.min(Math.floor(t + 1e-6), ticks - 1);
+  const move = (/** @type {number} */ k) => {
     const [dx, dy] = [robot[2 * k] - robot[2 * k - 2], robot[2 * k + 1] - robot[2 * k - 1]];
-    if (Math.abs(dx) + Math.abs(dy) > STILL) return Math.atan2(dy, dx);
-  }
-  return null;
+    return Math.abs(dx) + Math.abs(dy) > STILL ? Math.atan2(dy, dx) : null;
+  };
+  let last = null;
+  for (let k = now; k > 0 && last === null; k--) last = move(k);
+  let next = null;
+  if (step && last !== null) for (let k = now + 1; k < ticks && next === null; k++) next = move(k);
+  return next ?? last;
 }
 
 /** The cells that have not been seen, shaded. */
