@@ -243,3 +243,27 @@ def test_a_footprint_is_to_scale_before_and_in_a_simulation_in_ticks(page: Any, 
     begun = picture(page)
     page.keyboard.press("PageUp")
     assert changed(begun, picture(page)) > 0.001
+
+
+@pytest.mark.nightly
+def test_a_robot_that_drives_again_is_not_said_to_wait(page: Any, address: str) -> None:
+    """The sentence of an event stays for a second, but not beside a speed that contradicts it."""
+    car = {"rectangle": [0.9, 0.5], "drive": "ackermann", "turn_radius": 0.8}
+    opened(page, address, robot=car, obstacles=[{"kind": "random-walk", "count": 3}])
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("End")
+    until(page, lambda: page.locator('#status dt:text-is("Took")').count() == 1)
+    page.keyboard.press("Home")
+    for _ in range(3):
+        page.keyboard.press("PageUp")
+    said = set()
+    for _ in range(80):
+        page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(120)  # what is seen changes ten times a second
+        sentence, speed = page.inner_text("#status .st-now"), page.inner_text(".st-speed b").split()[0]
+        said.add((sentence.startswith("The robot waits"), float(speed) > 0))
+    assert (True, False) in said
+    assert (True, True) not in said
+    assert (False, True) in said

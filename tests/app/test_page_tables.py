@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from test_page_play import needs_node, node
 
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.moves import MOVES
@@ -116,3 +117,12 @@ def test_presets_and_moves_are_the_scenario_file_s() -> None:
     table = re.search(r"const MOVES = \{(.*?)\};", text, re.DOTALL)
     assert table
     assert set(re.findall(r'"?([\w-]+)"?: "\1:', table[1])) == set(MOVES)
+
+
+@needs_node
+def test_numbers_have_three_figures_and_what_is_left_of_a_sum_is_none(tmp_path: Path) -> None:
+    script = """
+    import { brief } from "./charts.js";
+    console.log(JSON.stringify([0.15249, 4.44e-16, -1e-12, 0, 1e-6, 12.345, NaN].map(brief)));
+    """
+    assert node(tmp_path, script) == ["0.152", "0", "0", "0", "0.000001", "12.3", "\u2013"]

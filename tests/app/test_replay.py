@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from page_browser import needs_chromium
 from page_person import moment, until
+from PIL import Image
 
 import in_process
 from lampyris import Fleet, Grid, plan_fleet
@@ -23,6 +26,7 @@ from lampyris.app.replay.page import replay_page
 from lampyris.app.replay.streams import compact, fleet_digest, fleet_replay
 from lampyris.errors import InternalFault
 from lampyris.model.fleet.fleet import Agent
+from lampyris.report.style import FREE
 
 ROWS = ["S.......", "...##...", "...##...", ".......G"]
 HOSTILE = "</script><script>alert(1)</script><img src=x> & \" '"
@@ -170,6 +174,28 @@ def offline(browser: Any, tmp_path: Path) -> Iterator[Any]:
     yield tab
     context.close()
     assert not wrong
+
+
+@needs_chromium
+def test_a_replay_shades_what_a_robot_with_a_sensor_has_not_seen(offline: Any) -> None:
+    sees = {"sensor_range": 2.0, "field_of_view": 120.0}
+    tab = offline.shown(
+        exported({**SCENARIO, "planner": "dstar-lite", "obstacles": [], "edits": [], "simulate": sees})
+    )
+    tab.wait_for_selector("body.ready")
+
+    def free() -> int:
+        """Pixels of the map that have the colour of free cells."""
+        with Image.open(io.BytesIO(tab.locator("#map").screenshot())) as image:
+            pixels = np.asarray(image.convert("RGB"))
+        return int((pixels == FREE).all(axis=2).sum())
+
+    tab.get_by_role("slider", name="Moment").focus()
+    before = free()
+    tab.keyboard.press("End")
+    tab.wait_for_timeout(200)
+    assert free() > 1.5 * before > 0
+    assert "not yet seen" in tab.inner_text("#legend")
 
 
 @needs_chromium

@@ -23,6 +23,7 @@ from test_app_secrets import POSIX, tree
 from test_threats_bombs import Live
 
 from lampyris.app.server.library import Library, container
+from lampyris.app.server.opening import recorded_answers
 
 # ---- names, by HTTP, to the real library (W11) --------------------
 
@@ -40,6 +41,8 @@ def world(tmp_path: Path) -> World:
     made = World()
     made.services.library = Library(maps, tmp_path / "spool")
     run(made.ask("GET", "/api/thumbs/guide", own()))
+    # The package's own record of the opening scene is read once.
+    recorded_answers()
     return made
 
 

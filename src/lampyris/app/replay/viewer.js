@@ -12,6 +12,7 @@ import { applyEdits } from "../static/ground.js";
 import { el } from "../static/make.js";
 import { byId } from "../static/page.js";
 import { outlineOf, radiusOf } from "../static/shape.js";
+import { askUnseen } from "../static/unseen.js";
 import { dataOf, keys, stageOf, unpacked } from "./stage.js";
 
 async function main() {
@@ -35,6 +36,7 @@ async function main() {
   await layer(page, data.layer);
   keys(page);
   page.run = run;
+  if (run.seen) askUnseen(page);
   page.tell("run", { tick: 0, play: false });
   page.tell("end");
   document.body.classList.add("ready");

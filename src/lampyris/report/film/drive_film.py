@@ -22,6 +22,8 @@ FPS = 16.0
 _FLASHES = 1.0
 """Seconds of the film (not of the drive) that a ring around the robot is seen after an event."""
 
+_STILL = 1e-6
+"""Moves that are shorter than this are none, cells."""
 _FINE = 6
 """Pieces of the trail a frame: bends stay round and speeds even."""
 
@@ -85,10 +87,10 @@ class DriveRenderer:
             scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, outlined=with_footprint(drive),
             planner=drive.planner, via=drive.via,
         )  # fmt: skip
-        self._range = None
+        self._moves = np.zeros((0, 2))
         if drive.sensor is not None:
-            pixels = round(drive.sensor.range_m / scene.grid.resolution * sheet.scale)
-            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
+            times = np.arange(0.0, drive.duration + drive.period, drive.period)
+            self._moves = np.diff(drive.at(times)[0], axis=0)
         looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -144,9 +146,18 @@ class DriveRenderer:
         if drive.seen is None:
             return
         self._sheet.shade(canvas, (drive.seen < 0) | (drive.seen > int(moment / drive.period + 1e-9)))
-        if self._range is not None:
-            blend(canvas, self._range, *robot)
+        if drive.sensor is not None:
+            self._sheet.sight(canvas, drive.sensor, robot, self._ahead(moment))
         self._sheet.star(canvas, *drive.scene.goal)
+
+    def _ahead(self, moment: float) -> float | None:
+        """Direction of the next move, radians clockwise from the right; None: it has not moved yet."""
+        (moved,) = np.nonzero(np.abs(self._moves).sum(axis=1) > _STILL)
+        now = int(moment / self.drive.period + 1e-9)
+        if not moved.size or moved[0] >= now:
+            return None
+        x, y = self._moves[moved[min(int(np.searchsorted(moved, now)), len(moved) - 1)]].tolist()
+        return math.atan2(y, x)
 
     def _footprint(self, moment: float) -> sprites.Sprite:
         """The robot's outline to scale, turned."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from lampyris.model.edit import applied
 from lampyris.model.trace import Event, Trace
@@ -62,10 +65,6 @@ class TraceRenderer:
             planner=trace.planner,
             via=trace.via,
         )
-        self._range = None
-        if trace.sensor is not None:
-            pixels = round(trace.sensor.range_m / scene.grid.resolution * sheet.scale)
-            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
         looks = [sheet.look(b.kind) for b in trace.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -137,12 +136,21 @@ class TraceRenderer:
         trace = self.trace
         if trace.seen is not None:
             self._sheet.shade(canvas, (trace.seen < 0) | (trace.seen > int(moment)))
-            if self._range is not None:
-                blend(canvas, self._range, *robot)
+            if trace.sensor is not None:
+                self._sheet.sight(canvas, trace.sensor, robot, self._ahead(int(moment)))
         if trace.goal_track is not None:
             self._sheet.star(canvas, *_between(trace.goal_track, moment))
         elif trace.seen is not None:
             self._sheet.star(canvas, *trace.scene.goal)
+
+    def _ahead(self, tick: int) -> float | None:
+        """Direction of the last move up to a tick, radians clockwise from the right; None: none yet."""
+        moves = np.diff(self.trace.robot[: tick + 1], axis=0)
+        (moved,) = np.nonzero(moves.any(axis=1))
+        if not moved.size:
+            return None
+        x, y = moves[moved[-1]].tolist()
+        return math.atan2(y, x)
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""
