@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, judge
-from benchmarks.limits import CLEARING
 from benchmarks.turns import take_turns
 
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -194,7 +192,6 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
         "sipp": lambda: search.by_intervals(table, start, 0, None),
         "space-time-astar": lambda: search.by_ticks(table, start, 0, None),
         "textbook": lambda: textbook(plain, left, start, goal, taken, banned, last),
-        CLEARING: partial(_clear, *_room((size + 2) ** 2 + len(table.begin) + 1)),
     }
     reserved = Reserved(free) if size == 512 else None
     if reserved is not None:
@@ -204,7 +201,6 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
     whole = _whole(free, plain, seen, (start, goal), left, reserved, rounds)
     assert whole.pop("arrival").middle == arrival
     title = f"{size} at {share:.0%}, {count} obstacles"
-    figures.append(Figure(f"search alone, {title}, {CLEARING}", "ms", times.pop(CLEARING)))
     cells = [f"{size} x {size}, {share:.0%} blocked", str(count), str(arrival)]
     for what, spent in (("whole call", whole), ("search alone", times)):
         cells.append(f"{spent['sipp'].middle:.2f}")
@@ -219,17 +215,6 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
             figures.append(figure)
             cells.append(f"{spent[rival].middle:.2f} = {figure.ratio:.2f} x")
     return tuple(cells)
-
-
-def _room(states: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a search by intervals has clean before it begins: arrivals, places in its open list, what is done."""
-    return np.empty(states, np.int64), np.empty(states, np.int32), np.empty(states, np.uint8)
-
-
-def _clear(arrive: np.ndarray, place: np.ndarray, done: np.ndarray) -> None:
-    arrive.fill(NEVER)
-    place.fill(0)
-    done.fill(0)
 
 
 def _whole(

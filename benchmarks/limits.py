@@ -17,8 +17,6 @@ NATIVE = "C++ -O3 -march=native"
 TIMES_NATIVE = 1.2
 """Times the same loops in C++ that a field may take at most."""
 CELLS = 4096 * 4096
-CLEARING = "clearing its room"
-"""What a search by intervals does before it begins, in figures of the section ``timed``."""
 EXPANDED, NEEDED, PER_MOTION = "expansions of pad", "motions of its path", "expansions of pad a motion"
 IN_PLANNING = "expansions of its planning phases"
 """Figures of the section ``pose_maps``, by map."""
@@ -185,22 +183,6 @@ def _compiling_large(claim: str, figures: Figures) -> str:
     if first is None or again is None:
         return ""
     return f"compiling: {first.ours.middle - again.ours.middle:.2f} s of it are not there in the second run"
-
-
-def _clearing(claim: str, figures: Figures) -> str:
-    """SIPP's search beside a textbook's: what clearing its room takes."""
-    names = re.findall(r"(search alone, [^()]*?) \(\d", claim)
-    pairs = [(figures.get(f"{name} | textbook"), figures.get(f"{name}, {CLEARING}")) for name in names]
-    there = [(f, room) for f, room in pairs if f and f.theirs and f.asked and room]
-    if not there:
-        return ""
-    shares = [f.theirs.middle / (f.ours.middle - room.ours.middle) for f, room in there if f.theirs]
-    least = max(f.asked for f, _ in there if f.asked)
-    return (
-        f"bytes written: a search begins with clean room for every cell of the map and every safe interval, 13 bytes each, "
-        f"{_ends([room.ours.middle for _, room in there])} ms of {_ends([f.ours.middle for f, _ in there])} ms. Restated: "
-        f"without that at least {least:g} times as good: {_ends(shares)}, {_word(min(shares) >= least)}"
-    )
 
 
 def _stages(claim: str, figures: Figures) -> str:
@@ -439,5 +421,4 @@ LIMITS = (
     Limit("start", "`lampyris plan` on 316 x 316 under 0.5 s from the second run", _importing),
     Limit("start", "`lampyris plan`, 4096 x 4096, nothing kept", _compiling_large),
     Limit("start", "`lampyris plan`, 4096 x 4096: ", _stages),
-    Limit("timed", "SIPP compared with textbook, 512 x 512, search alone", _clearing),
 )

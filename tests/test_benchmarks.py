@@ -151,27 +151,6 @@ def test_fields_are_limited_by_the_same_loops_in_native_code_on_the_maps_that_fa
     )
 
 
-def test_the_search_of_sipp_is_limited_by_the_room_that_it_clears() -> None:
-    from benchmarks.figures import Figure, Spread
-    from benchmarks.limits import CLEARING, limit_of
-
-    def one(middle: float) -> Spread:
-        return Spread(middle, middle, middle, 1)
-
-    task = "search alone, 512 at 10%, 200 obstacles"
-    figures = (
-        Figure(task, "ms", one(1.0), "textbook", one(4.5), asked=5.0),
-        Figure(f"{task}, {CLEARING}", "ms", one(0.25)),
-    )
-    record = section(*figures, name="timed").record()
-    claim = f"SIPP compared with textbook, 512 x 512, search alone: at least 5 times as good: 4.5; short of it: {task} (4.50)"
-    assert "0.25 ms of 1.00 ms. Restated: without that at least 5 times as good: 6.00, holds" in limit_of(
-        record, claim
-    )
-    slower = section(figures[0], Figure(f"{task}, {CLEARING}", "ms", one(0.05)), name="timed").record()
-    assert "4.74, does not hold either" in limit_of(slower, claim)
-
-
 def test_a_plan_on_the_largest_map_is_limited_by_its_field() -> None:
     from benchmarks.figures import Figure, Spread
     from benchmarks.limits import NATIVE, limit_of
