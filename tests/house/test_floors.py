@@ -57,6 +57,7 @@ def test_the_pinned_versions_are_not_below_the_floors(tool: ModuleType) -> None:
         ("numpy", "3.14", "2.3.2", "2.3.1 has no wheel for it"),
         ("scipy", "3.14", "1.16.1", "1.16.0 has no wheel for it"),
         ("matplotlib", "3.14", "3.10.5", "3.10.3 has no wheel for it"),
+        ("joblib", "3.14", "1.5", "with earlier ones no worker starts"),
         ("pillow", "3.14", "11.3", "11.0 has no wheel for it"),
         ("pyyaml", "3.14", "6.0.3", "6.0.2 has no wheel for it"),
         ("pydantic", "3.14", "2.12", "the pydantic-core of 2.9 has no wheel for it"),
