@@ -141,7 +141,8 @@ def test_reasons_name_commands_of_the_docs() -> None:
     [
         page
         for page in PAGES
-        if re.search(r"^    lampyris ", page.read_text(encoding="utf-8"), re.MULTILINE)
+        if page.exists()  # beside a wheel there are no pages
+        and re.search(r"^    lampyris ", page.read_text(encoding="utf-8"), re.MULTILINE)
         and str(page.relative_to(ROOT)) not in RUN_ELSEWHERE
     ],
     ids=lambda page: page.stem,

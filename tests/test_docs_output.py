@@ -13,7 +13,7 @@ import pytest
 from bad_inputs.case import inside, run
 
 pytestmark = pytest.mark.source
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "output.md").read_text(encoding="utf-8")
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "output.md"
 SHARED = "Tables of several commands"
 STUDY = """version: 1
 name: t
@@ -80,7 +80,7 @@ TABLES: dict[str, tuple[tuple[str, ...], ...]] = {
 def rows() -> dict[str, frozenset[str]]:
     """Section to the names in the first column of its tables."""
     found = {}
-    for section in re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:]:
+    for section in re.split(r"^## ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
         firsts = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
         names = [name for first in firsts for name in re.findall(r"`([^`]+)`", first)]
         assert len(names) == len(set(names)), "a name twice"

@@ -84,11 +84,16 @@ def project() -> tuple[list[str], list[str]]:
     return said["project"]["dependencies"], said["build-system"]["requires"]
 
 
-def suite_tools() -> list[str]:
-    """What the whole suite needs besides, from the extra `dev`, in versions that agree with the floors."""
+def suite_tools(python: str) -> list[str]:
+    """What the whole suite needs besides, from the extra `dev`, in versions that agree with the floors.
+
+    pyarrow does not say which NumPy it needs, so that it is taken at its own floor.
+    """
     said = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    extra = said["project"]["optional-dependencies"]["dev"]
-    return [line for line in extra if Requirement(line).name not in NOT_FOR_THE_SUITE]
+    extras = said["project"]["optional-dependencies"]
+    out = (*NOT_FOR_THE_SUITE, "pyarrow")
+    kept = [line for line in extras["dev"] if Requirement(line).name not in out]
+    return kept + [f"{name}=={low}" for name, low in floors(extras["parquet"], python).items()]
 
 
 def pins() -> dict[str, str]:
@@ -174,7 +179,7 @@ class Trial:
         at_floor = [f"{name}=={version}" for name, version in low.items()]
         tools = [f"{name}=={pins()[name]}" for name in TEST_TOOLS]
         if self.whole_suite:
-            tools += suite_tools()
+            tools += suite_tools(self.version)
         self.run("tools/make_venv.sh", self.command, str(self.folder))
         self.run(*pip, "--only-binary", ":all:", *at_floor, *tools)
         self.run(*pip, "--no-deps", "--no-build-isolation", str(ROOT), str(ROOT / "selfcheck"))

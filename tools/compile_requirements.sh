@@ -12,6 +12,8 @@ compile() {
 }
 compile run.txt
 compile dev.txt --constraint requirements/run.txt --extra dev
+# rosbags asks for it before Python 3.14 alone, and it cannot be installed on later ones.
+sed -i -E 's/^(backports-zstd==[^ ;]+).*/\1 ; python_version < "3.14"/' requirements/dev.txt
 compile bench.txt --constraint requirements/run.txt --extra bench
 compile nightly.txt --constraint requirements/run.txt --constraint requirements/dev.txt --extra nightly
 compile docs.txt --constraint requirements/run.txt --constraint requirements/dev.txt --extra docs

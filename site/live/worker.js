@@ -44,16 +44,19 @@ onmessage = async ({ data }) => {
   await turn();
   if (!running.has(id)) return;
   const answer = made.ask(path, body);
-  postMessage({ id, status: answer.status, kind: answer.kind });
+  // The head travels with the first piece: each message wakes the page.
+  /** @type {{status?: number, kind?: string}} */
+  let head = { status: answer.status, kind: answer.kind };
   for (;;) {
     const proxy = running.has(id) ? answer.next() : undefined;
     if (!proxy) break;
     const piece = proxy.toJs();
     proxy.destroy();
-    postMessage({ id, piece }, [piece.buffer]);
+    postMessage({ id, ...head, piece }, [piece.buffer]);
+    head = {};
     await turn();
   }
   answer.destroy();
   running.delete(id);
-  postMessage({ id, end: true });
+  postMessage({ id, ...head, end: true });
 };

@@ -111,6 +111,7 @@ if TYPE_CHECKING:
     from lampyris import curves as curves
     from lampyris import notebook as notebook
     from lampyris import plot as plot
+    from lampyris import uncertainty as uncertainty
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
@@ -195,6 +196,7 @@ if TYPE_CHECKING:
     from lampyris.swarms import load_sources as load_sources
     from lampyris.swarms import swarm_robots as swarm_robots
     from lampyris.travel_time.of_law import fastest_time_settings as fastest_time_settings
+    from lampyris.uncertainty.propagate import propagate_uncertainty as propagate_uncertainty
 
 
 def _later(module: str, name: str) -> Callable[..., Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +12,6 @@ from drive_checks import crossing, least_gap, places, ring
 import lampyris
 from lampyris.errors import SettingError, UsageError
 from sizes import sized
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-import fleet_runs
 
 
 def line(length: int, robot: lampyris.Robot | None = None, **more: object) -> lampyris.FleetTrace:
@@ -89,8 +85,12 @@ def test_the_slowest_of_a_ring_sets_the_pace() -> None:
     assert trace.arrivals[0] == pytest.approx(10.0, abs=0.3)
 
 
+@pytest.mark.source
 @sized("count", 6, 300)
-def test_random_drives_never_touch_and_all_arrive(count: int) -> None:
+def test_random_drives_never_touch_and_all_arrive(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[2] / "tools"))
+    import fleet_runs
+
     delayed = failed = 0
     for number in range(5000, 5000 + count):
         trace, faulty = fleet_runs.drive(number)

@@ -52,8 +52,9 @@ def uncollected() -> Iterator[None]:
     them over and over is a quarter of the time that it takes.
 
     Afterwards they count as old, as if a collection had passed: the first one after it would take 40 to 90 ms. Where
-    objects have been frozen (:func:`gc.freeze`) this is left out, as those would thaw. Few new objects are left to the
-    next collection: Python counts frozen objects one by one, which takes longer than the load of a kernel.
+    objects have been frozen (:func:`gc.freeze`) this is left out, as those would thaw; Python 3.12 freezes some itself
+    as it starts. Few new objects are left to the next collection: Python counts frozen objects one by one, which takes
+    longer than the load of a kernel.
     """
     was = gc.isenabled()
     gc.disable()

@@ -32,7 +32,13 @@ export function tell(line, words, bad = false) {
 }
 
 /** Whether this is a screen that is touched; without a screen, as under Node.js, it is not. */
-export const TOUCH = globalThis.matchMedia?.("(pointer: coarse)") ?? { matches: false };
+export const TOUCH = { matches: false };
+// Each look at a media query settles the styles of the whole page: at each move of a drag that is too dear.
+const coarse = globalThis.matchMedia?.("(pointer: coarse)");
+if (coarse) {
+  TOUCH.matches = coarse.matches;
+  coarse.addEventListener("change", () => { TOUCH.matches = coarse.matches; });
+}
 
 /** A hint in the words of the screen: a finger taps where a mouse clicks. @param {string} text */
 export function tapped(text) {
