@@ -12,6 +12,7 @@ from lampyris.model.drive import Drive
 from lampyris.report.data.gaps import with_footprint
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
+from lampyris.report.film.sight import SensorRange
 from lampyris.report.film.simulation_film import MAX_FRAMES, Shown, check, frame_ms, write_film
 from lampyris.report.film.sprites import Colour, blend
 from lampyris.report.style import OutFile, Rgb
@@ -85,10 +86,7 @@ class DriveRenderer:
             scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, outlined=with_footprint(drive),
             planner=drive.planner, via=drive.via,
         )  # fmt: skip
-        self._range = None
-        if drive.sensor is not None:
-            pixels = round(drive.sensor.range_m / scene.grid.resolution * sheet.scale)
-            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
+        self._range = SensorRange(drive.sensor, scene.grid.resolution, sheet)
         looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -144,15 +142,23 @@ class DriveRenderer:
         if drive.seen is None:
             return
         self._sheet.shade(canvas, (drive.seen < 0) | (drive.seen > int(moment / drive.period + 1e-9)))
-        if self._range is not None:
-            blend(canvas, self._range, *robot)
+        self._range.draw(canvas, *robot, self._sight(moment) if self._range.turns else None)
         self._sheet.star(canvas, *drive.scene.goal)
+
+    def _sight(self, moment: float) -> float | None:
+        """Where the sensor looks, radians clockwise on the picture; None: in all directions, until the robot has moved."""
+        read = math.floor(moment / self.drive.period + 1e-9) * self.drive.period
+        (first, last), _ = self.drive.at(np.array([0.0, read]))
+        return -self._yaw(moment) if (first != last).any() else None
 
     def _footprint(self, moment: float) -> sprites.Sprite:
         """The robot's outline to scale, turned."""
         assert self._outline is not None
-        yaw = float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
-        return self._turned(self._outline, yaw, sprites.ROBOT)
+        return self._turned(self._outline, self._yaw(moment), sprites.ROBOT)
+
+    def _yaw(self, moment: float) -> float:
+        """Where the robot is headed, radians counterclockwise on the picture."""
+        return float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
 
     def _turned(self, outline: Points, yaw: float, colour: Colour) -> sprites.Sprite:
         """An outline to scale, with a heading in the frame of the cells."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from lampyris.model.edit import applied
 from lampyris.model.trace import Event, Trace
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
+from lampyris.report.film.sight import SensorRange
 from lampyris.report.film.sprites import blend
 from lampyris.report.style import Rgb
 from lampyris.typing import FloatGrid
@@ -62,10 +66,7 @@ class TraceRenderer:
             planner=trace.planner,
             via=trace.via,
         )
-        self._range = None
-        if trace.sensor is not None:
-            pixels = round(trace.sensor.range_m / scene.grid.resolution * sheet.scale)
-            self._range = sprites.ring(pixels, 1, sprites.ROBOT, 0.0) if pixels < 2 * sheet.width else None
+        self._range = SensorRange(trace.sensor, scene.grid.resolution, sheet)
         looks = [sheet.look(b.kind) for b in trace.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -137,12 +138,17 @@ class TraceRenderer:
         trace = self.trace
         if trace.seen is not None:
             self._sheet.shade(canvas, (trace.seen < 0) | (trace.seen > int(moment)))
-            if self._range is not None:
-                blend(canvas, self._range, *robot)
+            self._range.draw(canvas, *robot, self._heading(int(moment)) if self._range.turns else None)
         if trace.goal_track is not None:
             self._sheet.star(canvas, *_between(trace.goal_track, moment))
         elif trace.seen is not None:
             self._sheet.star(canvas, *trace.scene.goal)
+
+    def _heading(self, tick: int) -> float | None:
+        """Direction of the robot's last move, as a sensor reads it; None before the first."""
+        moves = np.diff(self.trace.robot[: tick + 1].astype(np.int64), axis=0)
+        last = moves[moves.any(axis=1)][-1:].tolist()
+        return math.atan2(last[0][1], last[0][0]) if last else None
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""
