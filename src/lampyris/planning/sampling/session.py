@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -252,11 +253,10 @@ class SamplingSession(SessionBase):
             return False
         ground = query.ground
         turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
-        if len(turns) > query.samples:
+        length = sum(ground.distance(a, b) for a, b in pairwise(turns.tolist()))
+        if len(turns) > query.samples or length >= before:
             return False
         search.go_on_from(turns)
-        if search.best >= before:
-            return False
         run.chain = search.chain()
         return True
 
