@@ -222,7 +222,9 @@ class SamplingSession(SessionBase):
                     seed_after = None
                     if self._seed(query, search, run, closed, limit):
                         was = "no path" if best == math.inf else "a longer path"
-                        run.notes = (f"{was} after {used} samples: went on from the cheapest path of the grid",)
+                        run.notes = (
+                            f"{was} after {used} samples: went on from the cheapest path of the grid",
+                        )
                     best = search.best
         except Cancelled:
             scope = cancellation.watch()
