@@ -329,18 +329,17 @@ def shielded() -> Iterator[None]:
 @contextlib.contextmanager
 def paused() -> Iterator[None]:
     """Do not count what is done inside for the time limits of this thread's calls; they can still be cancelled."""
-    scopes, scope = [], _here.watch
-    while scope is not None:
-        if scope.deadline < math.inf:
-            scopes.append(scope)
-        scope = scope.outer
-    for scope in scopes:
-        scope.pause()
+    scope, held = _here.watch, []
     try:
+        while scope is not None:
+            if scope.deadline < math.inf:
+                scope.pause()
+                held.append(scope)
+            scope = scope.outer
         yield
     finally:
-        for scope in scopes:
-            scope.resume()
+        for one in held:
+            one.resume()
 
 
 @contextlib.contextmanager
