@@ -267,7 +267,9 @@ def test_a_search_with_a_long_path_goes_on_from_a_shorter_walk_of_the_grid(name:
     # bit-star on warehouse-1024: where it met a path by chance, it was still 9 % too long after 2 s; without one A* helped.
     wall = np.zeros((60, 60), dtype=bool)
     wall[:50, 25:36] = True
-    wall[30, 25:36] = False  # a short way through a passage one cell wide, a long one around the end of the wall
+    wall[30, 25:36] = (
+        False  # a short way through a passage one cell wide, a long one around the end of the wall
+    )
     scene = Scene(Grid(wall), (10, 12), (50, 12))
     few = {"samples": 400, "batch": 20, "narrow": 0.0, "near_path": 0.0, "record": True}
     best = plan_of("visibility-graph", scene).any_angle_length
