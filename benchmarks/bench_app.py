@@ -8,6 +8,8 @@ drawn by software alone, 1280 x 720.
 What is measured
 ----------------
 * first frame: from the navigation until behind the frame that shows the map first; nothing is cached.
+* walk: what somebody sees who was never here: from the navigation until the robot of the first scene brakes for a moving
+  obstacle, and until three planners race; with the clicks that each takes.
 * frames: how many a second the page draws, counted over half seconds: the middle of these and the worst
   twentieth. Browsers draw at most 60. Beside them the processor time a frame of the page's process and of the
   drawing one, which does not know that limit.
@@ -53,8 +55,11 @@ from benchmarks import app_stage as stage
 Row = dict[str, Any]
 SOON = 120_000
 BURST_MS = 500.0
+RACE = (("tab", "Compare"), ("button", "Race"))
+"""What is clicked for a race, from the first scene."""
 PARTS = (
     "first",
+    "walk",
     "weight",
     "playing",
     "fleet",
@@ -152,6 +157,37 @@ class Bench:
         middle, worst = statistics.median(found[1:]), max(found[1:])
         said = f"{middle:.0f} ms, worst {worst:.0f}; right after the start {found[0]:.0f}"
         return [row("first frame, env-3", said, "< 1000 ms", max(found) < 1000, ms=found)]
+
+    def walk(self) -> list[Row]:
+        """The first minutes of somebody who was never here."""
+        slowed: list[float] = []
+        raced: list[float] = []
+        clicks = 0
+        for _ in range(self.rounds):
+            with self.browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+                page = context.new_page()
+                began = time.monotonic()
+                page.goto(self.address.partition("&")[0])
+                page.locator(".st-cause", has_text="moving obstacle").wait_for(timeout=SOON)
+                slowed.append(time.monotonic() - began)
+                ways = [page.get_by_role(role, name=name, exact=True) for role, name in RACE]
+                began = time.monotonic()
+                for one in ways:
+                    one.click(timeout=SOON)
+                page.locator("dialog.race figure").nth(2).wait_for(timeout=SOON)
+                raced.append(time.monotonic() - began)
+                clicks = len(ways)
+        said = [f"{statistics.median(some):.2f} s, worst {max(some):.2f}" for some in (slowed, raced)]
+        return [
+            row(
+                "a robot slows for an obstacle",
+                f"{said[0]}; 0 clicks",
+                "< 3 s, 0 clicks",
+                max(slowed) < 3,
+                s=slowed,
+            ),
+            row("a race of three is on", f"{said[1]}; {clicks} clicks", "<= 3 clicks", clicks <= 3, s=raced),
+        ]
 
     def weight(self) -> list[Row]:
         """What a browser that was never here is sent, with the heads: until the opening scene drives, and of all files.

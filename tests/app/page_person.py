@@ -20,7 +20,7 @@ Cell = tuple[int, int]
 def aim(page: Any, cell: Cell, size: Cell = (50, 50)) -> tuple[float, float]:
     """Where a cell of a map that is wholly shown is on the screen."""
     box = page.locator("#map").bounding_box()
-    scale = min((box["width"] - 116) / size[0], (box["height"] - 32) / size[1], 96)
+    scale = min((box["width"] - 140) / size[0], (box["height"] - 32) / size[1], 96)
     left = box["x"] + (box["width"] - size[0] * scale) / 2
     top = box["y"] + (box["height"] - size[1] * scale) / 2
     return left + (cell[0] + 0.5) * scale, top + (cell[1] + 0.5) * scale

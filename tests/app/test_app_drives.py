@@ -112,7 +112,7 @@ def test_a_drive_with_a_sensor_says_from_which_sample_on_each_cell_had_been_seen
     count = struct.unpack_from("<I", raw)[0]
     cells, first = np.frombuffer(raw, "<u4", 2 * count, 4).reshape(2, -1)
     made: Any = scenarios.run(scenario_of_request({"scenario": scenario}))
-    assert head["sensor"] == 3.0
+    assert head["sensor"] == [3.0, math.tau]
     assert set(cells.tolist()) == set(np.flatnonzero(made.seen.ravel() >= 0).tolist())
     last = len(samples(frames)["xy"]) - 1
     began = made.seen.ravel()[cells] * made.period
@@ -235,7 +235,7 @@ def test_many_samples_are_farther_apart() -> None:
             math.ceil((made.duration / driving.STEP + 1) * 3 / 100)
         )
     with mock.patch.object(driving, "PIECE", 50):
-        frames = [(chr(one[4]), one[5:]) for one in driving.frames_of(made, {}, mock.Mock(notes=()))]
+        frames = [(chr(one[4]), one[5:]) for one in driving.frames_of(made, {})]
     assert len(samples(frames)["xy"]) == math.ceil(made.duration / driving.STEP - 1e-9) + 1
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from lampyris import scenarios
 from lampyris.app.engine import export as kept
 from lampyris.app.engine import work
 from lampyris.app.engine.frames import json_frame
@@ -33,9 +35,9 @@ SCENARIO: dict[str, Any] = {
 }  # fmt: skip
 
 
-def film(what: str = "webp", **settings: Any) -> list[np.ndarray]:
+def film(what: str = "webp", scenario: dict[str, Any] | None = None, **settings: Any) -> list[np.ndarray]:
     """The frames of a film."""
-    question = {"verb": "export", "scenario": SCENARIO, "what": what, "settings": settings}
+    question = {"verb": "export", "scenario": scenario or SCENARIO, "what": what, "settings": settings}
     pieces = list(work.answer(question, lambda: None))
     data = b"".join(piece[5:] for piece in pieces if piece[4:5] == b"B")
     assert pieces[-1] == json_frame("Z", {"bytes": len(data)})
@@ -117,3 +119,69 @@ def test_a_plan_says_the_cells_that_a_patrol_takes() -> None:
     assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in pairwise(path))
     assert len(path) > 6, "the way round the wall is longer than the straight one"
     assert bodies[2]["path"] == [[1, 3]]
+
+
+CAR: dict[str, Any] = {
+    "version": 1, "map": {"rows": ["." * 24] * 18, "resolution": 0.25}, "preset": "robot", "seed": 4,
+    "start": {"cell": [4, 4], "yaw": 0.0}, "goal": {"cell": [4, 14], "yaw": math.pi}, "planner": "lattice",
+    "robot": {"rectangle": [1.5, 0.75], "drive": "ackermann", "turn_radius": 0.75}, "drive": {}, "edits": [],
+    "obstacles": [],
+}  # fmt: skip
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("what", some(["webp", "gif"]))
+def test_a_film_draws_the_footprint_to_scale_where_the_drive_says(what: str) -> None:
+    """The robot's pixels in each frame have the area, the centre and the direction of the rectangle that was driven."""
+    made: Any = scenarios.run(scenario_of_request({"scenario": CAR}))
+    frames = film(what, CAR)
+    length, width = 1.5, 0.75
+    share = (frames[0].shape[1] - 20) / (24 * 0.25)
+    # Below the map the caption has a robot, too.
+    high = round(10 + 18 * 0.25 * share)
+    turned = set()
+    for k in range(0, len(frames), max(1, len(frames) // 12)):
+        y, x = np.nonzero(np.abs(frames[k][:high] - sprites.ROBOT).max(axis=2) <= 30)
+        # A dark rim of two pixels is no part of it, nor are the line ahead and what is drawn beside it.
+        inside = (length * share - 2) * (width * share - 2)
+        assert 0.85 * inside < len(x) < 1.05 * length * width * share * share
+        spread = np.linalg.eigh(np.cov(x, y))
+        sides = np.sqrt(12 * spread.eigenvalues) / share
+        assert sides == pytest.approx([width, length], abs=0.12)
+        along = spread.eigenvectors[:, 1]
+        times = np.linspace(0.0, made.duration, 400)
+        poses = made.poses(times)
+        middle = np.array([x.mean() - 10, high - y.mean()]) / share
+        near = int(np.hypot(*(poses[:, :2] - middle).T).argmin())
+        assert np.hypot(*(poses[near, :2] - middle)) < 0.1
+        yaw = float(poses[near, 2])
+        assert abs(along[0] * math.sin(yaw) + along[1] * math.cos(yaw)) < 0.12
+        turned.add(round(math.degrees(yaw) / 45) % 8)
+    assert len(turned) >= 3, "it turned"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("drives", [False, True])
+def test_a_film_shows_the_sector_that_a_narrow_sensor_sees(drives: bool) -> None:
+    """All around before the first move; then a quarter of a circle and its two sides, ahead of the robot."""
+    rows = ["S" + "." * 14] + ["." * 15] * 13 + ["." * 14 + "G"]
+    frames = []
+    for angle in (360.0, 90.0):
+        sees = {"sensor_range": 4.0, "field_of_view": angle}
+        scenario = {
+            "version": 1, "map": {"rows": rows}, "planner": "dstar-lite", "edits": [], "obstacles": [],
+            **({"drive": sees} if drives else {"simulate": sees}),
+        }  # fmt: skip
+        frames.append(film("webp", scenario))
+    whole, narrow = ([(frame != frame[:1, :1]).any(axis=2) for frame in some_] for some_ in frames)
+    assert (whole[0] == narrow[0]).all(), "before it moves it sees all around"
+    scale = (frames[1][0].shape[1] - 20) / 15
+    middle = len(frames[1]) // 2
+    ring, rim = (np.abs(some_[middle] - sprites.ROBOT).max(axis=2) <= 60 for some_ in frames)
+    # Of the circle three quarters are gone, 19 cells long, and two radii have come, 8 cells long, their edges pale.
+    assert (ring & ~rim).sum() > 8 * scale
+    assert (rim & ~ring).sum() > 2 * scale
+    y, x = np.nonzero(ring & ~rim)
+    y_, x_ = np.nonzero(rim & ~ring)
+    # It drives down and to the right: what is gone lies behind what has come.
+    assert x.mean() + y.mean() < x_.mean() + y_.mean() - scale

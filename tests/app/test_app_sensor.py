@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import struct
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def sent() -> tuple[list[bytes], Trace]:
 def test_what_was_seen_is_sent_with_its_ticks(sent: tuple[list[bytes], Trace]) -> None:
     frames, trace = sent
     head = json.loads(payload(frames[0]))
-    assert head["sensor"] == 2.5
+    assert head["sensor"] == [2.5, math.tau]
     assert head["goal_track"] == [[7, 0], [7, 0], [7, 1]]
     assert trace.seen is not None
     seen = np.full(trace.seen.size, -1)
@@ -62,14 +63,30 @@ def test_the_page_reads_them(sent: tuple[list[bytes], Trace], tmp_path: Path) ->
     const run = newRun(JSON.parse(head));
     for (const part of parts) addSeen(new Uint8Array(Buffer.from(part, "base64")), run);
     const at = [0, 1.5, 9].map((t) => goalAt(run, t));
-    console.log(JSON.stringify([[...run.seen], at, seenAt(run, 3.7).tick, seenAt(newRun({}), 1)]));
+    console.log(JSON.stringify([[...run.seen], at, seenAt(run, 3.7).t, seenAt(newRun({}), 1)]));
     """
     parts = [base64.b64encode(payload(one)).decode() for one in frames if chr(one[4]) == "U"]
     seen, goals, tick, known = node(tmp_path, script, payload(frames[0]).decode(), *parts)
     assert trace.seen is not None
     assert seen == trace.seen.ravel().tolist()
     assert goals == [[7, 0], [7, 0.5], [7, 1]]
-    assert (tick, known) == (3, None)
+    assert (tick, known) == (3.7, None)
+
+
+@needs_node
+def test_a_sensor_looks_where_the_robot_moved_last(tmp_path: Path) -> None:
+    """Before its first move it sees all around it; while it waits it looks where it looked before."""
+    script = """
+    import { travelled } from "./unseen.js";
+    const robot = Int16Array.from([3, 3, 3, 3, 4, 3, 4, 3, 3, 4]);
+    const at = (more) => [0, 1.5, 2, 3.9, 4, 9].map((t) => travelled({ robot, ticks: 5, ...more }, t));
+    console.log(JSON.stringify([at({}), at({ step: 0.05 })]));
+    """
+    right, down_left = 0.0, pytest.approx(0.75 * math.pi)
+    ticks, drive = node(tmp_path, script)
+    # A drive looks ahead along its path.
+    assert drive == [None, None, down_left, down_left, down_left, down_left]
+    assert ticks == [None, None, right, right, down_left, down_left]
 
 
 def test_the_form_has_the_sensor() -> None:

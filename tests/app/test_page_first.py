@@ -59,9 +59,9 @@ def key(tab: Any, name: str) -> Any:
 
 
 def cell(tab: Any, x: int, y: int) -> tuple[float, float]:
-    """Pixels of a cell of env-3 on the page; the map is fitted, with 58 pixels beside it and 16 above."""
+    """Pixels of a cell of env-3 on the page; the map is fitted, with 70 pixels beside it and 16 above."""
     box = tab.locator("#map").bounding_box()
-    side = min(box["width"] - 116, box["height"] - 32)
+    side = min(box["width"] - 140, box["height"] - 32)
     left, top = box["x"] + (box["width"] - side) / 2, box["y"] + (box["height"] - side) / 2
     return left + (x + 0.5) * side / 50, top + (y + 0.5) * side / 50
 

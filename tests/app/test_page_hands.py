@@ -65,7 +65,7 @@ def arrive(tab: Any, address: str) -> None:
 def at(page: Any, cell: tuple[int, int], size: int = 50) -> tuple[float, float]:
     """Where a cell of a fitted map of that many cells a side is on the screen."""
     box = page.locator("#map").bounding_box()
-    scale = min((box["width"] - 116) / size, (box["height"] - 32) / size)
+    scale = min((box["width"] - 140) / size, (box["height"] - 32) / size)
     left = box["x"] + (box["width"] - size * scale) / 2
     top = box["y"] + (box["height"] - size * scale) / 2
     return left + (cell[0] + 0.5) * scale, top + (cell[1] + 0.5) * scale

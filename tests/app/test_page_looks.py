@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from page_browser import needs_chromium
+from page_states import TABS, scenes, states, turn
 from test_page_play import needs_node, node
 
 from lampyris.report import style
@@ -22,7 +23,6 @@ COLOURS = (files("lampyris.app") / "static" / "colours.js").read_text(encoding="
 SIZES = {"desk": (1280, 720), "telephone": (390, 844)}
 LOOKS = (("desk", "light"), ("telephone", "dark"), ("desk", "dark"), ("telephone", "light"))
 """The first with every commit, the others by night."""
-TABS = ("library", "settings", "traffic", "compare", "keep", "learn", "now")
 
 
 @pytest.fixture(
@@ -43,87 +43,13 @@ def page(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator
     context.close()
 
 
-def turn(page: Any, tab: str) -> None:
-    """To a tab, whose contents may come a moment later."""
-    page.click(f"#tab-{tab}")
-    page.locator(f"#{tab}:not([aria-busy=true]) h2:visible").first.wait_for()
-
-
-def states(page: Any) -> Iterator[str]:
-    """Go through the page: each tab with all that unfolds, a run, a layer, a comparison, the tour, help."""
-    yield "first"
-    for tab in TABS:
-        turn(page, tab)
-        page.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
-        yield tab
-    page.click("#tab-traffic")
-    page.get_by_label("Random walkers").fill("5")
-    page.keyboard.press("Tab")
-    yield "traffic with walkers"
-    page.click("#tab-now")
-    page.get_by_role("button", name="Play", exact=True).click()
-    page.wait_for_selector(".st-speed:not([hidden])")
-    page.get_by_role("button", name="Pause").click()
-    page.locator("input[value=cost]").check(force=True)
-    page.wait_for_selector(".ly-legend:not([hidden])")
-    yield "run"
-    turn(page, "fleet")
-    page.fill("#fleet-number", "30")
-    page.get_by_role("button", name="Plan", exact=True).click()
-    page.locator("#fleet-now dt:text-is('Makespan')").wait_for(state="attached")
-    page.get_by_role("button", name="Pause").click()
-    page.locator("#fleet-robot").evaluate("one => { one.value = 3; one.dispatchEvent(new Event('change')); }")
-    yield "fleet"
-    page.click("#tab-now")
-    yield "fleet, its numbers"
-    page.click("#tab-fleet")
-    page.get_by_role("button", name="Glowworms").click()
-    page.get_by_role("button", name="Simulate", exact=True).click()
-    page.get_by_role("button", name="Pause").click()
-    yield "swarm"
-    page.click("#tab-now")
-    yield "swarm, its numbers"
-    page.click("#tab-compare")
-    page.get_by_label("seeds", exact=True).fill("2")
-    page.get_by_role("button", name="Compare", exact=True).click()
-    page.wait_for_selector("#compare table.measures")
-    yield "compared"
-    page.get_by_role("button", name="Results page").click()
-    page.wait_for_selector("#results[open] .rs-coordinates")
-    yield "results"
-    page.get_by_role("button", name="Close the results").click()
-    page.get_by_role("button", name="Leave", exact=True).click()
-    page.get_by_role("button", name="Race", exact=True).click()
-    page.get_by_role("button", name="Pause").click()
-    yield "race"
-    page.keyboard.press("Escape")
-    page.click("#tab-now")
-    page.get_by_role("button", name="In 3-D").click()
-    page.get_by_role("button", name="Pause").click()
-    yield "landscape"
-    page.keyboard.press("Escape")
-    page.click("#tab-learn")
-    page.get_by_role("button", name="Begin the tour").click()
-    for step in range(12):
-        page.wait_for_selector(f"#learn >> text=Step {step + 1} of 12")
-        yield f"tour {step + 1}"
-        if step < 11:
-            page.get_by_role("button", name="Next").click()
-    page.get_by_role("button", name="Leave the tour").click()
-    page.get_by_role("button", name="Show its steps").click()
-    page.get_by_label("Pace").wait_for()
-    yield "steps"
-    page.get_by_role("button", name="Keys and help").click()
-    yield "help"
-
-
 @pytest.mark.nightly
 @needs_chromium
-def test_texts_are_read_controls_are_hit_and_named_and_nothing_sticks_out(page: Any) -> None:
+def test_texts_are_read_controls_are_hit_and_named_and_nothing_sticks_out(page: Any, address: str) -> None:
     session = page.context.new_cdp_session(page)
     wrong: list[str] = []
     texts = targets = controls = 0
-    for state in states(page):
+    for state in itertools.chain(states(page), scenes(page, address)):
         found = page.evaluate(LOOK)
         texts += found["texts"]
         targets += found["targets"]

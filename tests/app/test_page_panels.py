@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from page_browser import needs_chromium
-from page_person import in_address
+from page_person import in_address, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -181,3 +181,96 @@ def test_hints_on_a_touch_screen_say_tap(browser: Any, address: str) -> None:
 def test_inflation_says_when_no_cell_is_too_close(page: Any) -> None:
     page.get_by_label("Inflation").check(force=True)
     page.wait_for_selector("#layers >> text=none for this robot")
+
+
+@pytest.mark.parametrize("width", [320, pytest.param(360, marks=pytest.mark.nightly)])
+def test_a_narrow_telephone_need_not_be_scrolled_sideways(browser: Any, address: str, width: int) -> None:
+    """WCAG 1.4.10: 320 pixels are enough, and no two tabs overlap."""
+    context = browser.new_context(viewport={"width": width, "height": 844}, is_mobile=True, has_touch=True)
+    tab = context.new_page()
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    assert tab.evaluate("[document.documentElement.scrollWidth, innerWidth]") == [width, width]
+    sides = tab.evaluate(
+        """[...document.querySelectorAll(".tabs button")].flatMap((one) => {
+          const { left, right } = one.getBoundingClientRect();
+          return [left, right];
+        })"""
+    )
+    context.close()
+    assert len(sides) == 16
+    assert sides == sorted(sides)
+    assert sides[-1] <= width
+
+
+@pytest.mark.nightly
+def test_steps_stay_open_when_the_run_from_before_the_tour_comes_late(page: Any) -> None:
+    """The tour gives back scenario and run; whoever opens the steps before that run is there keeps them."""
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.wait_for_selector(".st-speed:not([hidden])")
+    page.get_by_role("button", name="Pause").click()
+    page.click("#tab-learn")
+    page.get_by_role("button", name="Begin the tour").click()
+    page.wait_for_selector("#learn >> text=Step 1 of 12")
+    held: list[Any] = []
+    page.route("**/api/simulate", lambda route: held.append(route))
+    page.get_by_role("button", name="Leave the tour").click()
+    page.get_by_role("button", name="Show its steps").click()
+    page.get_by_label("Pace").wait_for()
+    until(page, lambda: bool(held))
+    for route in held:
+        route.continue_()
+    page.unroute("**/api/simulate")
+    page.wait_for_selector(".st-speed:not([hidden])", state="attached")
+    page.wait_for_timeout(500)
+    assert page.get_by_label("Pace").is_visible()
+    page.get_by_role("button", name="Play", exact=True).last.scroll_into_view_if_needed()
+    page.locator("#timeline .main").click()
+    page.get_by_label("Pace").wait_for(state="hidden")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_inflation_is_striped_inside_each_cell(page: Any, theme: str) -> None:
+    """On a small map, too: it looked like a checkerboard of cells there."""
+    page.emulate_media(color_scheme=theme)
+    page.click("#tab-library")
+    page.get_by_role("button", name="guide").click()
+    page.wait_for_selector("#where >> text=guide")
+    page.wait_for_selector("#status >> text=found")
+    page.click("#tab-settings")
+    radius = page.get_by_label("radius", exact=False).first
+    radius.fill("0.6")
+    radius.press("Tab")
+    page.get_by_label("Inflation").check(force=True)
+    page.locator("#legend li").get_by_text("too close to a wall").wait_for(state="attached")
+    page.wait_for_timeout(300)
+    found = page.evaluate(STRIPES)
+    striped = [spread for spread in found if spread > 20]
+    plain = [spread for spread in found if spread < 12]
+    assert len(striped) > 8
+    assert len(plain) > 20
+    assert len(striped) + len(plain) > 0.8 * len(found)
+
+
+STRIPES = """async () => {
+  const canvas = document.querySelector("#map");
+  const pen = canvas.getContext("2d");
+  const [rows, side] = [10, Math.min(canvas.width - 140, canvas.height - 32) / 10];
+  const [left, top] = [(canvas.width - 10 * side) / 2, (canvas.height - 10 * side) / 2];
+  const spreads = [];
+  for (let y = 0; y < rows; y++) {
+    for (let x = 0; x < rows; x++) {
+      const { data } = pen.getImageData(left + (x + 0.06) * side, top + (y + 0.06) * side, 0.2 * side, 0.88 * side);
+      let [least, most] = [999, 0];
+      for (let k = 0; k < data.length; k += 4) {
+        const sum = data[k] + data[k + 1] + data[k + 2];
+        least = Math.min(least, sum);
+        most = Math.max(most, sum);
+      }
+      spreads.push((most - least) / 3);
+    }
+  }
+  return spreads;
+}"""
+"""How far apart the darkest and the brightest pixel are in the left part of each cell of the map guide."""

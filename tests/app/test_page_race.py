@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
+import numpy as np
 import pytest
 from page_browser import needs_chromium
 from page_person import in_address
+from PIL import Image
 from test_app_race import raced
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -60,3 +63,42 @@ def test_the_landscape_is_drawn_and_turned(page: Any) -> None:
     after = view.screenshot()
     assert before != after
     assert len(before) > 20_000, "more than one colour"
+
+
+def test_two_fingers_bring_the_landscape_nearer(browser: Any, address: str) -> None:
+    """Pinching zooms, and a finger that is left alone turns it without a jump."""
+    context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("body.ready")
+    page.wait_for_selector("#status >> text=found")
+    page.get_by_label("Luciferin").first.check(force=True)
+    page.get_by_role("button", name="In 3-D").click()
+    page.get_by_role("button", name="Pause").click()
+    view = page.locator("dialog.deep canvas")
+    box = view.bounding_box()
+    middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+    session = context.new_cdp_session(page)
+
+    def touch(kind: str, *apart: float) -> None:
+        points = [{"x": middle[0] + side, "y": middle[1], "id": k} for k, side in enumerate(apart)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def covered() -> float:
+        """Share of the view that is ground."""
+        page.wait_for_timeout(500)
+        with Image.open(io.BytesIO(view.screenshot())) as image:
+            pixels = np.asarray(image.convert("RGB")).astype(int)
+        return float((np.abs(pixels - pixels[2, 2]).max(axis=2) > 8).mean())
+
+    before = covered()
+    touch("touchStart", -40, 40)
+    for apart in (50, 60, 70, 80):
+        touch("touchMove", -apart, apart)
+    near = covered()
+    touch("touchMove", -40, 40)
+    back = covered()
+    touch("touchEnd")
+    context.close()
+    assert near > 1.8 * before
+    assert back == pytest.approx(before, rel=0.1)

@@ -45,10 +45,11 @@ WINDOWS = {
     "fleetcompare.js": {"fleetcompare.js"},
     "hover.js": {"hover.js"},
     "rounds.js": {"rounds.js"},
+    "unseen.js": {"unseen.js"},
 }
 """What is loaded only when a race, the 3-D view, contour lines, the results page, the ruler, the palette of commands, what
-lies over a layer, the optimal path, a video, a comparison of planners of poses or of fleets, or the rounds of the planner
-pad are asked for, or when the pointer first moves over the map."""
+lies over a layer, the optimal path, a video, a comparison of planners of poses or of fleets, the rounds of the planner pad,
+or a run of a robot with a sensor are asked for, or when the pointer first moves over the map."""
 WINDOW = 12_000
 """Bytes as sent of one of these."""
 
@@ -304,6 +305,13 @@ def test_windows_are_loaded_when_they_are_asked_for_and_are_light(tab: Any, addr
     tab.click("#tab-keep")
     with tab.expect_download():
         tab.get_by_role("button", name="WebM", exact=True).click()
+    tab.click("#tab-traffic")
+    tab.get_by_label("Sensor range").fill("6")
+    tab.get_by_label("Sensor range").press("Tab")
+    tab.get_by_role("button", name="Play", exact=True).click()
+    tab.locator("#legend li").get_by_text("not yet seen").wait_for(state="attached")
+    tab.get_by_label("Sensor range").fill("")
+    tab.get_by_label("Sensor range").press("Tab")
     tab.click("#tab-compare")
     tab.get_by_label("Add a planner").select_option("lattice")
     tab.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()

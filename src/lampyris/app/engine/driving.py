@@ -14,7 +14,7 @@ from lampyris import scenarios
 from lampyris.app.engine.frames import NOWHERE, drive_frame, json_frame, seen_frame
 from lampyris.app.engine.parse import scenario_of_request
 from lampyris.app.engine.progress import Share
-from lampyris.app.engine.simulation import obstacle_record, outline_record
+from lampyris.app.engine.simulation import obstacle_record, outline_record, sensor_record
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.curve import Curve, PoseCurve
@@ -153,7 +153,7 @@ def _header(made: Drive, notes: Sequence[str], step: float, causes: list[str]) -
         "goal": list(made.scene.goal),
         "causes": causes,
         "step": step,
-        "sensor": None if made.sensor is None else made.sensor.range_m / made.scene.grid.resolution,
+        "sensor": sensor_record(made.sensor, made.scene.grid),
         "obstacle_specs": [
             {**obstacle_record(one), "radius": track.radius, **_outline(track, made.scene.grid.resolution)}
             for one, track in zip(made.obstacle_specs, made.tracks, strict=True)

@@ -20,6 +20,7 @@ from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
@@ -197,7 +198,7 @@ def trace_frames(trace: Trace) -> bytes:
         "causes": list(WORDS),
         "obstacle_specs": specs[:there],
         "last_tick": trace.last_tick,
-        "sensor": None if trace.sensor is None else trace.sensor.range_m / grid.resolution,
+        "sensor": sensor_record(trace.sensor, grid),
         "goal_track": None if trace.goal_track is None else trace.goal_track.tolist(),
         "notes": [],
     }
@@ -225,6 +226,11 @@ def finish(run: Simulation) -> Trace:
     trace = run.trace()
     demand(check_trace(trace))
     return replace(trace, detail=ending_sentence(trace, run.scene))
+
+
+def sensor_record(sensor: Sensor | None, grid: Grid) -> list[float] | None:
+    """How many cells a robot's sensor reaches, and its field of view in radians; None: it knows the map."""
+    return None if sensor is None else [sensor.range_m / grid.resolution, sensor.field_of_view]
 
 
 def obstacle_record(obstacle: Obstacle) -> dict[str, Any]:
@@ -257,8 +263,8 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
     """What is to come: who, by which law, where.
 
     ``tick_s``: see :func:`tick_seconds`.
-    ``obstacle_specs``: those that are there from the start; ``sensor``: how many cells a robot sees that does not know the
-    map, else null; ``goal_track``: the goal's cell at each tick, null where it stands still.
+    ``obstacle_specs``: those that are there from the start; ``sensor``: see :func:`sensor_record`; ``goal_track``: the goal's
+    cell at each tick, null where it stands still.
     """
     return {
         "planner": scenario.planner,
@@ -272,7 +278,7 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "causes": list(WORDS),
         "obstacle_specs": _records(run.traffic, scenario.scene.grid),
         "last_tick": run.state.last_tick,
-        "sensor": None if run.sensor is None else run.sensor.range_m / scenario.scene.grid.resolution,
+        "sensor": sensor_record(run.sensor, scenario.scene.grid),
         "goal_track": None if run.pursuit is None else [list(cell) for cell in run.pursuit.cells],
         "notes": list(scenario.notes),
     }

@@ -3,10 +3,7 @@
 import { THEMES, levels, packed } from "./colours.js";
 
 /** @typedef {CanvasRenderingContext2D} Pen */
-/** The tick at which each cell was first seen, -1 never; the tick that is shown; and how many cells the sensor reaches. @typedef {{run: Int32Array, tick: number, reach: number}} Seen */
-
-/** How much of the ground the shade of unseen cells covers. */
-const SHADE = 150;
+/** A run whose robot has a sensor, and the moment that is shown. @typedef {{run: Run, t: number}} Seen */
 
 /** @param {HTMLCanvasElement} canvas */
 export function penOf(canvas) {
@@ -61,33 +58,6 @@ export class GroundPicture {
       pen.fillRect(x, y, 1, 1);
       too(x, y, tone);
     }
-  }
-}
-
-/** The cells that have not been seen, shaded. */
-export class UnseenPicture {
-  constructor() {
-    this.canvas = document.createElement("canvas");
-    this._key = "";
-    /** @type {Int32Array | null} */
-    this._of = null;
-  }
-
-  /** @param {Seen} seen @param {number} width @param {number} height @param {boolean} dark */
-  put({ run, tick }, width, height, dark) {
-    const key = `${tick} ${width} ${height} ${dark}`;
-    if (key === this._key && run === this._of) return;
-    this._key = key;
-    this._of = run;
-    const { canvas } = this;
-    canvas.width = width;
-    canvas.height = height;
-    const image = new ImageData(width, height);
-    const pixels = new Uint32Array(image.data.buffer);
-    const [r, g, b] = THEMES[dark ? "dark" : "light"].unseen;
-    const tone = ((SHADE << 24) | (b << 16) | (g << 8) | r) >>> 0;
-    for (let k = 0; k < pixels.length; k++) if (run[k] < 0 || run[k] > tick) pixels[k] = tone;
-    penOf(canvas).putImageData(image, 0, 0);
   }
 }
 

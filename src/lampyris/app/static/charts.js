@@ -387,7 +387,8 @@ export function brief(v) {
   if (!Number.isFinite(v)) return "\u2013";
   const size = Math.abs(v);
   if (size >= 1000) return Math.round(v).toLocaleString("en").replaceAll(",", "\u202f");
-  return String(Number(v.toPrecision(3)));
+  // What is left of a sum that comes to nothing is nothing.
+  return size < 1e-9 ? "0" : String(Number(v.toPrecision(3)));
 }
 
 /** @param {Page} page @param {HTMLElement} element */

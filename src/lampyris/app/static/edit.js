@@ -86,7 +86,7 @@ export function mount(page, bar) {
   });
   zoomButtons(page);
   const room = () => {
-    page.map.edge = NARROW.matches ? { top: 56, right: 14, bottom: 58, left: 14 } : { top: 16, right: 58, bottom: 16, left: 58 };
+    page.map.edge = NARROW.matches ? { top: 56, right: 14, bottom: 58, left: 14 } : { top: 16, right: 70, bottom: 16, left: 70 };
     bar.setAttribute("aria-orientation", NARROW.matches ? "horizontal" : "vertical");
     slider.classList.toggle("upright", !NARROW.matches);
   };

@@ -134,7 +134,7 @@ export function newRun(head) {
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.obstacle_specs ?? [])], places: [],
     near: new Float32Array(0), caps: [], events: [], end: null,
     step: head.step, tick_s: head.tick_s ?? null, yaw: new Float32Array(0), rivals: [], paths: head.paths ?? [],
-    seen: head.sensor ? new Int32Array(head.map.width * head.map.height).fill(-1) : null, reach: head.sensor ?? 0,
+    seen: head.sensor ? new Int32Array(head.map.width * head.map.height).fill(-1) : null, reach: head.sensor?.[0] ?? 0, angle: head.sensor?.[1] ?? 0,
     goals: head.goal_track ?? null,
   };
 }

@@ -58,7 +58,7 @@ class Landscape {
     this.play = button("Play", () => this.toggle(), { class: "btn primary" });
     this.slider = el("input", { type: "range", min: 0, max: 1000, value: 0, class: "grow", "aria-label": "Moment of the drive", oninput: () => this.seek(Number(this.slider.value) / 1000) });
     this.words = el("span", { class: "deep-words" });
-    this.said = el("p", { class: "hint", role: "status" }, `${TOUCH.matches ? "Drag to turn it." : "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer."} Walls are raised.`);
+    this.said = el("p", { class: "hint", role: "status" }, `${TOUCH.matches ? "Drag to turn it, pinch to come nearer." : "Drag or press the arrow keys to turn it, use the wheel or + and − to come nearer."} Walls are raised.`);
     this.root = el("dialog", { class: "deep", "aria-labelledby": "deep-title" },
       el("div", { class: "row" }, el("h1", { id: "deep-title", class: "grow" }, `${title} in 3-D`), button("Close", () => this.root.close())),
       this.canvas, el("div", { class: "row" }, this.play, this.slider, this.words), this.said);
@@ -118,20 +118,30 @@ class Landscape {
   /** Pointer and wheel. */
   _hands() {
     const { canvas } = this;
-    /** @type {[number, number] | null} */
-    let from = null;
+    /** Pointers that are down, by number: where each is. @type {Map<number, [number, number]>} */
+    const down = new Map();
+    /** How far two fingers are apart. */
+    const apart = () => {
+      const [[ax, ay], [bx, by]] = [...down.values()];
+      return Math.max(1, Math.hypot(bx - ax, by - ay));
+    };
     canvas.addEventListener("pointerdown", (event) => {
-      from = [event.clientX, event.clientY];
+      down.set(event.pointerId, [event.clientX, event.clientY]);
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
+      const from = down.get(event.pointerId);
       if (!from) return;
-      this._look(-(event.clientX - from[0]) / 160, (event.clientY - from[1]) / 200);
-      from = [event.clientX, event.clientY];
+      const before = down.size === 2 ? apart() : 0;
+      down.set(event.pointerId, [event.clientX, event.clientY]);
+      // Two fingers turn it together, and pinch.
+      const share = 1 / down.size;
+      this._look((-share * (event.clientX - from[0])) / 160, (share * (event.clientY - from[1])) / 200);
+      if (before) this._near(before / apart());
     });
     for (const name of /** @type {const} */ (["pointerup", "pointercancel"])) {
-      canvas.addEventListener(name, () => {
-        from = null;
+      canvas.addEventListener(name, (event) => {
+        down.delete(event.pointerId);
         this.draw();
       });
     }

@@ -4,6 +4,7 @@
 // something small first, and nothing is imported while it does not answer.
 
 import { button, el, iconButton, sentence } from "./make.js";
+import { MapView } from "./map.js";
 import { byId } from "./page.js";
 
 /** Panels, and the modules they need, each with the element it is mounted on. @typedef {{panels: string[], parts: Array<[string, string]>}} Group */
@@ -51,6 +52,9 @@ export function mount(page) {
   page.on("optimal", () => brought(page, "optimal").then(([optimal]) => optimal.askOptimal(page)).catch(page.fault));
   page.on("palette", () => brought(page, "palette").then(([palette]) => palette.askPalette(page)).catch(page.fault));
   pointed(page);
+  page.on("run", () => {
+    if (page.run?.seen && !MapView.shade) brought(page, "unseen").then(([unseen]) => unseen.askUnseen(page)).catch(page.fault);
+  });
   let rounds = false;
   page.on("plan", (plan) => {
     if (rounds || !plan?.rounds?.length) return;

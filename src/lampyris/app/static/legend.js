@@ -37,10 +37,13 @@ function marks(page) {
   if (run?.ticks && !map.moment.others?.length) all.push(["remaining path, as driven", (pen) => dashes(pen, theme.ink)]);
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
-  if (run?.seen) all.push(["not yet seen", cell(theme.unseen)]);
+  if (run?.seen) all.push(["not yet seen", cell(theme.unseen)], ["range of the sensor", (pen) => circle(pen, theme.ink)]);
   if (ground?.terrain) all.push(["costly terrain", cell(theme.dear)]);
   if (map.contours && map.layer) all.push(["contour line of the layer", (pen) => dashes(pen, theme.ink, [])]);
-  if (map.over.has("inflation")) all.push(["too close to a wall for the robot", cell(mixed(THEMES.light.ink, 0.41, theme.free))]);
+  if (map.over.has("inflation")) {
+    const { ink } = THEMES.light;
+    all.push(["too close to a wall for the robot", (pen) => (cell(mixed(ink, 0.22, theme.free))(pen), stripes(pen, ink))]);
+  }
   if (map.over.has("regions")) all.push(["reachable from the start", cell(mixed(START, 0.34, theme.free))], ["reachable from the goal", (pen) => stripes(pen, page.dark ? GOAL_ON_DARK : GOAL)]);
   if (map.beside) all.push(["optimal path (A*)", (pen) => dashes(pen, LINES[1][0], LINES[1][1])]);
   if (map.patrols.length) all.push(["path of a patrol", (pen) => dashes(pen, KINDS.patrol[1])]);
@@ -67,6 +70,17 @@ function stripes(pen, colour) {
   }
   pen.stroke();
   pen.globalAlpha = 1;
+}
+
+/** @param {CanvasRenderingContext2D} pen @param {string} colour */
+function circle(pen, colour) {
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1;
+  pen.setLineDash([3, 3]);
+  pen.beginPath();
+  pen.arc(SIDE / 2, SIDE / 2, SIDE / 2 - 2, 0, 2 * Math.PI);
+  pen.stroke();
+  pen.setLineDash([]);
 }
 
 /** @param {CanvasRenderingContext2D} pen @param {string} colour @param {number[]} [dash] */

@@ -5,7 +5,7 @@
 // every frame instead takes several times as long.
 
 import { GOAL, START, THEMES } from "./colours.js";
-import { GroundPicture, LayerPicture, UnseenPicture, drawCells, penOf } from "./cells.js";
+import { GroundPicture, LayerPicture, drawCells, penOf } from "./cells.js";
 import { drawWay, goalMark, startMark, Trail } from "./marks.js";
 import { Sprites, drawBrush, drawCursor, drawMoment } from "./moving.js";
 import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
@@ -17,6 +17,9 @@ import { View } from "./view.js";
 /** @typedef {import("./moving.js").Moment} Moment */
 
 export class MapView {
+  /** Shades what a robot with a sensor has not seen, once that is loaded. @type {typeof import("./unseen.js").shade | null} */
+  static shade = null;
+
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
@@ -63,13 +66,12 @@ export class MapView {
     this.brush = null;
     /** A second path beside that of the plan. @type {import("./marks.js").Way | null} */
     this.beside = null;
-    /** Opacity of the layer; and what is laid over it, by name: pictures of a pixel a cell. */
+    /** Opacity of the layer; and what is laid over it, by name: how each is drawn. */
     this.opacity = 1;
-    /** @type {Map<string, HTMLCanvasElement>} */
+    /** @type {Map<string, (pen: CanvasRenderingContext2D, view: View) => void>} */
     this.over = new Map();
     this._cells = new GroundPicture();
     this._heat = new LayerPicture();
-    this._unseen = new UnseenPicture();
     /** Whether the goal is drawn where it is now, and not in the base. */
     this._chased = false;
     this._base = document.createElement("canvas");
@@ -200,7 +202,7 @@ export class MapView {
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.drawImage(this._base, 0, 0);
     pen.setTransform(this._ratio, 0, 0, this._ratio, 0, 0);
-    this._shade(pen);
+    if (this.moment.seen && !this.actors) MapView.shade?.(pen, this, this.moment.seen);
     if (trail) this._trail.draw(pen, view, trail, on);
     if (this.actors) this.actors.draw(pen, view);
     else {
@@ -210,24 +212,6 @@ export class MapView {
     if (this.brush) drawBrush(pen, view, this.brush);
     if (this.cursor) drawCursor(pen, view, this.cursor);
     if (this.onFrame) this.onFrame(performance.now() - began);
-  }
-
-  /** The cells that the robot has not seen, and the circle that its sensor reaches. @param {CanvasRenderingContext2D} pen */
-  _shade(pen) {
-    const { ground, view, moment } = this;
-    const { seen, robot } = moment;
-    if (!ground || !seen || this.actors || seen.run.length !== ground.width * ground.height) return;
-    this._unseen.put(seen, ground.width, ground.height, this.dark);
-    pen.imageSmoothingEnabled = view.scale * this._ratio < 1;
-    drawCells(pen, view, this._unseen.canvas);
-    if (!robot || seen.reach > ground.width + ground.height) return;
-    pen.strokeStyle = THEMES[this.dark ? "dark" : "light"].ink;
-    pen.lineWidth = 1;
-    pen.setLineDash([3, 4]);
-    pen.beginPath();
-    pen.arc(...view.pixel(robot[0], robot[1]), seen.reach * view.scale, 0, 2 * Math.PI);
-    pen.stroke();
-    pen.setLineDash([]);
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {Cell} goal */
@@ -253,7 +237,7 @@ export class MapView {
     pen.globalAlpha = this.opacity;
     if (this.layer && !this.actors) drawCells(pen, view, this._heat.canvas);
     pen.globalAlpha = 1;
-    if (!this.actors) for (const one of this.over.values()) drawCells(pen, view, one);
+    if (!this.actors) for (const draw of this.over.values()) draw(pen, view);
     if (this.contours && this.layer && !this.actors) this.contours(pen, view, this.layer, this.dark);
     if (view.scale >= 14) drawLines(pen, view, ground, theme.line);
     pen.strokeStyle = theme.ink;

@@ -20,6 +20,8 @@ const SHADES = 24;
 const TINT = { first: 0.22, last: 0.62, field: 0.34, strong: 0.85 };
 /** What is added to these on dark ground, which is as light as some of the colours are to somebody who sees no green. */
 const DARK_TINT = 0.2;
+/** How far the colours go to white there. */
+const LIGHTER = 0.5;
 /** Pixels of the mark of a robot at least. */
 const ROBOT_SIZE = 5;
 /** Pixels from its base to its farthest vertex below which the shape of a footprint cannot be seen. */
@@ -74,7 +76,8 @@ export class Tile {
     const tones = [packed(theme.free), packed(theme.wall), packed(theme.unknown)];
     this.base = new Uint32Array(ground.width * ground.height);
     for (let k = 0; k < this.base.length; k++) this.base[k] = tones[ground.cells[k]];
-    const own = [1, 3, 5].map((k) => parseInt(this.colour.slice(k, k + 2), 16));
+    // On dark ground the planner's colour is no brighter than the ground: so that it is told from it by lightness, too.
+    const own = [1, 3, 5].map((k) => parseInt(this.colour.slice(k, k + 2), 16)).map((v) => (dark ? Math.round(v + LIGHTER * (255 - v)) : v));
     const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + Math.min(1, share + (dark ? DARK_TINT : 0)) * (own[c] - v)))));
     this.field = mixed(TINT.field);
     this.tones = Uint32Array.from({ length: SHADES }, (_, k) => mixed(TINT.first + ((TINT.last - TINT.first) * k) / (SHADES - 1)));

@@ -96,7 +96,7 @@ export function goalAt({ goals }, t) {
 
 /** What a robot with a sensor has seen at a moment; null: the map is known. @param {Run} run @param {number} t @returns {import("./cells.js").Seen | null} */
 export function seenAt(run, t) {
-  return run.seen && { run: run.seen, tick: Math.floor(t + 1e-6), reach: run.reach };
+  return run.seen && { run, t };
 }
 
 /** Outlines of a run's obstacles that are polygons; null: a disc. @param {Run} run @returns {Array<import("./shape.js").Outline | null>} */

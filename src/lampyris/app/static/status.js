@@ -162,7 +162,7 @@ class Status {
     this._otherwise(end.notes);
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
-    else if (event && (run.step ? tick - event.tick < 1 / run.step : event.tick === tick) && event.sentence) this._now(event.sentence, event.word === "hit");
+    else if (event?.sentence && (run.step ? tick - event.tick < 1 / run.step && !(event.word === "wait" && run.speed[tick] > 1e-9) : event.tick === tick)) this._now(event.sentence, event.word === "hit");
     else this._now(page.driver?.turned(run, tick) || going(run, tick, cause));
     const drive = run.step !== undefined;
     set(this.next, drive && page.driving ? page.driving : over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : drive ? "Drag the line under the map to look back; compare controllers in Planner, Drive." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")

@@ -49,9 +49,9 @@ class Steps {
       if (this.hand.on) this.leave(false);
       this._offer();
     });
-    page.on("run", () => {
-      if (this.hand.on && page.run) this.leave();
-    });
+    // A run that waits to be played is no reason to leave: the one from before the tour may come late.
+    page.on("play", () => this.hand.on && page.play.playing && this.leave());
+    page.on("run", () => this.hand.on && page.map.moment.others?.length && this.leave());
     page.on("plan", () => this._offer());
     this._offer();
   }
@@ -230,9 +230,8 @@ export class Stagehand {
     const redo = () => {
       if (this._back) queueMicrotask(() => this._back && again());
     };
-    page.on("plan", redo);
-    page.on("layer", redo);
-    page.on("ground", redo);
+    for (const name of ["plan", "layer", "ground", "theme"]) page.on(name, redo);
+    for (const name of ["run", "ticks", "end"]) page.on(name, () => page.play.playing || redo());
   }
 
   get on() {

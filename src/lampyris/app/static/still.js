@@ -85,10 +85,18 @@ export function drawMark(pen, view, mark, dark) {
     pen.strokeRect(x - scale / 2 + 1.5, y - scale / 2 + 1.5, scale - 3, scale - 3);
   }
   if (mark.text && scale >= 22) {
-    pen.fillStyle = THEMES[dark ? "dark" : "light"].ink;
+    const { ink, paper } = THEMES[dark ? "dark" : "light"];
+    pen.fillStyle = ink;
     pen.font = `${Math.round(Math.min(14, scale * 0.32))}px system-ui, sans-serif`;
     pen.textAlign = "center";
     pen.textBaseline = "middle";
+    // A line may cross it.
+    pen.strokeStyle = paper;
+    pen.lineWidth = 3;
+    pen.lineJoin = "round";
+    pen.globalAlpha = 0.75;
+    pen.strokeText(mark.text, x, y, scale - 2);
+    pen.globalAlpha = 1;
     pen.fillText(mark.text, x, y, scale - 2);
   }
 }

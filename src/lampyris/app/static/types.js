@@ -42,7 +42,7 @@
  * at its last tick, and what came after it is taken off. Of a drive in continuous time the ticks are samples, `step` seconds
  * apart, with the robot's `yaw` on the screen; a tick of a simulation stands for `tick_s` seconds, null where speeds are not in m/s; `rivals` are the drives of other controllers in the
  * same scene, `paths` what the robot was to follow, each from `t` seconds on. `seen`: the tick at
- * which a robot with a sensor saw each cell first, -1 never, and null where the map is known; `reach`: how many cells it sees.
+ * which a robot with a sensor saw each cell first, -1 never, and null where the map is known; `reach`: how many cells it sees, `angle`: its field of view, radians.
  * `goals`: the cells of a goal that moves.
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
@@ -50,7 +50,7 @@
  *   bodies: Array<{kind: string, radius: number, yields: boolean, outline?: Array<[number, number]>, yaw?: number, turns?: Array<[number, number]>}>, places: Array<Int16Array | Float32Array>,
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
  *   end: Record<string, any> | null, cut?: boolean, step?: number, tick_s?: number | null, yaw: Float32Array, rivals: Run[], paths: Array<{t: number, poses: number[][]}>,
- *   seen: Int32Array | null, reach: number, goals: Cell[] | null,
+ *   seen: Int32Array | null, reach: number, angle: number, goals: Cell[] | null,
  * }} Run
  */
 
