@@ -255,12 +255,12 @@ class SamplingSession(SessionBase):
             return False
         ground = query.ground
         turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
-        length = sum(ground.distance(a, b) for a, b in pairwise(turns.tolist()))
+        length = math.fsum(ground.distance(a, b) for a, b in pairwise(turns.tolist()))
         if len(turns) > query.samples or length >= before:
             return False
         search.go_on_from(turns)
         run.chain = search.chain()
-        return True
+        return search.best < before
 
     def _edges(self, search: SampledSearch) -> Floats | None:
         edges = search.edges()
