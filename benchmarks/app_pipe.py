@@ -28,11 +28,12 @@ class Page:
     def __init__(self, send: int, heard: int) -> None:
         self._send, self._heard = send, heard
         self._rest, self._number, self._session = b"", 0, ""
+        self._snapshot: list[str] = []
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """One command and its answer; what the browser tells besides is not listened to."""
+        """One command and its answer; of other messages only parts of a snapshot of the heap are kept."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": params}
         if self._session:
@@ -46,6 +47,8 @@ class Page:
                 self._rest += told
             one, self._rest = self._rest.split(b"\0", 1)
             answer = json.loads(one)
+            if answer.get("method") == "HeapProfiler.addHeapSnapshotChunk":
+                self._snapshot.append(answer["params"]["chunk"])
             if answer.get("id") == self._number:
                 if "error" in answer:
                     raise RuntimeError(f"{method}: {answer['error']}")
@@ -66,6 +69,21 @@ class Page:
         if "exceptionDetails" in told:
             raise RuntimeError(f"{code[:80]}: {told['exceptionDetails']}")
         return told["result"].get("value")
+
+    def heap_by_kind(self) -> dict[str, int]:
+        """Bytes of the JavaScript heap by the kind of what holds them, such as ``object``, ``string`` or ``code``."""
+        self._snapshot = []
+        self.call("HeapProfiler.takeHeapSnapshot", reportProgress=False)
+        told, self._snapshot = json.loads("".join(self._snapshot)), []
+        fields = told["snapshot"]["meta"]["node_fields"]
+        kinds = told["snapshot"]["meta"]["node_types"][fields.index("type")]
+        held = dict.fromkeys(kinds, 0)
+        nodes, width = told["nodes"], len(fields)
+        for kind, size in zip(
+            nodes[fields.index("type") :: width], nodes[fields.index("self_size") :: width], strict=True
+        ):
+            held[kinds[kind]] += size
+        return held
 
     def wait_for_timeout(self, ms: float) -> None:
         """Wait."""

@@ -454,6 +454,7 @@ class Bench:
             self._slope(samples, name, key, unit, scale)
             for name, key, unit, scale in (
                 ("page, JavaScript heap", "heap", "MB", 1e6),
+                ("of which what the page made", "made", "MB", 1e6),
                 ("page, DOM nodes", "nodes", "", 1.0),
                 ("page, listeners", "listeners", "", 1.0),
                 ("page's process", "renderer", "MB", 1e6),
@@ -490,7 +491,20 @@ class Bench:
                 )
             if at >= len(samples) * minutes * 60 / 40:
                 samples.append({"minutes": at / 60, **self._held(page)})
+                if len(samples) % 8 == 0:
+                    samples[-1]["made"] = self._made(page)
         return samples, loops
+
+    @staticmethod
+    def _made(page: app_pipe.Page) -> int:
+        """Bytes of the heap that the page's own program holds: without machine code and its feedback, which the browser
+        makes for as long as it finds something to optimise, and without the browser's own records."""
+        held = page.heap_by_kind()
+        return sum(
+            size
+            for kind, size in held.items()
+            if kind not in ("code", "hidden", "native", "synthetic", "object shape")
+        )
 
     def _held(self, page: app_pipe.Page) -> dict[str, float]:
         page.call("HeapProfiler.collectGarbage")
@@ -508,6 +522,7 @@ class Bench:
     @staticmethod
     def _slope(samples: list[dict[str, float]], name: str, key: str, unit: str, scale: float) -> Row:
         """First and last, and what ten minutes would add after the first fifth: flat is less than a tenth."""
+        samples = [s for s in samples if key in s]
         late = samples[len(samples) // 5 :]
         x, y = [s["minutes"] for s in late], [s[key] / scale for s in late]
         slope = statistics.linear_regression(x, y).slope
