@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from report_samples import sample_trace
 
 from lampyris.errors import FileError, UsageError
 from lampyris.model.edit import Edit
+from lampyris.model.settings.sensor import Sensor
 from lampyris.model.trace import Outcome, Trace
 from lampyris.report import style
 from lampyris.report.film import simulation_film, sprites
@@ -142,6 +144,41 @@ def test_via_points_are_marked_in_their_order() -> None:
     assert (after != second).any(), "numbers differ"
     legend = [one.frame(0.0)[-40:] for one in (stage, marked)]
     assert legend[0].shape != legend[1].shape or (legend[0] != legend[1]).any()
+
+
+@pytest.mark.parametrize(("first", "angle"), [(0.3, 1.0), (-2.5, 4.4), (3.0, 0.05)])
+def test_a_sector_is_as_dark_as_its_rim_is_near(first: float, angle: float) -> None:
+    """Beside a rim of many points, whose distance from each pixel is measured."""
+    canvas = np.zeros((40, 50, 3), dtype=np.uint8)
+    tip, radius, sides = np.array((22.3, 18.7)), 15.0, (first, first + angle)
+    sprites.draw_sector(canvas, (22.3, 18.7), radius, sides, (255, 255, 255))
+    turns = np.linspace(*sides, 4000)
+    arc = radius * np.column_stack((np.cos(turns), np.sin(turns)))
+    rim = tip + np.concatenate([arc, *(np.linspace(0, 1, 1000)[:, None] * end for end in (arc[0], arc[-1]))])
+    middles = np.stack(np.meshgrid(np.arange(50) + 0.5, np.arange(40) + 0.5), axis=-1).reshape(-1, 1, 2)
+    away = np.array([np.hypot(*(rim - one).T).min() for one in middles]).reshape(40, 50)
+    assert np.abs(canvas[..., 0] - 255 * np.clip(1 - away, 0, 1)).max() < 3
+    assert (canvas > 0).sum() > 60
+
+
+def test_a_narrow_sensor_of_any_range_is_drawn_on_the_map_without_a_large_picture() -> None:
+    """Pictures of whole sectors, one a direction, took gigabytes."""
+    sheet = TraceRenderer(sample_trace(), None)._sheet
+    robot = sheet.at(4, 4)
+    for metres in (sheet.grid.width * 0.9, 1e6):
+        canvas = sheet.paper.copy()
+        tracemalloc.start()
+        for k in range(20):
+            sheet.sight(canvas, Sensor(metres * sheet.grid.resolution, 1.0), robot, 0.3 * k)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 20e6
+        rows, columns = np.nonzero((canvas != sheet.paper).any(axis=2))
+        assert len(rows) > 1000
+        assert sheet.top <= rows.min()
+        assert rows.max() < sheet.top + sheet.grid.height * sheet.scale
+        assert sheet.left <= columns.min()
+        assert columns.max() < sheet.left + sheet.grid.width * sheet.scale
 
 
 def test_obstacles_appear_when_they_appear() -> None:

@@ -303,7 +303,7 @@ class Comparison {
     if (this.whose) {
       this.whose.hidden = false;
       this.whose.textContent = beside ? "Each map shows the obstacles of its own run, all at the same moment."
-        : `The obstacles are those of ${this.leader()?.label}, the longest run. They mind the robot, so that each run's differ: side by side shows them.`;
+        : `The obstacles are those of ${this.leader()?.label}, the longest run. They react to the robot and differ from run to run: Side by side shows those of each.`;
     }
     if (beside) this.mosaic.open(this.found.runs);
     else this.mosaic.close();

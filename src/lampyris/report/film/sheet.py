@@ -155,15 +155,14 @@ class Sheet:
 
     def shade(self, canvas: Rgb, cells: BoolGrid) -> None:
         """Shade cells, bool (height, width), as not yet seen; what lies on them shows through."""
-        rows, columns = (round(self.scale * n) for n in (self.grid.height, self.grid.width))
-        box = canvas[self.top : self.top + rows, self.left : self.left + columns]
+        box = self._box(canvas)
         y = np.minimum(((np.arange(len(box)) + 0.5) / self.scale).astype(np.int64), self.grid.height - 1)
         x = np.minimum(((np.arange(box.shape[1]) + 0.5) / self.scale).astype(np.int64), self.grid.width - 1)
         under = cells[np.ix_(y, x)]
         box[under] = (0.35 * box[under] + 0.65 * np.array(_UNSEEN)).astype(np.uint8)
 
     def sight(self, canvas: Rgb, sensor: Sensor, robot: tuple[float, float], ahead: float | None) -> None:
-        """Draw the rim of what a sensor sees: a circle, or a sector.
+        """Draw on the map the rim of what a sensor sees: a circle, or a sector.
 
         Parameters
         ----------
@@ -171,13 +170,19 @@ class Sheet:
         ahead : where it looks, radians clockwise from the right; None: all around, as before the first move.
         """
         pixels = round(sensor.range_m / self.grid.resolution * self.scale)
-        if pixels >= 2 * self.width:
-            return
-        if ahead is None or sensor.field_of_view >= FULL_TURN:
-            rim = sprites.ring(pixels, 1, sprites.ROBOT, 0.0)
-        else:
-            rim = sprites.sector(pixels, sensor.field_of_view, round(ahead, 3), sprites.ROBOT)
-        blend(canvas, rim, *robot)
+        box, at = self._box(canvas), (robot[0] - self.left, robot[1] - self.top)
+        if ahead is not None and sensor.field_of_view < FULL_TURN:
+            half = sensor.field_of_view / 2
+            # An arc farther away than that is outside the map.
+            pixels = min(pixels, self.width + self.height)
+            sprites.draw_sector(box, at, pixels, (ahead - half, ahead + half), sprites.ROBOT)
+        elif pixels < 2 * self.width:
+            blend(box, sprites.ring(pixels, 1, sprites.ROBOT, 0.0), *at)
+
+    def _box(self, canvas: Rgb) -> Rgb:
+        """The part of the canvas that is the map."""
+        rows, columns = (round(self.scale * n) for n in (self.grid.height, self.grid.width))
+        return canvas[self.top : self.top + rows, self.left : self.left + columns]
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Pixel of a place in cells."""

@@ -110,26 +110,38 @@ def ring(radius: int, width: int, colour: Colour, inside: float) -> Sprite:
     return Sprite(np.broadcast_to(np.array(colour, dtype=np.uint8), (n, n, 3)), alpha)
 
 
-@lru_cache(maxsize=256)
-def sector(radius: int, angle: float, middle: float, colour: Colour) -> Sprite:
-    """The rim of a sector, a pixel wide; its tip in the middle of the sprite.
+def draw_sector(
+    canvas: Rgb, at: tuple[float, float], radius: float, sides: tuple[float, float], colour: Colour
+) -> None:
+    """Draw the rim of a sector on the canvas, a pixel wide; what lies outside is cut off.
 
     Parameters
     ----------
+    at : its tip, pixels.
     radius : pixels.
-    angle : between its sides, radians.
-    middle : direction of its middle, radians clockwise from the right.
+    sides : directions of its two sides, radians clockwise from the right, the second at most a turn greater.
     """
-    n = 2 * radius + 3
-    y, x = np.indices((n, n)) - (n - 1) / 2
-    turn = np.abs((np.arctan2(y, x) - middle + math.pi) % math.tau - math.pi)
-    away = np.where(turn <= angle / 2, np.abs(np.hypot(x, y) - radius), np.inf)
-    for side in (middle - angle / 2, middle + angle / 2):
+    first, last = sides
+    # Only pixels beside the rim are looked at: a picture of the whole sector may be many times as large as the canvas.
+    along = np.arange(0.0, radius, 0.5)
+    turns = np.linspace(first, last, 2 + math.ceil(2 * radius * (last - first)))
+    lines = [np.outer(along, (math.cos(side), math.sin(side))) for side in sides]
+    rim = np.concatenate([*lines, radius * np.column_stack((np.cos(turns), np.sin(turns)))]) + at
+    around = np.indices((3, 3)).reshape(2, 9).T - 1
+    near = (np.floor(rim).astype(np.int64)[:, None] + around).reshape(-1, 2)
+    height, width = canvas.shape[:2]
+    near = near[((near >= 0) & (near < (width, height))).all(axis=1)]
+    rows, columns = np.divmod(np.unique(near[:, 1] * width + near[:, 0]), width)
+    x, y = columns + 0.5 - at[0], rows + 0.5 - at[1]
+    inside = (np.arctan2(y, x) - first) % math.tau <= last - first
+    away = np.where(inside, np.abs(np.hypot(x, y) - radius), np.inf)
+    for side in sides:
         cos, sin = math.cos(side), math.sin(side)
-        along = np.clip(x * cos + y * sin, 0.0, radius)
-        away = np.minimum(away, np.hypot(x - along * cos, y - along * sin))
-    line = np.clip(1.0 - away, 0.0, 1.0)
-    return Sprite(np.broadcast_to(np.array(colour, dtype=np.uint8), (n, n, 3)), line)
+        ahead = np.clip(x * cos + y * sin, 0.0, radius)
+        away = np.minimum(away, np.hypot(x - ahead * cos, y - ahead * sin))
+    alpha = np.clip(1.0 - away, 0.0, 1.0)[:, None]
+    under = canvas[rows, columns]
+    canvas[rows, columns] = np.round(under + (np.array(colour, dtype=np.float64) - under) * alpha)
 
 
 def _fill(draw: Any, shape: str, side: int, inset: int, fill: tuple[int, ...]) -> None:
