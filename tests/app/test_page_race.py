@@ -65,6 +65,29 @@ def test_the_landscape_is_drawn_and_turned(page: Any) -> None:
     assert len(before) > 20_000, "more than one colour"
 
 
+@pytest.mark.nightly
+def test_the_landscape_follows_the_theme(page: Any) -> None:
+    """As if it had been opened in that theme."""
+    page.emulate_media(reduced_motion="reduce", color_scheme="dark")
+    page.get_by_label("Luciferin").first.check(force=True)
+
+    def seen() -> np.ndarray:
+        page.wait_for_timeout(1000)
+        with Image.open(io.BytesIO(page.locator("dialog.deep canvas").screenshot())) as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+    page.get_by_role("button", name="In 3-D").click()
+    dark = seen()
+    page.keyboard.press("Escape")
+    page.emulate_media(reduced_motion="reduce", color_scheme="light")
+    page.get_by_role("button", name="In 3-D").click()
+    light = seen()
+    page.emulate_media(reduced_motion="reduce", color_scheme="dark")
+    after = seen()
+    assert (np.abs(light - dark).max(axis=2) > 24).mean() > 0.5
+    assert (np.abs(after - dark).max(axis=2) > 24).mean() < 0.01
+
+
 def test_two_fingers_bring_the_landscape_nearer(browser: Any, address: str) -> None:
     """Pinching zooms, and a finger that is left alone turns it without a jump."""
     context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
