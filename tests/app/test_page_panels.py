@@ -204,6 +204,20 @@ def test_a_narrow_telephone_need_not_be_scrolled_sideways(browser: Any, address:
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("text", ["118.4 s / 188.7 s", "not planned yet"])
+def test_the_time_is_whole_on_a_telephone(browser: Any, address: str, text: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
+    tab = context.new_page()
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    room, needed = tab.locator(".tl-where").first.evaluate(
+        "(one, text) => (one.textContent = text, [one.clientWidth, one.scrollWidth])", text
+    )
+    context.close()
+    assert needed <= room
+
+
+@pytest.mark.nightly
 def test_steps_stay_open_when_the_run_from_before_the_tour_comes_late(page: Any) -> None:
     """The tour gives back scenario and run; whoever opens the steps before that run is there keeps them."""
     page.get_by_role("button", name="Play", exact=True).click()

@@ -257,7 +257,7 @@ class Comparison {
     const some = entrants(found);
     const { best, fewest } = found.summary ?? {};
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
-    const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
+    const stars = seeds < fewest ? `☆: best number; the difference is tested with ${fewest} or more seeds.`
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
     fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, tableOf(some, `${note} ${stars}`, best ?? {})),
       ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
