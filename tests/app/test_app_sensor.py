@@ -89,6 +89,32 @@ def test_a_sensor_looks_where_the_robot_moved_last(tmp_path: Path) -> None:
     assert ticks == [None, None, right, right, down_left, down_left]
 
 
+@needs_node
+def test_a_narrow_sensor_that_reaches_beyond_the_map_shows_its_sides_on_it(tmp_path: Path) -> None:
+    """A circle as large would be outside the map, and is not drawn."""
+    script = """
+    globalThis.document = { createElement: () => ({ getContext: () => ({ putImageData() {} }) }) };
+    globalThis.ImageData = class { constructor(w, h) { this.data = new Uint8ClampedArray(4 * w * h); } };
+    const { shade } = await import("./unseen.js");
+    const { View } = await import("./view.js");
+    const view = Object.assign(new View(), { width: 200, height: 200, scale: 10, x: 40, y: 60 });
+    const map = { ground: { width: 8, height: 6 }, view, moment: { robot: [4, 3] }, dark: false, ratio: 1 };
+    const drawn = (reach, angle) => {
+      const calls = [];
+      const pen = new Proxy({}, { get: (_, name) => (...said) => calls.push([name, ...said]), set: () => true });
+      const run = { seen: new Int32Array(48), reach, angle, robot: Int16Array.from([3, 3, 4, 3]), ticks: 2 };
+      shade(pen, map, { run, t: 1 });
+      return calls.filter(([name]) => ["rect", "clip", "moveTo", "arc"].includes(name));
+    };
+    console.log(JSON.stringify([drawn(1e6, 1), drawn(1e6, 2 * Math.PI), drawn(2, 1)]));
+    """
+    far, circle, near = node(tmp_path, script)
+    box, tip = [["rect", 40, 60, 80, 60], ["clip"]], ["moveTo", 85, 95]
+    assert far == [*box, tip, ["arc", 85, 95, 140, -0.5, 0.5]]
+    assert near == [*box, tip, ["arc", 85, 95, 20, -0.5, 0.5]]
+    assert circle == []
+
+
 def test_the_form_has_the_sensor() -> None:
     fields = {one["name"]: one for one in hello()["simulate"]}
     assert (fields["sensor_range"]["default"], fields["sensor_range"]["unit"]) == (None, "metres")

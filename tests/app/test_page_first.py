@@ -95,7 +95,7 @@ def test_nothing_between_is_not_called_contact(tab: Any) -> None:
     """Zero is the free distance of cells side by side; the referee refuses a shared cell."""
     walkers(tab, 200)
     tab.get_by_role("button", name="Play").click()
-    tab.wait_for_function("() => heard.includes('0: side by side')")
+    tab.wait_for_function("() => heard.includes('0: adjacent')")
     assert not tab.evaluate("() => heard.filter((one) => /contact|referee/.test(one))")
     assert tab.locator("#charts figcaption").nth(1).text_content().startswith("Free distance, m")
 

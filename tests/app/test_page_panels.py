@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from page_browser import needs_chromium
-from page_person import in_address, until
+from page_person import changed, in_address, picture, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -204,6 +204,20 @@ def test_a_narrow_telephone_need_not_be_scrolled_sideways(browser: Any, address:
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("text", ["118.4 s / 188.7 s", "not planned yet"])
+def test_the_time_is_whole_on_a_telephone(browser: Any, address: str, text: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
+    tab = context.new_page()
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    room, needed = tab.locator(".tl-where").first.evaluate(
+        "(one, text) => (one.textContent = text, [one.clientWidth, one.scrollWidth])", text
+    )
+    context.close()
+    assert needed <= room
+
+
+@pytest.mark.nightly
 def test_steps_stay_open_when_the_run_from_before_the_tour_comes_late(page: Any) -> None:
     """The tour gives back scenario and run; whoever opens the steps before that run is there keeps them."""
     page.get_by_role("button", name="Play", exact=True).click()
@@ -227,6 +241,42 @@ def test_steps_stay_open_when_the_run_from_before_the_tour_comes_late(page: Any)
     page.get_by_role("button", name="Play", exact=True).last.scroll_into_view_if_needed()
     page.locator("#timeline .main").click()
     page.get_by_label("Pace").wait_for(state="hidden")
+
+
+@pytest.mark.nightly
+def test_a_run_and_steps_are_never_on_the_map_together(page: Any) -> None:
+    """Whoever looks for another moment of a run sees that moment; a run that is played in the tour is shown alone."""
+    main = page.locator("#timeline .main")
+    main.click()
+    page.wait_for_selector(".st-speed:not([hidden])")
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("PageUp")
+    page.wait_for_timeout(300)
+    alone = picture(page)
+    page.keyboard.press("Home")
+    page.click("#tab-learn")
+    page.get_by_role("button", name="Show its steps").click()
+    page.get_by_label("Pace").wait_for()
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("PageUp")
+    page.get_by_label("Pace").wait_for(state="hidden")
+    until(page, lambda: changed(alone, picture(page)) < 0.001)
+    page.get_by_role("button", name="Begin the tour").click()
+    for _ in range(6):
+        page.get_by_role("button", name="Next").click()
+    page.wait_for_selector("#learn >> text=Step 7 of 12")
+    page.wait_for_timeout(300)
+    step = picture(page)
+    main.click()
+    until(page, lambda: changed(step, picture(page)) > 0.01)
+    page.get_by_role("button", name="Pause").wait_for(state="hidden")
+    until(page, lambda: changed(step, picture(page)) < 0.001)
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("Home")
+    page.wait_for_timeout(300)
+    assert changed(step, picture(page)) < 0.001
 
 
 @pytest.mark.nightly

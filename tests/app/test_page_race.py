@@ -65,6 +65,71 @@ def test_the_landscape_is_drawn_and_turned(page: Any) -> None:
     assert len(before) > 20_000, "more than one colour"
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_tree_is_told_from_the_ground_by_lightness(page: Any, theme: str) -> None:
+    page.emulate_media(reduced_motion="reduce", color_scheme=theme)
+    page.click("#tab-compare")
+    for planner in ("theta-star", "jps", "rrt-star"):  # the sixth colour is the darkest
+        page.get_by_label("Add a planner").select_option(planner)
+        page.locator("#compare .adder").first.get_by_role("button", name="Add", exact=True).click()
+    page.get_by_role("button", name="Race", exact=True).click()
+    page.locator("dialog.race figure").nth(5).wait_for()
+    page.get_by_label("Moment of the race").evaluate(
+        "one => { one.value = 20; one.dispatchEvent(new Event('input')); }"
+    )
+    page.wait_for_timeout(500)
+    shown = page.locator("dialog.race figure").nth(5).locator("canvas")
+    tree, ground = shown.nth(1).evaluate(LINES), shown.nth(0).evaluate(MOST)
+    high, low = max(tree, ground), min(tree, ground)
+    assert (high + 0.05) / (low + 0.05) > 2
+
+
+LUMINANCE = """const luminance = ([r, g, b]) => [r, g, b]
+  .map((v) => v / 255)
+  .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+const { data } = one.getContext("2d").getImageData(0, 0, one.width, one.height);"""
+LINES = f"""(one) => {{ {LUMINANCE}
+  const found = [];
+  for (let k = 0; k < data.length; k += 4) if (data[k + 3] > 150) found.push(luminance(data.slice(k, k + 3)));
+  return found.sort((a, b) => a - b)[found.length >> 1];
+}}"""
+"""The luminance of what is drawn on a canvas that is clear elsewhere, in the middle."""
+MOST = f"""(one) => {{ {LUMINANCE}
+  const found = new Map();
+  for (let k = 0; k < data.length; k += 4) {{
+    const colour = String(data.slice(k, k + 3));
+    found.set(colour, (found.get(colour) ?? 0) + 1);
+  }}
+  return luminance([...found].sort((a, b) => b[1] - a[1])[0][0].split(",").map(Number));
+}}"""
+"""The luminance of the colour that most of a canvas has."""
+
+
+@pytest.mark.nightly
+def test_the_landscape_follows_the_theme(page: Any) -> None:
+    """As if it had been opened in that theme."""
+    page.emulate_media(reduced_motion="reduce", color_scheme="dark")
+    page.get_by_label("Luciferin").first.check(force=True)
+
+    def seen() -> np.ndarray:
+        page.wait_for_timeout(1000)
+        with Image.open(io.BytesIO(page.locator("dialog.deep canvas").screenshot())) as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+    page.get_by_role("button", name="In 3-D").click()
+    dark = seen()
+    page.keyboard.press("Escape")
+    page.emulate_media(reduced_motion="reduce", color_scheme="light")
+    page.get_by_role("button", name="In 3-D").click()
+    light = seen()
+    page.emulate_media(reduced_motion="reduce", color_scheme="dark")
+    after = seen()
+    assert (np.abs(light - dark).max(axis=2) > 24).mean() > 0.5
+    assert (np.abs(after - dark).max(axis=2) > 24).mean() < 0.01
+
+
 def test_two_fingers_bring_the_landscape_nearer(browser: Any, address: str) -> None:
     """Pinching zooms, and a finger that is left alone turns it without a jump."""
     context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)

@@ -181,7 +181,7 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
             page.wait_for_selector(f"#hover:has-text('({x}, {y})')")
             head = "Cost to the goal" if name == "Cost" else name
             words = page.locator(f'#hover dt:text-is("{head}") + dd').inner_text()
-            told = float(words.removeprefix("about ").split()[0].replace("\u202f", ""))
+            told = float(words.removeprefix("about ").split()[0].replace(",", ""))
             near = (there.max() - there.min()) / 254 + 0.005 * abs(values[y, x])
             assert abs(told - values[y, x]) <= near, (name, x, y)
 

@@ -20,12 +20,13 @@ OPEN = lampyris.Grid(np.zeros((20, 20), dtype=bool))
 def drawn(degrees: float, heading: float | None) -> list[int]:
     """Directions, degrees clockwise on the picture, in which the line at the range is drawn."""
     sheet = Sheet(OPEN, (19, 19), [], 10)
-    canvas = np.full((200, 200, 3), 255, dtype=np.uint8)
-    SensorRange(lampyris.Sensor(6.0, math.radians(degrees)), 1.0, sheet).draw(canvas, 100.0, 100.0, heading)
+    canvas = np.full_like(sheet.paper, 255)
+    x0, y0 = sheet.left + 100.0, sheet.top + 100.0
+    SensorRange(lampyris.Sensor(6.0, math.radians(degrees)), 1.0, sheet).draw(canvas, x0, y0, heading)
     at = [
         (
-            math.floor(100.0 + 60.0 * math.cos(math.radians(a))),
-            math.floor(100.0 + 60.0 * math.sin(math.radians(a))),
+            math.floor(x0 + 60.0 * math.cos(math.radians(a))),
+            math.floor(y0 + 60.0 * math.sin(math.radians(a))),
         )
         for a in range(0, 360, 10)
     ]
@@ -46,6 +47,21 @@ def drawn(degrees: float, heading: float | None) -> list[int]:
 def test_the_line_is_where_the_sensor_sees(degrees: float, heading: float | None, seen: range) -> None:
     looks = None if heading is None else math.radians(heading)
     assert drawn(degrees, looks) == list(seen)
+
+
+@pytest.mark.parametrize("metres", [18.0, 1e6])
+def test_a_narrow_sensor_of_any_range_is_drawn_on_the_map_alone(metres: float) -> None:
+    sheet = Sheet(OPEN, (19, 19), [], 10)
+    canvas = sheet.paper.copy()
+    sight = SensorRange(lampyris.Sensor(metres, 1.0), 1.0, sheet)
+    for k in range(20):
+        sight.draw(canvas, *sheet.at(4, 4), 0.3 * k)
+    rows, columns = np.nonzero((canvas != sheet.paper).any(axis=2))
+    assert len(rows) > 1000
+    assert sheet.top <= rows.min()
+    assert rows.max() < sheet.top + 20 * sheet.scale
+    assert sheet.left <= columns.min()
+    assert columns.max() < sheet.left + 20 * sheet.scale
 
 
 @pytest.fixture

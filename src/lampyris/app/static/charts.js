@@ -257,7 +257,7 @@ class Charts {
       ],
       series: [{}, line, ...caps],
       hooks: {
-        draw: [(/** @type {any} */ u) => (i ? closeness(u, this.page.ground?.resolution ?? 1, this.page.dark, this.page.run?.step ? "0: contact" : "0: side by side") : this._strip(u))],
+        draw: [(/** @type {any} */ u) => (i ? closeness(u, this.page.ground?.resolution ?? 1, this.page.dark, this.page.run?.step ? "0: contact" : "0: adjacent") : this._strip(u))],
         setCursor: [(/** @type {any} */ u) => this._read(u.cursor.idx)],
       },
     };
@@ -386,7 +386,7 @@ function most(values) {
 export function brief(v) {
   if (!Number.isFinite(v)) return "\u2013";
   const size = Math.abs(v);
-  if (size >= 1000) return Math.round(v).toLocaleString("en").replaceAll(",", "\u202f");
+  if (size >= 1000) return Math.round(v).toLocaleString("en");
   // What is left of a sum that comes to nothing is nothing.
   return size < 1e-9 ? "0" : String(Number(v.toPrecision(3)));
 }

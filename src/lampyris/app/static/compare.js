@@ -257,7 +257,7 @@ class Comparison {
     const some = entrants(found);
     const { best, fewest } = found.summary ?? {};
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
-    const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
+    const stars = seeds < fewest ? `☆: best number; the difference is tested with ${fewest} or more seeds.`
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
     fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide", tabindex: 0, role: "group", "aria-label": "Table of the comparison" }, tableOf(some, `${note} ${stars}`, best ?? {})),
       ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
@@ -303,7 +303,7 @@ class Comparison {
     if (this.whose) {
       this.whose.hidden = false;
       this.whose.textContent = beside ? "Each map shows the obstacles of its own run, all at the same moment."
-        : `The obstacles are those of ${this.leader()?.label}, the longest run. They mind the robot, so that each run's differ: side by side shows them.`;
+        : `The obstacles are those of ${this.leader()?.label}, the longest run. They react to the robot and differ from run to run: Side by side shows those of each.`;
     }
     if (beside) this.mosaic.open(this.found.runs);
     else this.mosaic.close();

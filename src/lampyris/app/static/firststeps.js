@@ -9,9 +9,9 @@ import { byId } from "./page.js";
 /** @type {Step[]} */
 const STEPS = [
   { title: "Drag the goal", panel: "status", tool: "goal", at: "map",
-    words: "Take the mark G and drag it into another room. The path follows while you drag, and the robot then drives the new one." },
+    words: "Drag the mark G into another room. The path is planned again while you drag, and the robot then drives along the new one." },
   { title: "Paint a wall while it drives", panel: "status", tool: "wall", at: "map",
-    words: "The brush is in your hand: close a door on the path. The robot is planned and driven again around it. Undo (Ctrl+Z) opens the door." },
+    words: "The brush is selected: paint a wall across a door on the path. The path is planned again, and driven from the start. Undo (Ctrl+Z) removes the wall." },
   { title: "Read why it slowed", panel: "status", at: "charts",
     words: "The coloured strip below the speed says what limits it at each moment: clearance to walls, a moving obstacle, the robot's own acceleration. Drag the slider to any moment to read it." },
   { title: "Race planners", panel: "compare", at: "compare",

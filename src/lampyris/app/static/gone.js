@@ -91,7 +91,7 @@ function mountCompiling(page, stage) {
   let timer = 0;
   const tell = () => {
     const seconds = Math.round((performance.now() - began) / 1000);
-    words.textContent = `Compiling once for this machine${seconds ? `: ${seconds} s` : ""}. The next time it is at hand.`;
+    words.textContent = `Compiling once for this machine${seconds ? `: ${seconds} s` : ""}. Later it is loaded.`;
   };
   let over = 0;
   page.api.onCompiling = (on) => {

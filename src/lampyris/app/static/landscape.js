@@ -21,9 +21,16 @@ const PIXELS = { still: 2000, moving: 720, least: 400 };
 const QUICK = 19;
 const SLOW = 25;
 
+/** The one that is open. @type {Landscape | null} */
+let open = null;
+let heard = false;
+
 /** @param {Page} page @param {Layer} layer @param {string} title */
 export function askLandscape(page, layer, title) {
-  return new Landscape(page, layer, title);
+  if (!heard) page.on("theme", () => open?.recolour());
+  heard = true;
+  open = new Landscape(page, layer, title);
+  return open;
 }
 
 class Landscape {
@@ -94,6 +101,7 @@ class Landscape {
     // As fine as before where it has few corners anyway.
     this.coarse = ground.across * ground.down < 20_000 ? this.fine : surface.keep({ ...ground, index: trianglesOf(ground.across, ground.down, 2) });
     const longer = Math.max(layer.width, layer.height);
+    this.places = [];
     this.middle = [0, 0, 0];
     this.longer = longer;
     // A few corners of the ground say how large it looks.
@@ -113,6 +121,14 @@ class Landscape {
       tell(this.said, "There is no path to show.");
       this.play.disabled = this.slider.disabled = true;
     }
+  }
+
+  /** The page has gone dark, or light. */
+  recolour() {
+    if (!this._sized) return;
+    this._build();
+    this._ratio = 0;
+    this.draw();
   }
 
   /** Pointer and wheel. */
@@ -299,6 +315,7 @@ class Landscape {
     this._sized?.disconnect();
     this.surface?.close();
     this.root.remove();
+    open = null;
   }
 }
 

@@ -33,7 +33,7 @@ export function tell(line, words, bad = false) {
 
 /** Whether this is a screen that is touched; without a screen, as under Node.js, it is not. */
 export const TOUCH = { matches: false };
-// Each look at a media query settles the styles of the whole page: at each move of a drag that is too dear.
+// Reading a media query makes the browser recompute the styles of the page, which is too slow for each move of a drag.
 const coarse = globalThis.matchMedia?.("(pointer: coarse)");
 if (coarse) {
   TOUCH.matches = coarse.matches;

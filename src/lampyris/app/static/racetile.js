@@ -79,6 +79,7 @@ export class Tile {
     // On dark ground the planner's colour is no brighter than the ground: so that it is told from it by lightness, too.
     const own = [1, 3, 5].map((k) => parseInt(this.colour.slice(k, k + 2), 16)).map((v) => (dark ? Math.round(v + LIGHTER * (255 - v)) : v));
     const mixed = (/** @type {number} */ share) => packed(/** @type {[number, number, number]} */ (theme.free.map((v, c) => Math.round(v + Math.min(1, share + (dark ? DARK_TINT : 0)) * (own[c] - v)))));
+    this.branch = `rgb(${own})`;
     this.field = mixed(TINT.field);
     this.tones = Uint32Array.from({ length: SHADES }, (_, k) => mixed(TINT.first + ((TINT.last - TINT.first) * k) / (SHADES - 1)));
     if (racer.field || racer.kind === "jump points") this.tones.fill(mixed(TINT.strong));
@@ -214,7 +215,7 @@ export class Tile {
     const pen = this._penOf(this.lines);
     const { lines } = this.racer;
     this.lines.hidden = false;
-    pen.strokeStyle = this.colour;
+    pen.strokeStyle = this.branch;
     pen.globalAlpha = 0.75;
     pen.lineWidth = 1;
     pen.beginPath();

@@ -366,7 +366,7 @@ function set(element, text) {
 
 /** @param {number} v */
 function whole(v) {
-  return Number(v).toLocaleString("en").replaceAll(",", "\u202f");
+  return Number(v).toLocaleString("en");
 }
 
 /** @param {number} v */

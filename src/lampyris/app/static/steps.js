@@ -52,6 +52,13 @@ class Steps {
     // A run that waits to be played is no reason to leave: the one from before the tour may come late.
     page.on("play", () => this.hand.on && page.play.playing && this.leave());
     page.on("run", () => this.hand.on && page.map.moment.others?.length && this.leave());
+    // Another moment of the same run is shown in their place.
+    let [run, tick] = [page.run, page.play.tick];
+    page.on("tick", () => {
+      const other = run === page.run && tick !== page.play.tick;
+      [run, tick] = [page.run, page.play.tick];
+      if (other && this.hand.on) this.leave();
+    });
     page.on("plan", () => this._offer());
     this._offer();
   }
@@ -231,7 +238,9 @@ export class Stagehand {
       if (this._back) queueMicrotask(() => this._back && again());
     };
     for (const name of ["plan", "layer", "ground", "theme"]) page.on(name, redo);
-    for (const name of ["run", "ticks", "end"]) page.on(name, () => page.play.playing || redo());
+    for (const name of ["run", "ticks", "end", "tick"]) page.on(name, () => page.play.playing || redo());
+    // A run that is played is shown alone.
+    page.on("play", () => (page.play.playing ? this.on && this.show({}) : redo()));
   }
 
   get on() {

@@ -31,10 +31,16 @@ export function shade(pen, map, { run, t }) {
   pen.imageSmoothingEnabled = view.scale * map.ratio < 1;
   drawCells(pen, view, picture.canvas);
   const robot = moment.robot ?? moment.others?.[0]?.robot;
-  if (!robot || run.reach > ground.width + ground.height) return;
-  const [x, y] = view.pixel(robot[0], robot[1]);
-  const r = run.reach * view.scale;
   const ahead = run.angle < 2 * Math.PI - 1e-9 ? travelled(run, t) : null;
+  // Farther than the map is large a circle is outside it, and of a sector its two sides are on it.
+  const most = ground.width + ground.height;
+  if (!robot || (ahead === null && run.reach > most)) return;
+  const [x, y] = view.pixel(robot[0], robot[1]);
+  const r = Math.min(run.reach, most) * view.scale;
+  pen.save();
+  pen.beginPath();
+  pen.rect(...view.pixel(-0.5, -0.5), ground.width * view.scale, ground.height * view.scale);
+  pen.clip();
   pen.strokeStyle = THEMES[map.dark ? "dark" : "light"].ink;
   pen.lineWidth = 1;
   pen.setLineDash([3, 4]);
@@ -46,7 +52,7 @@ export function shade(pen, map, { run, t }) {
     pen.closePath();
   }
   pen.stroke();
-  pen.setLineDash([]);
+  pen.restore();
 }
 
 /**

@@ -13,21 +13,27 @@ from lampyris.report.style import Rgb
 
 
 class SensorRange:
-    """Draws the range of a robot's sensor into frames.
+    """Draws the range of a robot's sensor into the map of frames.
 
     Parameters
     ----------
     sensor : of the robot; None: nothing is drawn.
     resolution : metres a cell.
-    sheet : that the frames are drawn on; a range of twice its width is not drawn.
+    sheet : that the frames are drawn on; a circle of twice its width is not drawn, a sector is cut off at the map's edge.
     """
 
     def __init__(self, sensor: Sensor | None, resolution: float, sheet: Sheet) -> None:
-        self._radius, self._half = 0, math.pi
-        if sensor is not None:
-            pixels = round(sensor.range_m / resolution * sheet.scale)
-            self._radius = pixels if pixels < 2 * sheet.width else 0
-            self._half = sensor.field_of_view / 2.0 if sensor.field_of_view < FULL_TURN else math.pi
+        self._radius, self._half, self._circle_seen = 0, math.pi, False
+        rows, columns = (round(sheet.scale * n) for n in (sheet.grid.height, sheet.grid.width))
+        self._map = slice(sheet.top, sheet.top + rows), slice(sheet.left, sheet.left + columns)
+        if sensor is None:
+            return
+        self._radius = round(sensor.range_m / resolution * sheet.scale)
+        self._circle_seen = self._radius < 2 * sheet.width
+        if sensor.field_of_view < FULL_TURN:
+            self._half = sensor.field_of_view / 2.0
+        elif not self._circle_seen:
+            self._radius = 0
 
     @property
     def turns(self) -> bool:
@@ -44,8 +50,10 @@ class SensorRange:
         """
         if self._radius == 0:
             return
+        canvas, x, y = canvas[self._map], x - self._map[1].start, y - self._map[0].start
         if heading is None or not self.turns:
-            sprites.blend(canvas, sprites.ring(self._radius, 1, sprites.ROBOT, 0.0), x, y)
+            if self._circle_seen:
+                sprites.blend(canvas, sprites.ring(self._radius, 1, sprites.ROBOT, 0.0), x, y)
             return
         far = self._radius + 2
         x0, y0 = max(math.floor(x - far), 0), max(math.floor(y - far), 0)
