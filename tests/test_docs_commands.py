@@ -39,7 +39,6 @@ NOT_RUN = {
     "lampyris fleet random-64-64-10.map": "files of Moving AI Lab",
     "lampyris fleet floor.png --agents robots.yaml": "files of the reader's",
     "lampyris fleet floor.png --robots 20 --lifelong 500 --tasks": "files of the reader's",
-    "lampyris plan map.yaml --start 3,4": "a photograph of the reader's",
     "lampyris plan floor.yaml --keepout mask.yaml": "a mask of the reader's",
     "lampyris simulate env-1 --planner sipp --goal-track": "a track of the reader's",
     "lampyris simulate env-1 --planner dstar-lite --goal-track": "a track of the reader's",

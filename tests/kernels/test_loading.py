@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lampyris._core import cancellation
 from lampyris.kernels import _jit, loading
 from lampyris.kernels._jit import Kernel
 
@@ -97,6 +99,41 @@ def test_the_first_call_takes_as_long_as_the_second(
     assert taken == pytest.approx([RUNNING] * 4)
     assert loading.seconds() == COMPILING * (2 if nested else 1)
     assert clock.now == pytest.approx(loading.seconds() + 4 * RUNNING)
+
+
+def test_limits_do_not_count_compiling(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = kernel_of(lambda: Dispatcher(clock), monkeypatch)
+    monkeypatch.setattr(cancellation, "time", clock)
+    with cancellation.watching(3 * RUNNING) as outer, cancellation.watching(2 * RUNNING) as own:
+        assert outer is not None
+        assert own is not None
+        with _jit.compiled_only():
+            kernel(np.zeros(3))
+        assert clock.now == pytest.approx(COMPILING + RUNNING)
+        assert (own.is_over, outer.is_over, int(own.word[0]), int(outer.word[0])) == (False, False, 0, 0)
+        clock.now += 1.5 * RUNNING
+        assert (own.is_over, outer.is_over) == (True, False)
+        clock.now += RUNNING
+        assert outer.is_over
+
+
+def test_the_timer_of_a_limit_waits_while_code_is_loaded() -> None:
+    scope = cancellation.CancelScope(1e-4, None, None)
+    word = scope.word
+    scope.pause()
+    scope.pause()  # by another thread of the same call
+    scope.begin()
+    try:
+        for _ in range(2):
+            time.sleep(3 * cancellation.PAUSE_LOOK)
+            assert int(word[0]) == 0
+            scope.resume()
+        until = time.monotonic() + 20.0
+        while not int(word[0]) and time.monotonic() < until:
+            time.sleep(1e-3)
+        assert int(word[0]) == 1
+    finally:
+        scope.end()
 
 
 def test_what_is_compared_runs_in_compiled_form_from_its_first_call(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -204,3 +204,14 @@ def test_a_scenario_keeps_its_via_points(tmp_path: Path) -> None:
     trace = lampyris.run(lampyris.load_scenario(file))
     assert isinstance(trace, lampyris.Trace)
     assert (trace.arrived, sorted(trace.via)) == (True, sorted(cells))
+
+
+@pytest.mark.parametrize("order", ["given", "best"])
+def test_a_round_trip_to_a_place_out_of_reach_is_no_path(order: str) -> None:
+    # The referee took it for a fault: from a start that is the goal there is a path.
+    walls = np.zeros((3, 5), dtype=bool)
+    walls[:, 2] = True
+    scene = lampyris.Scene(lampyris.Grid(walls), (0, 0), (0, 0)).through([(4, 0)], order)
+    assert lampyris.plan(scene, "astar").status.value == "no-path"
+    home = scene.through([(1, 2)], order)
+    assert lampyris.plan(home, "astar").cost == pytest.approx(2 + 2 * 2**0.5)

@@ -22,7 +22,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.report import style
-from lampyris.report.pictures.plan_picture import draw_plan, draw_speed
+from lampyris.report.pictures.plan_picture import _subtitle, draw_plan, draw_speed
 from lampyris.report.pictures.raster import draw_map
 from sizes import some
 
@@ -55,6 +55,18 @@ def area(path: Path, colour: tuple[int, ...], slack: int = 2) -> int:
 
 def rgb(text: str) -> tuple[int, ...]:
     return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5))
+
+
+def test_a_path_of_straight_lines_states_their_length_before_the_cost_of_its_cells() -> None:
+    scene = sample_scene()
+    plan = sample_plan(scene)
+    assert plan.path is not None
+    assert _subtitle(plan).startswith(f"cost {plan.cost:.6g}")
+    ends = plan.path.cells[[0, -1]]
+    lines = replace(plan, waypoints=ends)
+    assert _subtitle(lines).startswith(
+        f"lines {lines.any_angle_length:.6g} cells  ·  cell by cell: cost {plan.cost:.6g}"
+    )
 
 
 @pytest.mark.nightly

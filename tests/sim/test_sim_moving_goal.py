@@ -65,6 +65,22 @@ def test_the_meeting_is_earlier_than_a_chase() -> None:
     assert trace.goal_at(trace.ticks) == tuple(trace.robot[-1])
 
 
+def test_the_meeting_is_on_the_shortest_path_where_that_is_in_time() -> None:
+    # sipp drove 68.4 cells on env-1 where 56.8 lead to the same cell in the same tick.
+    scene = lampyris.Scene(lampyris.load_grid("env-1"), (37, 8), (5, 38))
+    track = [(5, 38), (5, 37), (5, 37), (5, 36), (5, 36), (6, 36)]
+    for name in KNOWING:
+        trace = judged(scene, registry.make(name, {}), goal_track=track)
+        meeting = lampyris.Scene(scene.grid, scene.start, trace.goal_at(trace.ticks))
+        assert trace.cost == pytest.approx(lampyris.plan(meeting, "dijkstra").cost)
+        assert trace.ticks == earliest(scene, track)
+    # A body that is in the way on the shortest path, and never on another one of as many ticks.
+    stands = lampyris.Recorded([(6, 1)] * 30)
+    around = lampyris.Scene(HALL, (0, 1), (11, 1), traffic=(stands,))
+    trace = judged(around, registry.make("sipp", {}), goal_track=[(11, 1), (11, 1), (11, 0)])
+    assert (trace.arrived, trace.ticks, trace.hits) == (True, 11, 0)
+
+
 def test_a_goal_that_comes_to_the_robot_is_caught_where_it_stands() -> None:
     grid = grid_of("...")
     trace = judged(

@@ -8,6 +8,8 @@ thread, and results are the same as without cancellation.
 
 Scopes nest: cancelling an outer scope cancels the inner one, not the other way round.
 
+A time limit does not count the time in which machine code is loaded or compiled (:func:`paused`).
+
 Some work must not be interrupted halfway: a library whose import was interrupted stays broken for the rest of
 the process. :func:`uninterrupted` defers signals until it is done.
 """
@@ -34,6 +36,10 @@ if TYPE_CHECKING:
 
     Word = NDArray[np.int64]
     """int64, (1,): 0, or 1 once the call is to stop."""
+
+
+PAUSE_LOOK = 0.005
+"""Seconds between two looks of the timer while a limit is paused."""
 
 
 class Cancelled(BaseException):
@@ -132,12 +138,23 @@ class CancelScope:
 
     Parameters
     ----------
-    seconds : from now on; None: no limit of its own.
+    seconds : from now on, pauses not counted; None: no limit of its own.
     stop : token that cancels it; None: no token of its own.
     outer : the enclosing scope.
     """
 
-    __slots__ = ("_is_cancelled", "_over", "_word", "deadline", "outer", "stop", "stops")
+    __slots__ = (
+        "_is_cancelled",
+        "_lock",
+        "_over",
+        "_paused_at",
+        "_pauses",
+        "_word",
+        "deadline",
+        "outer",
+        "stop",
+        "stops",
+    )
     deadline: float
     stops: tuple[CancelToken, ...]
 
@@ -150,6 +167,8 @@ class CancelScope:
         self.deadline = own if outer is None else min(own, outer.deadline)
         self.stops = (*(() if outer is None else outer.stops), *(() if stop is None else (stop,)))
         self._over: threading.Event | None = None
+        self._lock = threading.Lock()
+        self._pauses, self._paused_at = 0, 0.0
 
     def begin(self) -> None:
         """Start the timer and register with the tokens."""
@@ -172,12 +191,29 @@ class CancelScope:
             self._over.set()
 
     def _wait(self, over: threading.Event) -> None:
-        left = self.deadline - time.perf_counter()
-        # A timeout must fit the system's clock.
-        while left > 0.0 and not over.wait(min(left, 1e6)):
-            left = self.deadline - time.perf_counter()
-        if left <= 0.0:
-            self.cancel()
+        while True:
+            with self._lock:
+                paused, left = self._pauses > 0, self.deadline - time.perf_counter()
+                if not paused and left <= 0.0:
+                    self.cancel()
+                    return
+            # A timeout must fit the system's clock.
+            if over.wait(PAUSE_LOOK if paused else min(left, 1e6)):
+                return
+
+    def pause(self) -> None:
+        """Stop the clock of the limit until :meth:`resume`; from several threads: until the last of them resumes."""
+        with self._lock:
+            self._pauses += 1
+            if self._pauses == 1:
+                self._paused_at = time.perf_counter()
+
+    def resume(self) -> None:
+        """End a pause: the deadline is later by its length."""
+        with self._lock:
+            self._pauses -= 1
+            if not self._pauses:
+                self.deadline += max(time.perf_counter() - self._paused_at, 0.0)
 
     def cancel(self) -> None:
         """Cancel the call."""
@@ -198,7 +234,7 @@ class CancelScope:
     @property
     def is_over(self) -> bool:
         """Whether the call is to stop."""
-        if not self._is_cancelled and time.perf_counter() >= self.deadline:
+        if not self._is_cancelled and not self._pauses and time.perf_counter() >= self.deadline:
             self.cancel()
         return self._is_cancelled
 
@@ -288,6 +324,22 @@ def shielded() -> Iterator[None]:
         yield
     finally:
         _here.watch = was
+
+
+@contextlib.contextmanager
+def paused() -> Iterator[None]:
+    """Do not count what is done inside for the time limits of this thread's calls; they can still be cancelled."""
+    scope, held = _here.watch, []
+    try:
+        while scope is not None:
+            if scope.deadline < math.inf:
+                scope.pause()
+                held.append(scope)
+            scope = scope.outer
+        yield
+    finally:
+        for one in held:
+            one.resume()
 
 
 @contextlib.contextmanager

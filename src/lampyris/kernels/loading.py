@@ -3,7 +3,8 @@
 Importing numba takes a fifth of a second, a kernel that is compiled for the first time on a machine a second
 or more, one that an earlier run left on disk about 5 ms. Each happens once, within whatever call needs it
 first. So that the first plan of a process and the second take the same time, times of planning are
-differences of :func:`wall` or :func:`cpu`, and :func:`seconds` says what was left out.
+differences of :func:`wall` or :func:`cpu`, and :func:`seconds` says what was left out. Time limits do not count
+it either.
 
 Each thread has clocks of its own: what another one loads is not left out of this one's times.
 """
@@ -15,6 +16,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lampyris._core import cancellation
 from lampyris._core.system import thread_seconds
 
 
@@ -48,12 +50,15 @@ def seconds() -> float:
 def loading() -> Iterator[None]:
     """Have both clocks stand still meanwhile. A kernel that needs another loads it within."""
     here = _loaded
-    here.depth += 1
-    wall, cpu = time.perf_counter(), thread_seconds()
-    try:
+    if here.depth:
         yield
-    finally:
-        here.depth -= 1
-        if not here.depth:
+        return
+    with cancellation.paused():
+        here.depth = 1
+        wall, cpu = time.perf_counter(), thread_seconds()
+        try:
+            yield
+        finally:
+            here.depth = 0
             here.wall += time.perf_counter() - wall
             here.cpu += thread_seconds() - cpu

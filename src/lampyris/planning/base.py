@@ -83,8 +83,8 @@ class Budget:
     ----------
     expansions : greatest number of cells expanded by one call of ``plan``; None: no limit.
     seconds : wall time for one call of ``plan``, > 0; None: no limit. A call that exceeds it
-        returns the status ``limit``, within 50 ms, or 5 % of the limit if that is more, once the compiled code
-        is loaded. Which calls exceed it depends on the machine; nothing else does.
+        returns the status ``limit``, within 50 ms, or 5 % of the limit if that is more. Time for loading or compiling
+        kernels does not count. Which calls exceed it depends on the machine; nothing else does.
     stop : stops the call when it is set, from any thread; the status is then ``cancelled``.
 
     Raises

@@ -381,7 +381,7 @@ def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation
         wrong = can["goal"]
     else:
         wrong = not (can["start"] and can["goal"]) or (
-            plan.status is Status.NO_PATH and scene.start == scene.goal
+            plan.status is Status.NO_PATH and scene.start == scene.goal and not scene.via
         )
     if not wrong:
         return None
@@ -408,7 +408,7 @@ def _pose_ends_violation(plan: Plan, scene: Scene) -> Violation | None:
         end, cell = occupied[plan.status]
         if stands_free(scene.grid, cell, scene.robot.radius + 2.0 * scene.grid.resolution):
             stated = f"the robot can stand on the {end}"
-    elif scene.start_pose == scene.goal_pose:
+    elif scene.start_pose == scene.goal_pose and not scene.via:
         stated = "the start is the goal"
     else:
         x, y = scene.start

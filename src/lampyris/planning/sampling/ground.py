@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
+from lampyris.kernels.loading import loading
 from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
@@ -118,7 +119,8 @@ class SamplingMap:
 
     def joined(self, a: int, b: int) -> bool:
         """Whether single steps through cells that are free now lead from one flat cell to another."""
-        from scipy import ndimage  # bits: labels, whole numbers
+        with loading():  # its first import is no time of planning
+            from scipy import ndimage  # bits: labels, whole numbers
 
         free = self.board.free.reshape(self.rows, self.stride)
         labels, _ = ndimage.label(free, np.ones((3, 3)) if self.rule == CUT else None)

@@ -32,8 +32,8 @@ class RrtStar(SamplingPlanner):
     near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
     seeded : begin with the cheapest path of the grid (A*), pulled straight, so that samples are near it at once, and the
         answer is never longer. What the grid search expands counts for the budget.
-    seed_after : without ``seeded``: samples without a path after which the search goes on from such a path; None: never, as
-        published.
+    seed_after : without ``seeded``: samples after which the search goes on from such a path, if it has no shorter one; None:
+        never, as published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises
@@ -103,8 +103,8 @@ class BitStar(SamplingPlanner):
     near_path : share of samples drawn near the best path, up to 1, 2, 4 or 8 cells from a cell of it; 0: as published.
     seeded : begin with the cheapest path of the grid (A*), pulled straight, so that samples are drawn from its ellipse at
         once, and the answer is never longer. What the grid search expands counts for the budget.
-    seed_after : without ``seeded``: samples without a path after which the search goes on from such a path; None: never, as
-        published.
+    seed_after : without ``seeded``: samples after which the search goes on from such a path, if it has no shorter one; None:
+        never, as published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
 
     Raises

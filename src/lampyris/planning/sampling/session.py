@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,7 +50,7 @@ class SamplingPlanner:
     shortcut : whether the path is made shorter at the end.
     improves : whether it goes on when it has a path.
     seeded : whether it begins with a path of the grid.
-    seed_after : samples without a path after which it goes on from a path of the grid.
+    seed_after : samples after which it goes on from a path of the grid, if it has no shorter one.
     near_path : share of samples near the best path.
     reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
@@ -217,14 +218,14 @@ class SamplingSession(SessionBase):
                     failed = self._separated(query, run, closed, limit)
                     if failed is not None:
                         return failed
-                if best == math.inf and not planner.seeded and seed_after is not None and used >= seed_after:
+                if seed_after is not None and used >= seed_after and not planner.seeded:
                     seed_after = None
-                    self._seed(query, search, run, closed, limit)
-                    best = search.best
-                    if best < math.inf:
+                    if self._seed(query, search, run, closed, limit):
+                        was = "no path" if best == math.inf else "a longer path"
                         run.notes = (
-                            f"no path after {used} samples: went on from the cheapest path of the grid",
+                            f"{was} after {used} samples: went on from the cheapest path of the grid",
                         )
+                    best = search.best
         except Cancelled:
             scope = cancellation.watch()
             if run.chain is None or scope is None or any(stop.is_set for stop in scope.stops):
@@ -239,20 +240,27 @@ class SamplingSession(SessionBase):
 
     def _seed(
         self, query: Query, search: SampledSearch, run: _Run, closed: list[Cell], limit: int | None
-    ) -> None:
-        """Let a search go on from the path of A*, pulled straight, where it finds one within the budget."""
+    ) -> bool:
+        """Let a search go on from the path of A*, pulled straight, where it finds a shorter one within the budget.
+
+        With a path already there, at most half of what is left of the budget is spent on it. Whether it did.
+        """
         if self._finder is None:
             self._finder = search_of(self._free, None, self._moves)
-        left = None if limit is None else limit - run.spent
+        before = search.best
+        left = None if limit is None else (limit - run.spent) // (1 if before == math.inf else 2)
         found = self._finder.find_path(self._robot, self._scene.goal, left, closed)
         run.spent += found.expansions
         if found.cells is None:
-            return
+            return False
         ground = query.ground
         turns = ground.pulled(np.array([ground.flat(cell) for cell in found.cells.tolist()]))
-        if len(turns) <= query.samples:
-            search.go_on_from(turns)
-            run.chain = search.chain()
+        length = math.fsum(ground.distance(a, b) for a, b in pairwise(turns.tolist()))
+        if len(turns) > query.samples or length >= before:
+            return False
+        search.go_on_from(turns)
+        run.chain = search.chain()
+        return search.best < before
 
     def _edges(self, search: SampledSearch) -> Floats | None:
         edges = search.edges()

@@ -58,7 +58,7 @@ def seeded() -> Any:
 
 
 def seed_after() -> Any:
-    """Samples without a path after which a search goes on from the cheapest path of the grid, pulled straight."""
+    """Samples after which a search goes on from the cheapest path of the grid, pulled straight, if it has no shorter one."""
     return whole(2000, 1, 10_000_000, none="never")
 
 

@@ -13,9 +13,10 @@ import numpy as np
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.spacetime.timed_search import EXHAUSTED, FOUND, LIMIT
 from lampyris.model.moves import Moves
+from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.planning.spacetime.prediction import Forbidden
 from lampyris.planning.spacetime.search import TimedSearchResult
-from lampyris.typing import BoolGrid, Cell
+from lampyris.typing import BoolGrid, Cell, Cells
 
 MOST_BYTES = 1 << 28
 """Bytes of layers that are kept to read the path off."""
@@ -45,7 +46,8 @@ def earliest_meeting(
 
     Returns
     -------
-    ``cut`` where obstacles move beyond what was forecast. Of all ways to be there in time, one that waits at its end.
+    ``cut`` where obstacles move beyond what was forecast. Of all ways to be there in time the shortest path of the grid, if
+    it is one; otherwise any. Either waits at its end.
     """
     width = free.shape[1]
     bars: dict[int, _Bars] = {}
@@ -65,8 +67,14 @@ def earliest_meeting(
     while True:
         x, y = goals[min(t - tick, len(goals) - 1)]
         if now[y, x]:
-            cells, ticks = _backwards(layers, free, moves, (x, y), tick, bars)
-            return TimedSearchResult(FOUND, spent, False, cells, ticks)
+            left = None if budget is None else max(budget - spent, 0)
+            found = search_of(free, None, moves).find_path(start, (x, y), left)
+            walk = found.cells
+            if walk is not None and _in_time(walk, layers, width, tick, bars):
+                cells, ticks = walk, tick + np.arange(len(walk), dtype=np.int64)
+            else:
+                cells, ticks = _backwards(layers, free, moves, (x, y), tick, bars)
+            return TimedSearchResult(FOUND, spent + found.expansions, False, cells, ticks)
         checkpoint()
         if (budget is not None and spent > budget) or len(layers) * len(layers[0]) > MOST_BYTES:
             return TimedSearchResult(LIMIT, spent)
@@ -113,6 +121,24 @@ def _stepped(now: BoolGrid, free: BoolGrid, moves: Moves, bar: _Bars | None, wid
 def _span(d: int, size: int) -> slice:
     """The rows or columns that a shift by d fills."""
     return slice(max(d, 0), size + min(d, 0))
+
+
+def _in_time(
+    walk: Cells, layers: Sequence[np.ndarray], width: int, tick: int, bars: dict[int, _Bars]
+) -> bool:
+    """Whether a walk that begins at once, and then waits, ends in the last layer and obstacles let it pass."""
+    if len(walk) > len(layers):
+        return False
+    cells = (walk[:, 1].astype(np.int64) * width + walk[:, 0]).tolist()
+    cells += [cells[-1]] * (len(layers) - len(cells))
+    if any(not layer[cell >> 3] >> (7 - (cell & 7)) & 1 for cell, layer in zip(cells, layers, strict=True)):
+        return False
+    steps = np.diff(walk, axis=0).tolist()
+    return all(
+        (cells[k], dx, dy) not in bars[tick + k + 1].steps
+        for k, (dx, dy) in enumerate(steps)
+        if tick + k + 1 in bars
+    )
 
 
 def _backwards(

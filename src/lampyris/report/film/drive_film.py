@@ -12,6 +12,7 @@ from lampyris.model.drive import Drive
 from lampyris.report.data.gaps import with_footprint
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
+from lampyris.report.film.sight import SensorRange
 from lampyris.report.film.simulation_film import MAX_FRAMES, Shown, check, frame_ms, write_film
 from lampyris.report.film.sprites import Colour, blend
 from lampyris.report.style import OutFile, Rgb
@@ -22,8 +23,6 @@ FPS = 16.0
 _FLASHES = 1.0
 """Seconds of the film (not of the drive) that a ring around the robot is seen after an event."""
 
-_STILL = 1e-6
-"""Moves that are shorter than this are none, cells."""
 _FINE = 6
 """Pieces of the trail a frame: bends stay round and speeds even."""
 
@@ -87,10 +86,7 @@ class DriveRenderer:
             scene.grid, scene.goal, kinds, scale, own_goal=senses, unseen=senses, outlined=with_footprint(drive),
             planner=drive.planner, via=drive.via,
         )  # fmt: skip
-        self._moves = np.zeros((0, 2))
-        if drive.sensor is not None:
-            times = np.arange(0.0, drive.duration + drive.period, drive.period)
-            self._moves = np.diff(drive.at(times)[0], axis=0)
+        self._range = SensorRange(drive.sensor, scene.grid.resolution, sheet)
         looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -146,24 +142,23 @@ class DriveRenderer:
         if drive.seen is None:
             return
         self._sheet.shade(canvas, (drive.seen < 0) | (drive.seen > int(moment / drive.period + 1e-9)))
-        if drive.sensor is not None:
-            self._sheet.sight(canvas, drive.sensor, robot, self._ahead(moment))
+        self._range.draw(canvas, *robot, self._sight(moment) if self._range.turns else None)
         self._sheet.star(canvas, *drive.scene.goal)
 
-    def _ahead(self, moment: float) -> float | None:
-        """Direction of the next move, radians clockwise from the right; None: it has not moved yet."""
-        (moved,) = np.nonzero(np.abs(self._moves).sum(axis=1) > _STILL)
-        now = int(moment / self.drive.period + 1e-9)
-        if not moved.size or moved[0] >= now:
-            return None
-        x, y = self._moves[moved[min(int(np.searchsorted(moved, now)), len(moved) - 1)]].tolist()
-        return math.atan2(y, x)
+    def _sight(self, moment: float) -> float | None:
+        """Where the sensor looks, radians clockwise on the picture; None: in all directions, until the robot has moved."""
+        read = math.floor(moment / self.drive.period + 1e-9) * self.drive.period
+        (first, last), _ = self.drive.at(np.array([0.0, read]))
+        return -self._yaw(moment) if (first != last).any() else None
 
     def _footprint(self, moment: float) -> sprites.Sprite:
         """The robot's outline to scale, turned."""
         assert self._outline is not None
-        yaw = float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
-        return self._turned(self._outline, yaw, sprites.ROBOT)
+        return self._turned(self._outline, self._yaw(moment), sprites.ROBOT)
+
+    def _yaw(self, moment: float) -> float:
+        """Where the robot is headed, radians counterclockwise on the picture."""
+        return float(self.drive.poses(np.array([moment]))[0, 2]) - self.drive.scene.grid.origin[2]
 
     def _turned(self, outline: Points, yaw: float, colour: Colour) -> sprites.Sprite:
         """An outline to scale, with a heading in the frame of the cells."""

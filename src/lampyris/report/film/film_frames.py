@@ -13,6 +13,7 @@ from lampyris.model.edit import applied
 from lampyris.model.trace import Event, Trace
 from lampyris.report.film import sprites
 from lampyris.report.film.sheet import BAD, FLASH, GOOD, Sheet
+from lampyris.report.film.sight import SensorRange
 from lampyris.report.film.sprites import blend
 from lampyris.report.style import Rgb
 from lampyris.typing import FloatGrid
@@ -65,6 +66,7 @@ class TraceRenderer:
             planner=trace.planner,
             via=trace.via,
         )
+        self._range = SensorRange(trace.sensor, scene.grid.resolution, sheet)
         looks = [sheet.look(b.kind) for b in trace.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -136,21 +138,17 @@ class TraceRenderer:
         trace = self.trace
         if trace.seen is not None:
             self._sheet.shade(canvas, (trace.seen < 0) | (trace.seen > int(moment)))
-            if trace.sensor is not None:
-                self._sheet.sight(canvas, trace.sensor, robot, self._ahead(int(moment)))
+            self._range.draw(canvas, *robot, self._heading(int(moment)) if self._range.turns else None)
         if trace.goal_track is not None:
             self._sheet.star(canvas, *_between(trace.goal_track, moment))
         elif trace.seen is not None:
             self._sheet.star(canvas, *trace.scene.goal)
 
-    def _ahead(self, tick: int) -> float | None:
-        """Direction of the last move up to a tick, radians clockwise from the right; None: none yet."""
-        moves = np.diff(self.trace.robot[: tick + 1], axis=0)
-        (moved,) = np.nonzero(moves.any(axis=1))
-        if not moved.size:
-            return None
-        x, y = moves[moved[-1]].tolist()
-        return math.atan2(y, x)
+    def _heading(self, tick: int) -> float | None:
+        """Direction of the robot's last move, as a sensor reads it; None before the first."""
+        moves = np.diff(self.trace.robot[: tick + 1].astype(np.int64), axis=0)
+        last = moves[moves.any(axis=1)][-1:].tolist()
+        return math.atan2(last[0][1], last[0][0]) if last else None
 
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""

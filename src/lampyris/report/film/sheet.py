@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from lampyris.model.grid import Grid
-from lampyris.model.settings.sensor import FULL_TURN, Sensor
 from lampyris.report.film import sprites
 from lampyris.report.film.sprites import Colour, Sprite, blend
 from lampyris.report.pictures.raster import draw_map
@@ -161,23 +160,6 @@ class Sheet:
         x = np.minimum(((np.arange(box.shape[1]) + 0.5) / self.scale).astype(np.int64), self.grid.width - 1)
         under = cells[np.ix_(y, x)]
         box[under] = (0.35 * box[under] + 0.65 * np.array(_UNSEEN)).astype(np.uint8)
-
-    def sight(self, canvas: Rgb, sensor: Sensor, robot: tuple[float, float], ahead: float | None) -> None:
-        """Draw the rim of what a sensor sees: a circle, or a sector.
-
-        Parameters
-        ----------
-        robot : pixels.
-        ahead : where it looks, radians clockwise from the right; None: all around, as before the first move.
-        """
-        pixels = round(sensor.range_m / self.grid.resolution * self.scale)
-        if pixels >= 2 * self.width:
-            return
-        if ahead is None or sensor.field_of_view >= FULL_TURN:
-            rim = sprites.ring(pixels, 1, sprites.ROBOT, 0.0)
-        else:
-            rim = sprites.sector(pixels, sensor.field_of_view, round(ahead, 3), sprites.ROBOT)
-        blend(canvas, rim, *robot)
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Pixel of a place in cells."""

@@ -73,9 +73,9 @@ def film(
 
     Walls are dark, and those that come or go do so at their tick; the path driven stays behind as a line
     coloured by speed; obstacles differ by kind in shape, colour and letter; a ring flashes around the robot
-    when it waits (grey) or replans (violet). What a robot with a sensor has not seen is shaded, and a circle or a sector
-    shows what it can see; a goal that moves is drawn where it is. Below stand the tick, the speed and what binds it, and
-    in the end the outcome. The same trace gives the same bytes.
+    when it waits (grey) or replans (violet). What a robot with a sensor has not seen is shaded, and a circle shows its
+    range, or a sector its field of view; a goal that moves is drawn where it is. Below stand the tick, the speed and what
+    binds it, and in the end the outcome. The same trace gives the same bytes.
 
     Parameters
     ----------

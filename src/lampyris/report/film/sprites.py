@@ -110,28 +110,6 @@ def ring(radius: int, width: int, colour: Colour, inside: float) -> Sprite:
     return Sprite(np.broadcast_to(np.array(colour, dtype=np.uint8), (n, n, 3)), alpha)
 
 
-@lru_cache(maxsize=256)
-def sector(radius: int, angle: float, middle: float, colour: Colour) -> Sprite:
-    """The rim of a sector, a pixel wide; its tip in the middle of the sprite.
-
-    Parameters
-    ----------
-    radius : pixels.
-    angle : between its sides, radians.
-    middle : direction of its middle, radians clockwise from the right.
-    """
-    n = 2 * radius + 3
-    y, x = np.indices((n, n)) - (n - 1) / 2
-    turn = np.abs((np.arctan2(y, x) - middle + math.pi) % math.tau - math.pi)
-    away = np.where(turn <= angle / 2, np.abs(np.hypot(x, y) - radius), np.inf)
-    for side in (middle - angle / 2, middle + angle / 2):
-        cos, sin = math.cos(side), math.sin(side)
-        along = np.clip(x * cos + y * sin, 0.0, radius)
-        away = np.minimum(away, np.hypot(x - along * cos, y - along * sin))
-    line = np.clip(1.0 - away, 0.0, 1.0)
-    return Sprite(np.broadcast_to(np.array(colour, dtype=np.uint8), (n, n, 3)), line)
-
-
 def _fill(draw: Any, shape: str, side: int, inset: int, fill: tuple[int, ...]) -> None:
     mid, r = side / 2, side / 2 - inset
     if shape == "circle":

@@ -219,6 +219,8 @@ def _subtitle(plan: Plan) -> str:
         parts = [f"{poses.length_m:.4g} m", f"{poses.reversals} reversals", f"bound {poses.bound:.3g}"]
     if plan.optimal_cost is not None and plan.gap is not None:
         parts += [f"optimal {plan.optimal_cost:.6g}", f"gap {plan.gap:.1%}"]
+    if plan.any_angle_length is not None and plan.map_model is None:
+        parts = [f"lines {plan.any_angle_length:.6g} cells", "cell by cell: " + ", ".join(parts)]
     parts.append(f"{plan.iterations} iteration" + ("s" if plan.iterations != 1 else ""))
     parts.append(f"{plan.expansions} expansions")
     if plan.map_model is not None:
