@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import re
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -95,20 +97,29 @@ def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
 def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alone() -> None:
     asked: list[str] = []
 
-    def measure(self: str, kind: str) -> int:
+    def measure(self: Any, kind: str) -> int:
         asked.append(kind)
         return len(kind)
 
-    quick, made = shortcuts._sizes(measure), []
+    class Context:
+        """numba's, of which each function that is compiled has a copy; all have one target."""
+
+        def codegen(self) -> str:
+            return "here"
+
+    quick, made, copies = shortcuts._sizes(measure), [], [Context() for _ in range(3)]
+    kept = [weakref.ref(copy) for copy in copies]
     wrap = shortcuts._unless_ours(made.append)
     for _ in range(2):
-        assert quick("here", "i64") == 3
+        assert quick(copies[0], "i64") == 3
         wrap("one")
     assert len(asked) == len(made) == 2
     with shortcuts.shortcuts():
-        for _ in range(3):
-            assert quick("here", "i64") == 3
-            assert quick("here", "double") == 6
+        while copies:
+            assert quick(copies[-1], "i64") == 3
+            assert quick(copies.pop(), "double") == 6
             wrap("two")
     assert asked == ["i64", "i64", "i64", "double"]
     assert made == ["one", "one"]
+    gc.collect()
+    assert [ref() for ref in kept] == [None] * 3

@@ -78,13 +78,14 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
-    """The size of a type, asked for once."""
+    """The size of a type of LLVM's, asked for once for each target: numba copies its context for each function that it compiles,
+    and what is kept here must not keep all the copies."""
     known: dict[tuple[Any, str], int] = {}
 
     def get_abi_sizeof(self: Any, kind: Any) -> int:
         if not _ours.depth:
             return measure(self, kind)
-        key = (self, str(kind))
+        key = (self.codegen(), str(kind))
         if key not in known:
             known[key] = measure(self, kind)
         return known[key]
