@@ -107,6 +107,9 @@ def test_a_track_that_ends_late_does_not_hide_one_that_goes_round(planner, loop:
     bodies = [(place(one.track, one.period), ONE) for one in seen]
     want = earliest(free, EIGHT, False, (0, 1), (6, 1), bodies, until=500)
     judge(asked(planner, free, "octile", (0, 1), (6, 1), seen), want, free, False, bodies)
+    scene = Scene(Grid(~np.array(free)), (0, 1), (6, 1))
+    change = Change(robot=(0, 1), obstacle_tracks=tuple(seen), goal_track=((6, 1),))
+    judge(planner.open(scene, RNG).plan(change), want, free, False, bodies)
 
 
 @pytest.mark.parametrize("forecast", ["velocity", "still", "reach"])
