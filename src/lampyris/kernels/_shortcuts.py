@@ -1,12 +1,13 @@
-"""Less work for numba's compiler, with the same machine code: what it looks up many times, and what no kernel needs.
+"""Faster compiling by numba, with the same machine code: repeated look-ups are cached, results that no kernel uses left out.
 
-A kernel is compiled once on a machine, and the first run waits for it. A sixth of that time numba spends on which
-implementation of ``+`` or ``a[i]`` takes which types, again for each place in the source and each round of its inference;
-another twentieth on which variables live at the entry of each block, after each of its passes, which only generators and
-code that falls back on objects ask for. It asks LLVM for the size of the same few types for each access of an array, and
-makes functions that C could call around its own implementations, which nobody calls.
+A kernel is compiled once on a machine, and the first run waits for it. Numba spends a sixth of that time on finding the
+implementation of ``+`` or ``a[i]`` for given types, again for each place in the source and each round of type inference.
+Another twentieth it spends, after each pass, on finding the variables that are live at the entry of each block; only
+generators and object mode use them. It asks LLVM for the size of the same few types at each access of an array, and wraps
+its own implementations in functions for callers in C, which do not exist.
 
-All this holds within :func:`shortcuts` alone, in the thread that is in it: what else a program compiles goes its usual way.
+All this applies within :func:`shortcuts` alone, in the thread that is in it. Other code that a program compiles is compiled as
+always.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _ours = _Ours()
 
 @contextmanager
 def shortcuts() -> Iterator[None]:
-    """Compile with less work, in this thread, meanwhile."""
+    """Use the shortcuts for what this thread compiles inside."""
     _install()
     _ours.depth += 1
     try:
@@ -60,7 +61,7 @@ def _install() -> None:
 
 
 def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
-    """The resolution of a function of numba's own for types of arguments, each once."""
+    """Resolve each function of numba's own for given types of arguments once."""
     known: dict[tuple[Any, ...], Any] = {}
 
     def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
