@@ -46,6 +46,7 @@ def shortcuts() -> Iterator[None]:
 
 @cache
 def _install() -> None:
+    """Put the shortcuts in place, where this version of numba has what they rely on."""
     from numba.core import base, lowering, postproc, transforms, types
 
     shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
@@ -56,23 +57,32 @@ def _install() -> None:
     )
     for owner, name, wrap in shorter:
         whole = getattr(owner, name, None)  # another version of numba may have another
-        if whole is not None and (name != "run" or whole.__code__.co_names == RUN):
-            setattr(owner, name, wrap(whole))
+        if whole is None or (name == "run" and whole.__code__.co_names != RUN):
+            continue
+        if name == "get_call_type" and "_impl_keys" not in whole.__code__.co_names:
+            continue
+        setattr(owner, name, wrap(whole))
 
 
 def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
-    """Resolve each function of numba's own for given types of arguments once."""
-    known: dict[tuple[Any, ...], Any] = {}
+    """Resolve each function of numba's own for given types of arguments once.
+
+    Numba notes with the function which implementation the last caller got, and takes that when it makes machine code: where
+    a user's function was compiled meanwhile with ``fastmath``, that is one with ``fastmath``. So ours is noted again.
+    """
+    known: dict[tuple[Any, ...], tuple[Any, Any]] = {}
 
     def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
         if kws or not _ours.depth:
             return resolve(self, context, args, kws)
         key = (self, context, tuple(args))
-        found = known.get(key)
-        if found is None:
-            found = resolve(self, context, args, kws)
-            if found is not None:
-                known[key] = found
+        if key in known:
+            found, implementation = known[key]
+            self._impl_keys[found.args] = implementation
+            return found
+        found = resolve(self, context, args, kws)
+        if found is not None:
+            known[key] = found, self._impl_keys[found.args]
         return found
 
     return get_call_type

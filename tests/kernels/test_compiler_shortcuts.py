@@ -6,6 +6,8 @@ import gc
 import re
 import weakref
 from collections.abc import Callable
+from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -50,8 +52,24 @@ def test_the_machine_code_is_the_same_with_and_without_shortcuts() -> None:
     assert plain.count("\n") > 20
 
 
+def test_implementations_of_others_are_not_taken() -> None:
+    """Kernels that were compiled after a user's function with ``fastmath`` once had its ``max``."""
+
+    def greater(a: float, b: float) -> float:
+        return max(a, b)
+
+    made = []
+    for others in (False, True, False):
+        with nullcontext() if others else shortcuts.shortcuts():
+            made.append(
+                numba.njit(fastmath=True)(greater) if others else numba.njit(**_machine.LEAN)(greater)
+            )
+            made[-1](1.0, 2.0)
+    assert ["fcmp fast" in "".join(one.inspect_llvm().values()) for one in made] == [False, True, False]
+
+
 @pytest.mark.nightly
-def test_what_others_compile_goes_its_usual_way() -> None:
+def test_what_others_compile_is_compiled_as_always() -> None:
     """Code that falls back on objects needs what a kernel does without: the variables at the entry of each block."""
     with shortcuts.shortcuts():
         compiled(small)
@@ -62,35 +80,54 @@ def test_what_others_compile_goes_its_usual_way() -> None:
 def test_a_resolution_is_remembered_within_shortcuts_alone() -> None:
     asked = []
 
-    def resolve(self: str, context: str, args: Any, kws: Any) -> str | None:
-        asked.append((self, context, tuple(args), kws))
-        return None if "none" in args else f"{self}({', '.join(args)})"
+    class Function:
+        """numba's, of which each says what implements it for which types."""
 
-    quick = shortcuts._remembered(resolve)
+        def __init__(self, name: str) -> None:
+            self.name = name
+            self._impl_keys: dict[Any, str] = {}
+
+    def resolve(self: Function, context: str, args: Any, kws: Any) -> Any:
+        asked.append((self.name, context, tuple(args), kws))
+        if "none" in args:
+            return None
+        self._impl_keys[tuple(args)] = f"{self.name}({', '.join(args)})"
+        return SimpleNamespace(args=tuple(args))
+
+    resolved = shortcuts._remembered(resolve)
+
+    def quick(of: Function, context: str, args: list[str], kws: Any) -> str | None:
+        found = resolved(of, context, args, kws)
+        return None if found is None else of._impl_keys[found.args]
+
+    add, less = Function("add"), Function("sub")
     for _ in range(2):
-        assert quick("add", "here", ["int64"], {}) == "add(int64)"
+        assert quick(add, "here", ["int64"], {}) == "add(int64)"
     assert len(asked) == 2
     shortcuts._install()
     with shortcuts.shortcuts():
         for _ in range(3):
-            assert quick("add", "here", ["int64"], {}) == "add(int64)"
-            assert quick("add", "here", ["int32"], {}) == "add(int32)"
-            assert quick("sub", "here", ["int32"], {}) == "sub(int32)"
-            assert quick("add", "there", ["int32"], {}) == "add(int32)"
+            assert quick(add, "here", ["int64"], {}) == "add(int64)"
+            assert quick(add, "here", ["int32"], {}) == "add(int32)"
+            assert quick(less, "here", ["int32"], {}) == "sub(int32)"
+            assert quick(add, "there", ["int32"], {}) == "add(int32)"
+            add._impl_keys[("int64",)] = "another's"
         assert len(asked) == 6
         for _ in range(2):
-            assert quick("add", "here", ["int64"], {"a": "int8"}) == "add(int64)"
-            assert quick("add", "here", ["none"], {}) is None
+            assert quick(add, "here", ["int64"], {"a": "int8"}) == "add(int64)"
+            assert quick(add, "here", ["none"], {}) is None
         assert len(asked) == 10
-    assert quick("add", "here", ["int64"], {}) == "add(int64)"
+    assert quick(add, "here", ["int64"], {}) == "add(int64)"
     assert len(asked) == 11
 
 
 def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
     """Where numba's own has changed, it runs as it is; then this is to be looked at."""
     from numba.core.postproc import PostProcessor
+    from numba.core.types import Function
 
     shortcuts._install()
+    assert Function.get_call_type.__module__ == shortcuts.__name__
     assert PostProcessor.run.__module__ == shortcuts.__name__
 
 
