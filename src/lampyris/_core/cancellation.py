@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 PAUSE_LOOK = 0.005
-"""Seconds between two looks of the timer while a limit is paused."""
+"""Seconds between two checks of the timer while a limit is paused."""
 
 
 class Cancelled(BaseException):
