@@ -21,8 +21,8 @@ processes run), every planner on cells with its own settings, each call a proces
 one after the other. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file. "First" is the first run on
 a machine, one run: no machine code of kernels is kept. "Again" is the middle of three later runs, which find what that
 first run kept. Byte code of Python is kept in both. "Imports of NumPy" is how many times as long as `python -c "import numpy"`,
-which is started after each planner, as `python -c "import numba"` is. What limits a planner that takes longer is what its
-answer says: the time of planning alone, and of loading and compiling machine code, both of the processor."""
+which is started after each planner, as `python -c "import numba"` is. Each answer says how much of it is
+planning, and how much loading and compiling machine code, both in processor time."""
 
 SIZES = (50, 512)
 BY_PROCESSOR = f"import time; time.perf_counter = time.process_time; {PLAIN}"

@@ -242,20 +242,10 @@ def _by_price(claim: str, figures: Figures) -> str:
 def _of_the_path(claim: str, figures: Figures) -> str:
     """pad compared with lattice by map: what the motions of its own path are of lattice's expansions."""
     task, weight = re.findall(r"^(.*?): expansions of pad at weight ([0-9.]+)", claim)[0]
-    share, needed, each = (
-        figures.get(f"{task}, weight {weight}, {what}") for what in (EXPANDED, NEEDED, PER_MOTION)
-    )
-    proof = figures.get(f"{task}, weight {weight}, {IN_PLANNING}")
-    if not (share and needed and each and proof):
-        return ""
-    if each.ours.middle > MOST_A_MOTION:
-        most = float(claim.split("at most ")[1].split(" ")[0])
-        return (
-            f"tracking: the planning phases prove the bound, with {proof.ours.middle:.2f} of lattice's expansions in the median "
-            f"of the maps; the rest are poses in the tunnel, where a path that the car can drive, no longer than the bound "
-            f"allows, is searched as `lattice` does. Restated: the planning phases alone at most {most:g}: "
-            f"{proof.ours.middle:.2f}, {_word(proof.ours.middle <= most)}"
-        )
+    needed, each = (figures.get(f"{task}, weight {weight}, {what}") for what in (NEEDED, PER_MOTION))
+    most = float(claim.split("at most ")[1].split(" ")[0])
+    if not (needed and each) or needed.ours.middle <= most:
+        return ""  # its path alone would let the claim hold
     return (
         f"the path itself: a search that comes to a path state by state expands each motion of it, and `lattice` is not far "
         f"from that. The motions of pad's path alone are {needed.ours.middle:.2f} of what lattice expands in the median of "
@@ -285,40 +275,26 @@ def _path_alone(claim: str, figures: Figures) -> str:
 
 
 def _first(claim: str, figures: Figures) -> str:
-    """First calls of planners: what their answers say of planning and of machine code."""
-    found = re.search(
-        r"`lampyris plan` on (\d+) x \d+, (later runs|the first run[a-z ]*), under ([0-9.]+) s", claim
-    )
+    """First runs on a machine: what their answers say of planning and of machine code.
+
+    Of later runs nothing: that planning takes longer than is claimed does not forbid the claim.
+    """
+    found = re.search(r"`lampyris plan` on (\d+) x \d+, the first run[a-z ]*, under ([0-9.]+) s", claim)
     over = re.findall(r"([a-z0-9-]+) \((\d[0-9.]*) s\)", claim)
     if not found or not over:
         return ""
-    size, which, most = found[1], "again" if found[2] == "later runs" else "first", float(found[3])
-    parts = []
+    size, parts = found[1], []
     for who, took in over:
         planning, loading = (
-            figures.get(f"plan, {who}, {size} x {size}, {which}, {what}") for what in (PLANNING, LOADING)
+            figures.get(f"plan, {who}, {size} x {size}, first, {what}") for what in (PLANNING, LOADING)
         )
-        if not planning or not loading:
-            return ""
-        parts.append((who, float(took), planning.ours.middle, loading.ours.middle))
-    rest = [took - planning - loading for _, took, planning, loading in parts]
-    if min(rest) < 0:
-        return ""
-    if which == "again":
-        each = ", ".join(f"{who} {planning:.2f}" for who, _, planning, _ in parts)
-        without = [took - planning for _, took, planning, _ in parts]
-        return (
-            f"planning: the search by itself, each with its own number of samples, rounds or corners, takes {each} s; "
-            f"importing numba and loading machine code {_ends([one[3] for one in parts])} s; starting, reading, judging and "
-            f"printing {_ends(rest)} s. Restated: apart from its planning each is under {most:g} s: {_ends(without)}, "
-            f"{_word(max(without) < most)}"
-        )
-    each = ", ".join(f"{who} {loading:.2f}" for who, _, _, loading in parts)
-    without = [took - loading for _, took, _, loading in parts]
+        if not planning or not loading or float(took) - loading.ours.middle >= float(found[2]):
+            return ""  # not measured, or too slow without compiling, too
+        parts.append((who, planning.ours.middle, loading.ours.middle))
+    each = ", ".join(f"{who} {loading:.2f}" for who, _, loading in parts)
     return (
         f"compiling: importing numba and making machine code takes {each} s, once for a machine (`lampyris warm` does it "
-        f"beforehand); planning {_ends([one[2] for one in parts])} s. Restated: apart from that each is under {most:g} s: "
-        f"{_ends(without)}, {_word(max(without) < most)}"
+        f"beforehand); planning {_ends([planning for _, planning, _ in parts])} s"
     )
 
 
@@ -377,23 +353,21 @@ def _samples(claim: str, figures: Figures) -> str:
 
 
 def _as_long(claim: str, figures: Figures) -> str:
-    """Lengths compared with AORRTC's: the same in as much time as it has."""
+    """Lengths compared with AORRTC's: the same in as much time as it has; nothing where that does not suffice."""
     long = [f for f in figures.values() if "length of" in f.task and f.task.endswith("1.3 s") and f.ratio]
     short = [f for f in figures.values() if f.asked == 1.0 and f.ratio and f"{f.task} (" in claim]
-    if not long or not short:
+    enough = {f.task.removesuffix("1.3 s") for f in long if f.ratio and f.ratio >= 1.0}
+    if not short or not all(f.task.removesuffix("50 ms") in enough for f in short):
         return ""
     ratios, missed = [f.ratio or 0.0 for f in long], [100 * (1 / (f.ratio or 1.0) - 1) for f in short]
     return (
         f"time: ours has 50 ms, AORRTC 1.3 s, and its paths are {_ends(missed)} % shorter on these. Restated: "
-        f"in 1.3 s ours are at most {100 * (LONGER - 1):.0f} % longer: {_ends([1 / r for r in ratios], '.3f')} times AORRTC's, "
-        f"{_word(min(ratios) >= 1 / LONGER)}"
+        f"in 1.3 s ours are no longer: {_ends([1 / r for r in ratios], '.3f')} times AORRTC's, {_word(min(ratios) >= 1.0)}"
     )
 
 
 TIMES_ON_EACH = 2.0
 """Times as quick as OMPL's RRTConnect that is claimed of each map; ten times in the median is a claim of its own."""
-LONGER = 1.01
-"""Times AORRTC's length, in as much time."""
 WAITS = {"four-connected": 1, "dissertation": 2, "octile": 2, "sixteen-connected": 3}
 """Prices of a step, by moves."""
 MOST_A_MOTION = 4.0

@@ -530,7 +530,8 @@ def one(middle: float) -> Any:
     return Spread(middle, middle, middle, 1)
 
 
-def test_first_calls_are_limited_by_planning_and_by_machine_code() -> None:
+def test_first_runs_are_limited_by_machine_code_and_later_runs_by_nothing() -> None:
+    """That a planner's own search takes long forbids no claim."""
     from benchmarks.figures import Figure
     from benchmarks.limits import LOADING, PLANNING, limit_of
 
@@ -545,15 +546,13 @@ def test_first_calls_are_limited_by_planning_and_by_machine_code() -> None:
     ]
     record = section(*figures, name="first").record()
     again = "`lampyris plan` on 50 x 50, later runs, under 0.25 s: 30 of 31 planners; short of it: bit-star (0.42 s)"
-    limit = limit_of(record, again)
-    assert "takes bit-star 0.25 s" in limit
-    assert "apart from its planning each is under 0.25 s: 0.17, holds" in limit
+    assert limit_of(record, again) == ""
     first = "`lampyris plan` on 50 x 50, the first run on a machine, under 2 s: 30 of 31 planners; "
     limit = limit_of(record, f"{first}short of it: bit-star (3.08 s)")
     assert "machine code takes bit-star 2.50 s" in limit
-    assert "apart from that each is under 2 s: 0.58, holds" in limit
-    assert "does not hold either" in limit_of(record, f"{first}short of it: bit-star (4.60 s)")
-    assert limit_of(record, again.replace("bit-star", "sipp")) == ""
+    assert "planning 0.30 s" in limit
+    assert limit_of(record, f"{first}short of it: bit-star (4.60 s)") == ""
+    assert limit_of(record, f"{first}short of it: sipp (3.08 s)") == ""
 
 
 def test_what_an_answer_says_of_its_time_is_read() -> None:
@@ -580,7 +579,11 @@ def test_pad_is_limited_by_the_motions_of_its_path() -> None:
     assert "1.2 in the median of the maps, holds" in limit
     figures[2] = Figure(f"{task}, weight 1.6, {PER_MOTION}", "share", one(40.0))
     limit = limit_of(section(*figures, name="pose_maps").record(), claim)
-    assert "the planning phases alone at most 0.2: 0.10, holds" in limit
+    assert "40.0 in the median of the maps, does not hold either" in limit
+    figures[1] = Figure(f"{task}, weight 1.6, {NEEDED}", "share", one(0.05))
+    assert (
+        limit_of(section(*figures, name="pose_maps").record(), claim) == ""
+    )  # the path is not what takes long
     note = "the motions of the path alone: 3.28 times fewer"
     alone = (
         figure(2.8, 1.0, more_is_better=True, asked=5.0, task=f"{task}, weight 1.6", note=note),
@@ -641,12 +644,16 @@ def test_lengths_are_compared_within_the_same_time() -> None:
     short = figure(
         101.0, 100.0, task="arena2, length of bit-star, seeded, 50 ms", rival="OMPL AORRTC", asked=1.0
     )
-    longer = figure(100.5, 100.0, task="arena2, length of bit-star, seeded, 1.3 s", rival="OMPL AORRTC")
+    longer = figure(99.5, 100.0, task="arena2, length of bit-star, seeded, 1.3 s", rival="OMPL AORRTC")
     claim = "Length compared with AORRTC's in 1.3 s: at least 1 times as good: 0.99; short of it: "
     claim += "arena2, length of bit-star, seeded, 50 ms (0.99)"
     limit = limit_of(section(short, longer, name="sampling").record(), claim)
     assert "its paths are 1.00 % shorter on these" in limit
-    assert "1.005 times AORRTC's, holds" in limit
+    assert "0.995 times AORRTC's, holds" in limit
+    still = figure(100.5, 100.0, task="arena2, length of bit-star, seeded, 1.3 s", rival="OMPL AORRTC")
+    assert (
+        limit_of(section(short, still, name="sampling").record(), claim) == ""
+    )  # time is not what is missing
 
 
 def test_fields_in_new_memory_and_in_more_lists() -> None:

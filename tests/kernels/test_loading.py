@@ -117,6 +117,36 @@ def test_limits_do_not_count_compiling(clock: Clock, monkeypatch: pytest.MonkeyP
         assert outer.is_over
 
 
+def test_a_thread_that_looks_while_a_pause_ends_finds_no_limit_passed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Workers of a call share its limit; the pause was once over before the deadline was later."""
+
+    seen: list[bool] = []
+
+    class Looking(Clock):
+        """Another thread looks at the limit when the clock is first read."""
+
+        def perf_counter(self) -> float:
+            if not seen:
+                seen.append(True)
+                seen[0] = scope.is_over
+            return self.now
+
+    clock, looking = Clock(), Looking()
+    monkeypatch.setattr(cancellation, "time", clock)
+    scope = cancellation.CancelScope(RUNNING, None, None)
+    scope.pause()
+    looking.now = COMPILING
+    monkeypatch.setattr(cancellation, "time", looking)
+    scope.resume()
+    assert seen == [False]
+    looking.now += RUNNING / 2
+    assert not scope.is_over
+    looking.now += RUNNING
+    assert scope.is_over
+
+
 def test_the_timer_of_a_limit_waits_while_code_is_loaded() -> None:
     scope = cancellation.CancelScope(1e-4, None, None)
     word = scope.word

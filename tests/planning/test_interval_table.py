@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lampyris.kernels.spacetime.timed_search import NEVER, clean
 from lampyris.model.change import ObstacleTrack
 from lampyris.model.moves import MOVES
 from lampyris.planning.field.footprint import footprint
@@ -12,6 +13,7 @@ from lampyris.planning.spacetime import interval_table
 from lampyris.planning.spacetime.interval_table import MOST_TICK, IntervalTable
 from lampyris.planning.spacetime.prediction import Forecaster
 from lampyris.planning.spacetime.search import TimedSearch, Timetable
+from lampyris.planning.spacetime.search_room import ROOM, StateRoom
 from lampyris.typing import BoolGrid, Cell
 
 OWN = ((0, 0),)
@@ -170,6 +172,42 @@ def test_waste_is_laid_out_again(monkeypatch: pytest.MonkeyPatch) -> None:
         )
         assert said(found, 49, tick + 1, 70) == said(search.again().timetable(anew), 49, tick + 1, 70)
         assert len(found.begin) <= 3 * 70 + 50
+
+
+@pytest.mark.parametrize(("budget", "goal"), [(None, (19, 19)), (25, (19, 19)), (None, (3, 0))])
+def test_a_search_leaves_its_room_clean(budget: int | None, goal: Cell) -> None:
+    """Found, stopped by its budget, or in vain; cleaning has the price of what was searched, not of all there is room for."""
+    free = np.ones((20, 20), dtype=np.bool_)
+    search = TimedSearch(free, MOVES["octile"], goal, None)
+    seen = [ObstacleTrack(0, ((3, 0),), 0, 1)]
+    forbidden = Forecaster(free, OWN, guess="velocity", growth=0.0).forbidden(seen, 0, 2, 0)
+    search.by_intervals(search.timetable(forbidden), (0, 0), 0, budget)
+    room = ROOM.kept
+    assert room is not None
+    assert (room.arrive.min(), room.arrive.max()) == (NEVER, NEVER)
+    assert (room.done.max(), room.place.max(), room.heap[0]) == (0, 0, 0)
+    large = StateRoom.of(1 << 18)
+    assert clean.price((large.arrive, large.done, large.heap, large.place, 9)) < 1_000_000
+
+
+def test_arrays_clean_as_the_loops_do() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        room = StateRoom.of(40)
+        waiting, expanded = rng.integers(0, 20, 2).tolist()
+        states = rng.permutation(40)
+        room.heap[1 : waiting + 1], room.heap[0] = states[:waiting], waiting
+        room.heap[41 - expanded :] = states[waiting : waiting + expanded]
+        touched = states[: waiting + expanded]
+        room.arrive[touched], room.done[states[waiting : waiting + expanded]] = 7, 1
+        room.place[states[:waiting]] = np.arange(1, waiting + 1)
+        given = [np.array(part) for part in (room.arrive, room.done, room.heap, room.place)]
+        loops = [part.tolist() for part in given]
+        clean.linked()(*loops, expanded)
+        assert clean.arrays is not None
+        clean.arrays(*given, expanded)
+        assert [part.tolist() for part in given] == loops
+        assert set(loops[0]) == {NEVER}
 
 
 def test_ticks_that_are_too_late_are_laid_out_each_time() -> None:

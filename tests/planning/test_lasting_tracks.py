@@ -29,7 +29,7 @@ def walk(free: BoolGrid, length: int) -> tuple[Cell, ...]:
 def rows(found: Forbidden) -> tuple[object, ...]:
     """All that is forbidden, in one order."""
     sets = (sorted(map(tuple, part.tolist())) for part in (found.at, found.steps, found.forever))
-    return (*sets, found.still, found.endless)
+    return (*sets, found.still, found.until)
 
 
 @pytest.mark.parametrize("size", [0.0, 0.8])
@@ -63,6 +63,17 @@ def test_tracks_are_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(calls) == 1
     kept.forbidden(ended[1:], 6, 2, 20)
     assert len(calls) == 2
+
+
+def test_tracks_that_begin_later_are_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They once were again at every tick before their first, and all safe intervals with them."""
+    free = np.ones((9, 9), dtype=np.bool_)
+    later = [ObstacleTrack(k, walk(free, 8), 4, 1, OWN) for k in range(4)]
+    kept, fresh = (Forecaster(free, OWN, guess="velocity", growth=0.0) for _ in range(2))
+    known = [kept.forecast(later, tick, 2, 20)[0][0] for tick in range(7)]
+    assert len({one.serial for one in known}) == 1
+    for tick in (0, 4, 6):
+        assert rows(kept.forbidden(later, tick, 2, 20)) == rows(fresh.forbidden(later, tick, 2, 20))
 
 
 def test_a_list_given_as_a_track_may_be_changed_in_place() -> None:

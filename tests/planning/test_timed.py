@@ -97,6 +97,40 @@ def test_somebody_on_the_goal_for_ever_is_told_from_walls() -> None:
     assert asked(Sipp(), free, "octile", (0, 0), (3, 2), []).status is Status.NO_PATH
 
 
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+@pytest.mark.parametrize("loop", [((6, 1), (5, 1), (4, 1), (5, 1)), ((6, 0), (6, 1), (5, 1), (5, 0))])
+def test_a_track_that_ends_late_does_not_hide_one_that_goes_round(planner, loop: tuple[Cell, ...]) -> None:
+    # The one that goes round was written out for 88 ticks; up to the end of the other, 401 ticks, nothing was said of it.
+    free = [[c == "." for c in row] for row in ("...##..", ".......", "#######")]
+    late = ((3, 1),) * 200 + ((2, 1),) + ((2, 0),) * 200
+    seen = [ObstacleTrack(0, late, 0, 1), ObstacleTrack(1, loop, 0, 4)]
+    bodies = [(place(one.track, one.period), ONE) for one in seen]
+    want = earliest(free, EIGHT, False, (0, 1), (6, 1), bodies, until=500)
+    judge(asked(planner, free, "octile", (0, 1), (6, 1), seen), want, free, False, bodies)
+    scene = Scene(Grid(~np.array(free)), (0, 1), (6, 1))
+    change = Change(robot=(0, 1), obstacle_tracks=tuple(seen), goal_track=((6, 1),))
+    judge(planner.open(scene, RNG).plan(change), want, free, False, bodies)
+
+
+@pytest.mark.parametrize("forecast", ["velocity", "still", "reach"])
+def test_one_that_was_seen_long_ago_is_passed_over(forecast: str) -> None:
+    scene = Scene(Grid(np.zeros((4, 9), dtype=bool)), (0, 2), (8, 2))
+    session = Sipp(forecast=forecast, horizon=2).open(scene, RNG)
+    lost = ObstacleTrack(0, ((4, 2), (4, 2)), 0, None)
+    plan = session.plan(Change(robot=(0, 2), tick=40, obstacle_tracks=(lost,)))
+    assert (plan.status, plan.schedule.tolist()[-1]) == (Status.FOUND, 48)
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_ticks_before_zero_are_like_others(planner) -> None:
+    """Obstacles were once left out until tick 0."""
+    free = [[c == "." for c in row] for row in ("##.##", ".....", "##.##")]
+    crossing = ObstacleTrack(0, ((2, 0), (2, 0), (2, 1), (2, 2)), -9, 1)
+    scene = Scene(Grid(~np.array(free)), (0, 1), (4, 1))
+    plan = planner.open(scene, RNG).plan(Change(robot=(0, 1), tick=-9, obstacle_tracks=(crossing,)))
+    assert by_tick(plan) == [(0, 1), (1, 1), (1, 1), (2, 1), (3, 1), (4, 1)]
+
+
 def test_both_searches_arrive_at_the_same_tick_among_many() -> None:
     rng = np.random.default_rng(8)
     for _ in range(6):

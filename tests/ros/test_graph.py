@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.nightly
+pytestmark = [pytest.mark.source, pytest.mark.nightly]
 
 
 def scenario(name: str, transport: str) -> dict[str, Any]:

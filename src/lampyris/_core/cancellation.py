@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 PAUSE_LOOK = 0.005
-"""Seconds between two looks of the timer while a limit is paused."""
+"""Seconds between two checks of the timer while a limit is paused."""
 
 
 class Cancelled(BaseException):
@@ -211,9 +211,11 @@ class CancelScope:
     def resume(self) -> None:
         """End a pause: the deadline is later by its length."""
         with self._lock:
-            self._pauses -= 1
-            if not self._pauses:
+            if self._pauses == 1:
                 self.deadline += max(time.perf_counter() - self._paused_at, 0.0)
+            self._pauses -= (
+                1  # last: other threads look at the pauses and then the deadline, without the lock
+            )
 
     def cancel(self) -> None:
         """Cancel the call."""

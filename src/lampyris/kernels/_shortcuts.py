@@ -1,12 +1,13 @@
-"""Less work for numba's compiler, with the same machine code: what it looks up many times, and what no kernel needs.
+"""Faster compiling by numba, with the same machine code: repeated look-ups are cached, results that no kernel uses left out.
 
-A kernel is compiled once on a machine, and the first run waits for it. A sixth of that time numba spends on which
-implementation of ``+`` or ``a[i]`` takes which types, again for each place in the source and each round of its inference;
-another twentieth on which variables live at the entry of each block, after each of its passes, which only generators and
-code that falls back on objects ask for. It asks LLVM for the size of the same few types for each access of an array, and
-makes functions that C could call around its own implementations, which nobody calls.
+A kernel is compiled once on a machine, and the first run waits for it. Numba spends a sixth of that time on finding the
+implementation of ``+`` or ``a[i]`` for given types, again for each place in the source and each round of type inference.
+Another twentieth it spends, after each pass, on finding the variables that are live at the entry of each block; only
+generators and object mode use them. It asks LLVM for the size of the same few types at each access of an array, and wraps
+its own implementations in functions for callers in C, which do not exist.
 
-All this holds within :func:`shortcuts` alone, in the thread that is in it: what else a program compiles goes its usual way.
+All this applies within :func:`shortcuts` alone, in the thread that is in it. Other code that a program compiles is compiled as
+always.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _ours = _Ours()
 
 @contextmanager
 def shortcuts() -> Iterator[None]:
-    """Compile with less work, in this thread, meanwhile."""
+    """Use the shortcuts for what this thread compiles inside."""
     _install()
     _ours.depth += 1
     try:
@@ -45,6 +46,7 @@ def shortcuts() -> Iterator[None]:
 
 @cache
 def _install() -> None:
+    """Put the shortcuts in place, where this version of numba has what they rely on."""
     from numba.core import base, lowering, postproc, transforms, types
 
     shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
@@ -55,36 +57,46 @@ def _install() -> None:
     )
     for owner, name, wrap in shorter:
         whole = getattr(owner, name, None)  # another version of numba may have another
-        if whole is not None and (name != "run" or whole.__code__.co_names == RUN):
-            setattr(owner, name, wrap(whole))
+        if whole is None or (name == "run" and whole.__code__.co_names != RUN):
+            continue
+        if name == "get_call_type" and "_impl_keys" not in whole.__code__.co_names:
+            continue
+        setattr(owner, name, wrap(whole))
 
 
 def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
-    """The resolution of a function of numba's own for types of arguments, each once."""
-    known: dict[tuple[Any, ...], Any] = {}
+    """Resolve each function of numba's own for given types of arguments once.
+
+    Numba notes with the function which implementation the last caller got, and takes that when it makes machine code: where
+    a user's function was compiled meanwhile with ``fastmath``, that is one with ``fastmath``. So ours is noted again.
+    """
+    known: dict[tuple[Any, ...], tuple[Any, Any]] = {}
 
     def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
         if kws or not _ours.depth:
             return resolve(self, context, args, kws)
         key = (self, context, tuple(args))
-        found = known.get(key)
-        if found is None:
-            found = resolve(self, context, args, kws)
-            if found is not None:
-                known[key] = found
+        if key in known:
+            found, implementation = known[key]
+            self._impl_keys[found.args] = implementation
+            return found
+        found = resolve(self, context, args, kws)
+        if found is not None:
+            known[key] = found, self._impl_keys[found.args]
         return found
 
     return get_call_type
 
 
 def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
-    """The size of a type, asked for once."""
+    """The size of a type of LLVM's, asked for once for each target: numba copies its context for each function that it compiles,
+    and what is kept here must not keep all the copies."""
     known: dict[tuple[Any, str], int] = {}
 
     def get_abi_sizeof(self: Any, kind: Any) -> int:
         if not _ours.depth:
             return measure(self, kind)
-        key = (self, str(kind))
+        key = (self.codegen(), str(kind))
         if key not in known:
             known[key] = measure(self, kind)
         return known[key]

@@ -54,9 +54,9 @@ def loading() -> Iterator[None]:
         yield
         return
     with cancellation.paused():
-        here.depth = 1
         wall, cpu = time.perf_counter(), thread_seconds()
         try:
+            here.depth = 1
             yield
         finally:
             here.depth = 0

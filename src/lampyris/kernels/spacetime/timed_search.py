@@ -19,7 +19,7 @@ is a consistent bound of the ticks that are left.
 from __future__ import annotations
 
 from lampyris.kernels._helpers import LOOK, STRETCH
-from lampyris.kernels._jit import kernel, stopped
+from lampyris.kernels._jit import PATH, kernel, stopped
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
@@ -187,7 +187,17 @@ def sipp(
     result[3] = cut
 
 
-@kernel(out=("arrive", "done", "heap", "place"))
+def _clean_at_once(arrive, done, heap, place, expansions):
+    """:func:`clean` by operations on whole arrays."""
+    waiting, expanded = heap[1 : heap[0] + 1], heap[len(heap) - expansions :]
+    arrive[waiting] = NEVER
+    place[waiting] = 0
+    arrive[expanded] = NEVER
+    done[expanded] = 0
+    heap[0] = 0
+
+
+@kernel(out=("arrive", "done", "heap", "place"), of=PATH, arrays=_clean_at_once)
 def clean(arrive, done, heap, place, expansions):
     """Make the room of :func:`sipp` as it was, state by state that the search has come upon; ``expansions``: how many it
     expanded."""

@@ -248,7 +248,7 @@ class _Laid:
         steps = np.concatenate((np.zeros((0, 4), dtype=np.int64), *self._steps))
         forever = np.concatenate((np.zeros((0, 2), dtype=np.int64), *self._forever))
         still = max((int(rows[:, 1].max()) for rows in (at, steps, forever) if len(rows)), default=0)
-        return Forbidden(at, steps, forever, still, endless=False)
+        return Forbidden(at, steps, forever, still)
 
 
 def _every_tick(cells: Cells, ticks: _Ints) -> Cells:

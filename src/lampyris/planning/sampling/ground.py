@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.cancellation import uninterrupted
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
 from lampyris.kernels.loading import loading
 from lampyris.kernels.sampling.buckets import BITS
@@ -119,7 +120,7 @@ class SamplingMap:
 
     def joined(self, a: int, b: int) -> bool:
         """Whether single steps through cells that are free now lead from one flat cell to another."""
-        with loading():  # its first import is no time of planning
+        with uninterrupted(), loading():  # its first import is not counted as planning
             from scipy import ndimage  # bits: labels, whole numbers
 
         free = self.board.free.reshape(self.rows, self.stride)

@@ -243,7 +243,8 @@ class SamplingSession(SessionBase):
     ) -> bool:
         """Let a search go on from the path of A*, pulled straight, where it finds a shorter one within the budget.
 
-        With a path already there, at most half of what is left of the budget is spent on it. Whether it did.
+        If there is a path already, at most half of what is left of the budget is spent on A*. Returns whether the search went
+        on from the path of A*.
         """
         if self._finder is None:
             self._finder = search_of(self._free, None, self._moves)

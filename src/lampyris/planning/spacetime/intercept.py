@@ -78,7 +78,7 @@ def earliest_meeting(
         checkpoint()
         if (budget is not None and spent > budget) or len(layers) * len(layers[0]) > MOST_BYTES:
             return TimedSearchResult(LIMIT, spent)
-        if given.endless and t >= given.still:
+        if t >= given.until:
             return TimedSearchResult(EXHAUSTED, spent, cut=True)
         t += 1
         while gone < len(forever) and forever[gone, 1] <= t:

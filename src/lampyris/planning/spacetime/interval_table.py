@@ -95,7 +95,7 @@ class IntervalTable:
         still = max([passing.still, *(one.still for one in lasting)])
         early = min([int(passing.at[:, 1].min(initial=0)), *(one.first for one in lasting)])
         if early < 0 or still >= MOST_TICK:
-            return self._search.timetable(joined(lasting, passing))
+            return self._search.timetable(joined(lasting, passing, early))
         self._slot[self._covered] = self._under
         self._covered, self._under = self._covered[:0], self._under[:0]
         serials = [one.serial for one in lasting]
@@ -120,8 +120,8 @@ class IntervalTable:
             self._owner[:made],
             self._barred[: slots + 1],
             self._ban[:bans],
-            NEVER if passing.endless else still,
-            still if passing.endless else NEVER,
+            still if passing.until == NEVER else NEVER,
+            passing.until,
         )
 
     def _lay(self, lasting: Sequence[Lasting]) -> None:

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
+from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.model.change import ObstacleTrack
 from lampyris.model.grid import frozen
 from lampyris.planning.field.footprint import reach_of
@@ -48,14 +49,15 @@ class Forbidden:
         an obstacle.
     forever : int64, (c, 2); cell and first tick from which an obstacle stays there forever.
     still : the last tick at which anything is forbidden that is not forever.
-    endless : whether an obstacle moves forever, so that what is beyond ``still`` was left out.
+    until : the tick to which all obstacles that move forever are written out, beyond which nothing is known of them; NEVER:
+        there are none.
     """
 
     at: _Ints
     steps: _Ints
     forever: _Ints
     still: int
-    endless: bool
+    until: int = NEVER
 
 
 @dataclass(slots=True)
@@ -63,7 +65,7 @@ class _Notes:
     at: list[_Ints] = field(default_factory=list)
     steps: list[_Ints] = field(default_factory=list)
     forever: list[_Ints] = field(default_factory=list)
-    endless: bool = False
+    until: int = NEVER
 
 
 _Alike: TypeAlias = tuple[tuple[Cell, ...], int, int, int | None]
@@ -104,7 +106,7 @@ class Lasting:
     def holds(self, tracks: list[tuple[Cell, ...]], tick: int) -> bool:
         """Whether it is of these very tracks, and begins early enough."""
         same = len(tracks) == len(self.tracks) and all(map(operator.is_, tracks, self.tracks))
-        return same and self.first <= min(tick, self.last)
+        return same and self._begins_by(tick)
 
     def became(self, tracks: list[tuple[Cell, ...]], tick: int, key: _Alike) -> bool:
         """Whether these tracks are the same ones, longer, and it begins early enough."""
@@ -115,9 +117,13 @@ class Lasting:
             or len(tracks) != len(self.tracks)
         ):
             return False
-        if self.first > min(tick, self.last):
+        if not self._begins_by(tick):
             return False
         return all(new[:length] == old for new, old in zip(tracks, self.tracks, strict=True))
+
+    def _begins_by(self, tick: int) -> bool:
+        """Whether it says all from a tick on: before their first tick tracks forbid nothing."""
+        return self.first <= min(max(tick, self.key[1]), self.last)
 
     def write(self, tick: int, notes: _Notes) -> None:
         """Note what is left of it from a tick on."""
@@ -129,7 +135,7 @@ class Lasting:
 
 def joined(lasting: Sequence[Lasting], passing: Forbidden, tick: int = 0) -> Forbidden:
     """Everything forbidden after a tick."""
-    notes = _Notes([passing.at], [passing.steps], [passing.forever], passing.endless)
+    notes = _Notes([passing.at], [passing.steps], [passing.forever], passing.until)
     for one in lasting:
         one.write(tick, notes)
     return _forbidden(notes, max(tick, passing.still))
@@ -139,7 +145,7 @@ def _forbidden(notes: _Notes, tick: int) -> Forbidden:
     """What is noted, after a tick."""
     at, steps, forever = _rows(notes.at, 2), _rows(notes.steps, 4), _rows(notes.forever, 2)
     still = max([tick, *(int(rows[:, 1].max()) for rows in (at, steps, forever) if len(rows))])
-    return Forbidden(at, steps, forever, still, notes.endless)
+    return Forbidden(at, steps, forever, still, notes.until)
 
 
 class Forecaster:
@@ -275,7 +281,8 @@ class Forecaster:
             if period is not None:
                 k = np.where(k >= length, length - period + (k - length) % period, k)
             self._drive(tracks[:, k], ticks, cells, notes, stands=period == 1)
-        notes.endless |= period is not None and period > 1
+        if period is not None and period > 1:
+            notes.until = min(notes.until, until)
 
     def _drive(
         self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, *, stands: bool
@@ -334,6 +341,8 @@ class Forecaster:
             places.append(places[-1] + hop)
         ticks = np.arange(last, last + horizon + 1, dtype=np.int64)
         keep = ticks >= tick
+        if not keep.any():  # it was seen so long ago that nothing is believed of it any more
+            return
         self._drive(np.stack(places, axis=1)[:, keep], ticks[keep], cells, notes, stands=False)
         if self._guess == "velocity" and self._growth > 0:
             for k in range(1, horizon + 1):

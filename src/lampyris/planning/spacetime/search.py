@@ -229,8 +229,8 @@ class TimedSearch:
             owner.astype(np.int32),
             barred.astype(np.int64),
             bans % span,
-            NEVER if given.endless else given.still,
-            given.still if given.endless else NEVER,
+            given.still if given.until == NEVER else NEVER,
+            given.until,
         )
 
     def no_slots(self) -> NDArray[np.int32]:

@@ -288,7 +288,8 @@ class TimedSession(SessionBase):
         self._watch(tracks)
         guessed = any(s.period is None for s in tracks)
         believed, spent = self._settings.horizon if guessed else 0, 0
-        unroll = min(len(goals) + 8 * sum(self._free.shape), MOST_UNROLLED)
+        most = self._most_unrolled(tracks) + len(goals)
+        unroll = min(len(goals) + 8 * sum(self._free.shape), most)
         while True:
             left = None if budget is None else max(budget - spent, 0)
             forbidden = self._forecaster.forbidden(
@@ -302,6 +303,9 @@ class TimedSession(SessionBase):
                 break
             if route.ending == LIMIT:
                 return self._failed(Status.LIMIT, spent)
+            if route.cut and unroll < most:
+                unroll = min(4 * unroll, most)
+                continue
             if believed == 0:
                 if tracks or closed:
                     why = "Never where the goal is: walls or moving obstacles are in the way at all times."
@@ -376,11 +380,7 @@ class TimedSession(SessionBase):
         search = self._search
         assert search is not None
         unrolled = 64 + 4 * search.steps_left(self._robot)
-        periods = math.lcm(*(s.period for s in tracks if s.period)) if tracks else 1
-        most = min(
-            int(np.count_nonzero(self._free)) * periods + max((len(s.track) for s in tracks), default=0),
-            MOST_UNROLLED,
-        )
+        most = self._most_unrolled(tracks)
         spent = 0
         while True:
             unroll = min(unrolled, most)
@@ -402,6 +402,12 @@ class TimedSession(SessionBase):
             if route.cells is not None or not route.cut or unrolled >= most or route.ending == LIMIT:
                 return table, replace(route, expansions=spent)
             unrolled *= 4
+
+    def _most_unrolled(self, tracks: list[ObstacleTrack]) -> int:
+        """For how many ticks tracks without end are written out at most."""
+        periods = math.lcm(*(s.period for s in tracks if s.period)) if tracks else 1
+        longest = max((len(s.track) for s in tracks), default=0)
+        return min(int(np.count_nonzero(self._free)) * periods + longest, MOST_UNROLLED)
 
     def _chosen(self, table: Timetable, found: TimedSearchResult, tick: int) -> TimedSearchResult:
         """The new path, or the one the robot is on if that is still good and the new one saves too little."""

@@ -1,0 +1,162 @@
+"""Shortcuts of the compiler: the same machine code, and nothing else in the process is affected."""
+
+from __future__ import annotations
+
+import gc
+import re
+import weakref
+from collections.abc import Callable
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.kernels import _machine
+from lampyris.kernels import _shortcuts as shortcuts
+
+numba = pytest.importorskip("numba")
+
+
+def small(cost: Any, limit: int) -> float:
+    total = 0.0
+    for k in range(len(cost)):
+        if cost[k] < limit:
+            total += cost[k] * 0.5
+            cost[k] = min(cost[k], k + 1)
+    return total
+
+
+def instructions(made: Any) -> str:
+    """The machine code of the only signature, without names that count what a process has compiled."""
+    (text,) = made.inspect_asm().values()
+    code = [line for line in text.splitlines() if re.match(r"\t[a-z]", line)]
+    return re.sub(r"\w*_ZN\w*|\w*numba\w*|\w*small\w*|\.\w+", "name", "\n".join(code))
+
+
+def compiled(plain: Callable[..., Any], **options: Any) -> Any:
+    made = numba.njit(**_machine.LEAN, **options)(plain)
+    cost = np.arange(6) * 3
+    assert made(cost, 7) == 4.5
+    assert cost.tolist() == [0, 2, 3, 9, 12, 15]
+    return made
+
+
+@pytest.mark.nightly
+def test_the_machine_code_is_the_same_with_and_without_shortcuts() -> None:
+    plain = instructions(compiled(small))
+    with shortcuts.shortcuts():
+        short = instructions(compiled(small))
+    assert short == plain
+    assert plain.count("\n") > 20
+
+
+def test_implementations_of_others_are_not_taken() -> None:
+    """Kernels that were compiled after a user's function with ``fastmath`` once had its ``max``."""
+
+    def greater(a: float, b: float) -> float:
+        return max(a, b)
+
+    made = []
+    for others in (False, True, False):
+        with nullcontext() if others else shortcuts.shortcuts():
+            made.append(
+                numba.njit(fastmath=True)(greater) if others else numba.njit(**_machine.LEAN)(greater)
+            )
+            made[-1](1.0, 2.0)
+    assert ["fcmp fast" in "".join(one.inspect_llvm().values()) for one in made] == [False, True, False]
+
+
+@pytest.mark.nightly
+def test_what_others_compile_is_compiled_as_always() -> None:
+    """Code that falls back on objects needs what a kernel does without: the variables at the entry of each block."""
+    with shortcuts.shortcuts():
+        compiled(small)
+    made = numba.jit(forceobj=True, looplift=False)(small)
+    assert made([0, 3, 6, 9], 7) == 4.5
+
+
+def test_a_resolution_is_remembered_within_shortcuts_alone() -> None:
+    asked = []
+
+    class Function:
+        """numba's, of which each says what implements it for which types."""
+
+        def __init__(self, name: str) -> None:
+            self.name = name
+            self._impl_keys: dict[Any, str] = {}
+
+    def resolve(self: Function, context: str, args: Any, kws: Any) -> Any:
+        asked.append((self.name, context, tuple(args), kws))
+        if "none" in args:
+            return None
+        self._impl_keys[tuple(args)] = f"{self.name}({', '.join(args)})"
+        return SimpleNamespace(args=tuple(args))
+
+    resolved = shortcuts._remembered(resolve)
+
+    def quick(of: Function, context: str, args: list[str], kws: Any) -> str | None:
+        found = resolved(of, context, args, kws)
+        return None if found is None else of._impl_keys[found.args]
+
+    add, less = Function("add"), Function("sub")
+    for _ in range(2):
+        assert quick(add, "here", ["int64"], {}) == "add(int64)"
+    assert len(asked) == 2
+    shortcuts._install()
+    with shortcuts.shortcuts():
+        for _ in range(3):
+            assert quick(add, "here", ["int64"], {}) == "add(int64)"
+            assert quick(add, "here", ["int32"], {}) == "add(int32)"
+            assert quick(less, "here", ["int32"], {}) == "sub(int32)"
+            assert quick(add, "there", ["int32"], {}) == "add(int32)"
+            add._impl_keys[("int64",)] = "another's"
+        assert len(asked) == 6
+        for _ in range(2):
+            assert quick(add, "here", ["int64"], {"a": "int8"}) == "add(int64)"
+            assert quick(add, "here", ["none"], {}) is None
+        assert len(asked) == 10
+    assert quick(add, "here", ["int64"], {}) == "add(int64)"
+    assert len(asked) == 11
+
+
+def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
+    """Where numba's own has changed, it runs as it is; then this is to be looked at."""
+    from numba.core.postproc import PostProcessor
+    from numba.core.types import Function
+
+    shortcuts._install()
+    assert Function.get_call_type.__module__ == shortcuts.__name__
+    assert PostProcessor.run.__module__ == shortcuts.__name__
+
+
+def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alone() -> None:
+    asked: list[str] = []
+
+    def measure(self: Any, kind: str) -> int:
+        asked.append(kind)
+        return len(kind)
+
+    class Context:
+        """numba's, of which each function that is compiled has a copy; all have one target."""
+
+        def codegen(self) -> str:
+            return "here"
+
+    quick, made, copies = shortcuts._sizes(measure), [], [Context() for _ in range(3)]
+    kept = [weakref.ref(copy) for copy in copies]
+    wrap = shortcuts._unless_ours(made.append)
+    for _ in range(2):
+        assert quick(copies[0], "i64") == 3
+        wrap("one")
+    assert len(asked) == len(made) == 2
+    with shortcuts.shortcuts():
+        while copies:
+            assert quick(copies[-1], "i64") == 3
+            assert quick(copies.pop(), "double") == 6
+            wrap("two")
+    assert asked == ["i64", "i64", "i64", "double"]
+    assert made == ["one", "one"]
+    gc.collect()
+    assert [ref() for ref in kept] == [None] * 3
