@@ -28,8 +28,8 @@ export function mount(page, element) {
   element.classList.add("welcome", "card");
   element.append(
     el("div", { class: "row" }, el("h2", { class: "grow" }, "New here?"), away),
-    el("p", {}, "The line is the path that the robot will drive from S to G, around the black walls; anything else on the map is a moving obstacle. Press ",
-      el("b", {}, "Play"), " under the map to see it drive, or drag S and G."),
+    el("p", {}, "The robot drives along the line from S to G, around the black walls; anything else on the map is a moving obstacle. Drag S or G, or press ",
+      el("b", {}, "Play"), " under the map."),
     el("div", { class: "row" }, tour, el("span", { class: "hint" }, "five steps")),
   );
   element.hidden = false;
