@@ -213,9 +213,8 @@ class CancelScope:
         with self._lock:
             if self._pauses == 1:
                 self.deadline += max(time.perf_counter() - self._paused_at, 0.0)
-            self._pauses -= (
-                1  # last: other threads look at the pauses and then the deadline, without the lock
-            )
+            # After the deadline: other threads read first the pauses and then the deadline, without the lock.
+            self._pauses -= 1
 
     def cancel(self) -> None:
         """Cancel the call."""

@@ -61,7 +61,7 @@ def with_fields(value: V, **others: Any) -> V:
 
 
 def completed(value: V, **others: Any) -> V:
-    """A value that nobody else has yet, with contents of some fields that are known last; without checks and copies."""
+    """Set fields of a frozen value that no other code holds yet, and return it; nothing is checked or copied."""
     for name, other in others.items():
         object.__setattr__(value, name, other)
     return value

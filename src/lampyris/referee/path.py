@@ -144,7 +144,7 @@ def _plainly_legal(cells: NDArray[np.int32], grid: Grid, robot: Robot, moves: Mo
 
 
 def plain_codes(at: Ints, dx: Ints, dy: Ints, grid: Grid, moves: Moves) -> Ints | None:
-    """The look-up codes of steps to neighbours, where all can be seen at once to break no rule; None says nothing.
+    """The look-up codes of steps to neighbours, where one check of all of them finds them legal; None: undecided.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class PlainDrive:
     driven: NDArray[np.bool_]
 
     def codes(self, trace: Trace) -> Ints | None:
-        """The look-up codes of its steps, waits left out, where all can be seen at once to be legal; None says nothing."""
+        """The look-up codes of its steps, waits left out, where one check of all of them finds them legal; None: undecided."""
         if trace.scene.robot.radius > 0:
             return None
         moved = self.driven[1:]
