@@ -71,7 +71,7 @@ class _Notes:
 
 _Alike: TypeAlias = tuple[tuple[Cell, ...], int, int, int | None]
 """Footprint, first tick, length and period: tracks that have these in common are worked out together."""
-_Numbered: TypeAlias = Sequence[tuple[int, Sequence[Cell]]]
+_Numbered: TypeAlias = Sequence[tuple[int, tuple[Cell, ...]]]
 """Numbers of obstacles, and their tracks."""
 
 
