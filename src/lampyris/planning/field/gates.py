@@ -92,9 +92,9 @@ def _found(grid: Grid, robot: Robot) -> tuple[tuple[Gate, ...], NDArray[np.int64
     if most == 1:
         checkpoint()
         kind = _single(grid.blocked)
-        cells = np.flatnonzero(kind > 0)  # truth values are searched faster than numbers
-        ys, xs = np.divmod(cells, kind.shape[1])
-        return _told(grid, robot, kind, ys, xs, [grid.resolution] * len(cells))
+        there = np.flatnonzero(kind > 0)  # truth values are searched faster than numbers
+        ys, xs = np.divmod(there, kind.shape[1])
+        return _told(grid, robot, kind, ys, xs, [grid.resolution] * len(there))
     kind = np.zeros(grid.blocked.shape, dtype=np.uint8)
     least = np.full(grid.blocked.shape, most + 1, dtype=np.uint16 if most < 2**16 - 1 else np.int64)
     for bit, lines in ((1, grid.blocked), (2, grid.blocked.T)):
