@@ -25,7 +25,9 @@ PLANNING, LOADING = "of which planning", "loading compiled code"
 PLAIN = "lattice, weight 1.5, tolerance, no shortcuts"
 """A planner of the section ``pose_rivals``."""
 EXPANSIONS, A_CALL = "expansions", "its ends side by side"
-"""Figures of the section ``sampling``."""
+"""Figures of the section ``sampling``, the first of ``first``, too."""
+STATES = "states expanded"
+"""A figure of the section ``timed``."""
 NEW_MEMORY = "memory that is new to the process"
 """What of the section ``field`` C++ is spared."""
 
@@ -274,27 +276,75 @@ def _path_alone(claim: str, figures: Figures) -> str:
     )
 
 
-def _first(claim: str, figures: Figures) -> str:
-    """First runs on a machine: what their answers say of planning and of machine code.
-
-    Of later runs nothing: that planning takes longer than is claimed does not forbid the claim.
-    """
-    found = re.search(r"`lampyris plan` on (\d+) x \d+, the first run[a-z ]*, under ([0-9.]+) s", claim)
+def _starts(claim: str, figures: Figures) -> str:
+    """First and later runs: machine code, and what their answers say of planning; the rest compared with numba's import."""
+    found = re.search(r"`lampyris plan` on (\d+) x \d+, ([a-z ]+), under ([0-9.]+) s", claim)
     over = re.findall(r"([a-z0-9-]+) \((\d[0-9.]*) s\)", claim)
     if not found or not over:
         return ""
-    size, parts = found[1], []
+    size, most = found[1], float(found[3])
+    when = "first" if "first" in found[2] else "again"
+    coded, planned, rest = {}, {}, []
     for who, took in over:
-        planning, loading = (
-            figures.get(f"plan, {who}, {size} x {size}, first, {what}") for what in (PLANNING, LOADING)
+        task = f"plan, {who}, {size} x {size}, {when}"
+        whole, planning, loading = (
+            figures.get(key) for key in (f"{task} | numba", f"{task}, {PLANNING}", f"{task}, {LOADING}")
         )
-        if not planning or not loading or float(took) - loading.ours.middle >= float(found[2]):
-            return ""  # not measured, or too slow without compiling, too
-        parts.append((who, planning.ours.middle, loading.ours.middle))
-    each = ", ".join(f"{who} {loading:.2f}" for who, _, loading in parts)
+        if not whole or not whole.theirs or not planning or not loading:
+            return ""
+        code, search = loading.ours.middle, planning.ours.middle
+        left = whole.ours.middle - search - (code if when == "first" else 0.0)
+        rest.append(left / whole.theirs.middle)
+        if when == "first" and float(took) - code < most:
+            coded[who] = (code, search)
+            continue
+        steps = figures.get(f"{task}, {EXPANSIONS}")
+        if not steps or steps.ours.middle < 1 or float(took) - code - search >= most:
+            return ""  # its work was not counted, or it is not what takes long
+        planned[who] = (search, steps.ours.middle, 1e6 * search / steps.ours.middle)
+    parts = []
+    if coded:
+        each = ", ".join(f"{who} {code:.2f}" for who, (code, _) in coded.items())
+        parts.append(
+            f"compiling: importing numba and making machine code takes {each} s, once for a machine (`lampyris warm` does it "
+            f"beforehand); planning {_ends([search for _, search in coded.values()])} s"
+        )
+    if planned:
+        each = ", ".join(
+            f"{who} {search:.2f} s ({steps:,.0f} of {us:.1f} us)"
+            for who, (search, steps, us) in planned.items()
+        )
+        parts.append(f"steps in sequence: planning takes {each}, expansions one after the other")
+    what = "planning and compiling" if when == "first" else "planning"
+    numba = next(f.theirs.middle for f in figures.values() if f.rival == "numba" and f.theirs)
+    if when == "again":
+        parts.append(f"`import numba` alone takes {numba:.2f} s in the same run")
     return (
-        f"compiling: importing numba and making machine code takes {each} s, once for a machine (`lampyris warm` does it "
-        f"beforehand); planning {_ends([planning for _, planning, _ in parts])} s"
+        f"{'; '.join(parts)}. Restated: apart from {what} at most {TIMES_NUMBA:g} times as long as importing numba: "
+        f"{_ends(rest)}, {_word(max(rest) <= TIMES_NUMBA)}"
+    )
+
+
+def _states(claim: str, figures: Figures) -> str:
+    """SIPP's search compared with the textbook's: how many states each expands, for ours looks for a cheap path, too."""
+    least = float(claim.split("at least ")[1].split(" ")[0])
+    ours, theirs, many, few = [], [], [], []
+    for f in figures.values():
+        counted = figures.get(f"{f.task.replace('search alone', STATES)} | textbook")
+        if f.rival != "textbook" or f.asked != least or not f.theirs or not counted or not counted.theirs:
+            continue
+        ours.append(1e6 * f.ours.middle / counted.ours.middle)
+        theirs.append(1e6 * f.theirs.middle / counted.theirs.middle)
+        many.append(counted.ours.middle)
+        few.append(counted.theirs.middle)
+    if not ours:
+        return ""
+    ratios = [b / a for a, b in zip(ours, theirs, strict=True)]
+    return (
+        f"states in sequence: ours prefers the cheaper of states that are as early, so that its path is not needlessly long, "
+        f"and expands {_ends(many, ',.0f')} one after the other, {_ends(ours, ',.0f')} ns each; the textbook's takes the first "
+        f"path that it comes to, after {_ends(few, ',.0f')} of {_ends(theirs, ',.0f')} ns. Restated: an expansion at least {least:g} times as quick: "
+        f"{_ends(ratios, '.1f')}, {_word(min(ratios) >= least)}"
     )
 
 
@@ -366,6 +416,8 @@ def _as_long(claim: str, figures: Figures) -> str:
     )
 
 
+TIMES_NUMBA = 1.5
+"""Times as long as ``import numba`` that a run takes at most apart from planning, loading machine code included."""
 TIMES_ON_EACH = 2.0
 """Times as quick as OMPL's RRTConnect that is claimed of each map; ten times in the median is a claim of its own."""
 WAITS = {"four-connected": 1, "dissertation": 2, "octile": 2, "sixteen-connected": 3}
@@ -383,10 +435,11 @@ LIMITS = (
     Limit("weighted", "weighted cells compared with", _by_price),
     Limit("poses", "States that pad expands", _path_alone),
     *(Limit("pose_maps", robot, _of_the_path) for robot in ("1.2 x 0.5 m", "0.9 x 0.62 m", "disc of 0.3 m")),
+    Limit("timed", "SIPP compared with textbook, 512 x 512, search alone", _states),
     Limit("pose_rivals", "Mean time of a query", _shortcuts),
     Limit("sampling", "The same on each", _samples),
     Limit("sampling", "Length compared with AORRTC's", _as_long),
-    Limit("first", "`lampyris plan` on ", _first),
+    Limit("first", "`lampyris plan` on ", _starts),
     Limit("repair", "repair, ", _cold),
     Limit("repair", "D* Lite, ", _cold),
     Limit("calls", "Polyanya, median query", _nodes),
