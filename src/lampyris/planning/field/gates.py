@@ -94,7 +94,7 @@ def _found(grid: Grid, robot: Robot) -> tuple[tuple[Gate, ...], NDArray[np.int64
         kind = _single(grid.blocked)
         there = np.flatnonzero(kind > 0)  # truth values are searched faster than numbers
         ys, xs = np.divmod(there, kind.shape[1])
-        return _told(grid, robot, kind, ys, xs, [grid.resolution] * len(there))
+        return _listed(grid, robot, kind, ys, xs, [grid.resolution] * len(there))
     kind = np.zeros(grid.blocked.shape, dtype=np.uint8)
     least = np.full(grid.blocked.shape, most + 1, dtype=np.uint16 if most < 2**16 - 1 else np.int64)
     for bit, lines in ((1, grid.blocked), (2, grid.blocked.T)):
@@ -105,7 +105,7 @@ def _found(grid: Grid, robot: Robot) -> tuple[tuple[Gate, ...], NDArray[np.int64
             narrowest[cells] = np.minimum(narrowest[cells], lengths)
     checkpoint()
     ys, xs = np.nonzero(kind)
-    return _told(grid, robot, kind, ys, xs, (least[ys, xs] * grid.resolution).tolist())
+    return _listed(grid, robot, kind, ys, xs, (least[ys, xs] * grid.resolution).tolist())
 
 
 def _single(blocked: BoolGrid) -> NDArray[np.uint8]:
@@ -121,7 +121,7 @@ def _single(blocked: BoolGrid) -> NDArray[np.uint8]:
     return kind
 
 
-def _told(
+def _listed(
     grid: Grid,
     robot: Robot,
     kind: NDArray[np.uint8],
