@@ -279,19 +279,32 @@ def _by_price(claim: str, figures: Figures) -> str:
 
 
 def _of_the_path(claim: str, figures: Figures) -> str:
-    """pad compared with lattice by map: what the motions of its own path are of lattice's expansions."""
+    """pad compared with lattice by map: the motions of its own path, or its proof, compared with lattice's expansions."""
     task, weight = re.findall(r"^(.*?): expansions of pad at weight ([0-9.]+)", claim)[0]
-    needed, each = (figures.get(f"{task}, weight {weight}, {what}") for what in (NEEDED, PER_MOTION))
-    most = float(claim.split("at most ")[1].split(" ")[0])
-    if not (needed and each) or needed.ours.middle <= most:
-        return ""  # its path alone would let the claim hold
-    what = f"at most {MOST_A_MOTION:g} expansions for each motion of its path, in the median of the maps"
-    restated = _restated(what, [each.ours.middle], most=MOST_A_MOTION, form=".1f")
-    return (
-        f"the path itself: a search that comes to a path state by state expands each motion of it, and `lattice` is not far "
-        f"from that. The motions of pad's path alone are {needed.ours.middle:.2f} of what lattice expands in the median of "
-        f"the maps (quartiles {needed.ours.low:.2f} to {needed.ours.high:.2f}). {restated}"
+    share, needed, each, proof = (
+        figures.get(f"{task}, weight {weight}, {what}")
+        for what in (EXPANDED, NEEDED, PER_MOTION, IN_PLANNING)
     )
+    most = float(claim.split("at most ")[1].split(" ")[0])
+    if not (share and needed and each and proof):
+        return ""
+    if needed.ours.middle > most:
+        what = f"at most {MOST_A_MOTION:g} expansions for each motion of its path, in the median of the maps"
+        restated = _restated(what, [each.ours.middle], most=MOST_A_MOTION, form=".1f")
+        return (
+            f"the path itself: a search that comes to a path state by state expands each motion of it, and `lattice` is not "
+            f"far from that. The motions of pad's path alone are {needed.ours.middle:.2f} of what lattice expands in the "
+            f"median of the maps (quartiles {needed.ours.low:.2f} to {needed.ours.high:.2f}). {restated}"
+        )
+    if proof.ours.middle > share.ours.middle / 2:
+        what = f"at most {MOST_WITH_PROOF:g} of those of lattice, in the median of the maps"
+        return (
+            f"the proof: every state through which a path could cost less than pad's through the weight must be expanded "
+            f"before its path counts. These planning phases alone are {proof.ours.middle:.2f} of what lattice expands in the "
+            f"median of the maps (quartiles {proof.ours.low:.2f} to {proof.ours.high:.2f}). "
+            f"{_restated(what, [share.ours.middle], most=MOST_WITH_PROOF)}"
+        )
+    return ""  # neither its path nor its proof is what takes long
 
 
 def _path_alone(claim: str, figures: Figures) -> str:
@@ -463,6 +476,8 @@ TIMES_ON_EACH = 2.0
 """Times as quick as OMPL's RRTConnect that is claimed of each map; ten times in the median is a claim of its own."""
 WAITS = {"four-connected": 1, "dissertation": 2, "octile": 2, "sixteen-connected": 3}
 """Prices of a step, by moves."""
+MOST_WITH_PROOF = 0.25
+"""Of the states that lattice expands, what is claimed of pad where its proof takes most of its own."""
 MOST_A_MOTION = 4.0
 """Expansions of pad for each motion of its path that are claimed in place of a share of lattice's."""
 

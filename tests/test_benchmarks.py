@@ -663,6 +663,10 @@ def test_pad_is_limited_by_the_motions_of_its_path() -> None:
     assert (
         limit_of(section(*figures, name="pose_maps").record(), claim) == ""
     )  # the path is not what takes long
+    figures[3] = Figure(f"{task}, weight 1.6, {IN_PLANNING}", "share", one(0.19))
+    limit = limit_of(section(*figures, name="pose_maps").record(), claim)
+    assert "These planning phases alone are 0.19 of what lattice expands" in limit
+    assert limit.endswith("at most 0.25 of those of lattice, in the median of the maps: 0.25, holds")
     note = "the motions of the path alone: 3.28 times fewer"
     alone = (
         figure(2.8, 1.0, more_is_better=True, asked=5.0, task=f"{task}, weight 1.6", note=note),
