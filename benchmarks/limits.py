@@ -6,13 +6,14 @@ A claim without an entry here has no measured limit, and the page says so.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.figures import Figure, figures_of
 
 Figures = Mapping[str, Figure]
+RESTATED, FAILS = "Restated: ", "does not hold either"
 DEFAULT = "ad-gso"
 """The planner of figures of the section ``start`` that name none."""
 NATIVE = "C++ -O3 -march=native"
@@ -61,6 +62,19 @@ def limit_of(record: Mapping[str, Any], claim: str) -> str:
     return ""
 
 
+def unanswered(records: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Claims that do not hold and have no limit, or one whose claim in their place does not hold either."""
+    out = []
+    for record in records:
+        for verdict in record["verdicts"]:
+            limit = "" if verdict["holds"] else limit_of(record, verdict["text"])
+            if verdict["holds"] or (RESTATED in limit and FAILS not in limit):
+                continue
+            why = "no limit" if not limit else FAILS if FAILS in limit else "not restated"
+            out.append(f"{record['name']}: {verdict['text']}: {why}")
+    return out
+
+
 def _ends(values: list[float], form: str = ".2f") -> str:
     low, high = f"{min(values):{form}}", f"{max(values):{form}}"
     return low if low == high else f"{low} to {high}"
@@ -76,7 +90,7 @@ def _restated(
 ) -> str:
     """A claim in place of one that does not hold, with what was measured of it, and whether it holds."""
     holds = (most is None or max(values) <= most) and (least is None or min(values) >= least)
-    return f"Restated: {claim}: {_ends(values, form)}, {'holds' if holds else 'does not hold either'}"
+    return f"{RESTATED}{claim}: {_ends(values, form)}, {'holds' if holds else FAILS}"
 
 
 def _in_sequence(claim: str, figures: Figures) -> str:
@@ -273,8 +287,9 @@ def _by_price(claim: str, figures: Figures) -> str:
     holds = all(max(of) <= 1 + WAITS[moves] for moves, of in there.items())
     return (
         "lists: without terrain a cell settles in one list and is read once; over terrain it is filed in a list of its bucket "
-        "for each price of a step, read from each, and settled. Restated: at most as many times as long as it is filed and "
-        f"settled: {told}, {'holds' if holds else 'does not hold either'}"
+        "for each price of a step, read from each, and settled. "
+        f"{RESTATED}at most as many times as long as it is filed and "
+        f"settled: {told}, {'holds' if holds else FAILS}"
     )
 
 

@@ -105,7 +105,7 @@ def test_the_page_tells_claims_tables_and_figures() -> None:
 
 def test_a_short_claim_has_its_limit_below_it_or_says_that_none_is_known() -> None:
     from benchmarks.figures import Figure, Spread, Verdict
-    from benchmarks.limits import limit_of
+    from benchmarks.limits import limit_of, unanswered
     from benchmarks.page import page
 
     def one(middle: float) -> Spread:
@@ -126,6 +126,10 @@ def test_a_short_claim_has_its_limit_below_it_or_says_that_none_is_known() -> No
     assert "at least 3 times as quick as solving anew: 10, holds" in limit
     assert limit_of({**record, "name": "query"}, claims[0].text) == ""
     text = page([record])
+    assert unanswered([record]) == ["repair: another: 1: no limit"]
+    cold = {**record["figures"][0], "ours": {"middle": 5.0, "low": 5.0, "high": 5.0, "n": 1}}
+    worse = {**record, "figures": [cold, {**record["figures"][1], "theirs": cold["ours"]}]}
+    assert unanswered([worse])[0].endswith("solving anew: 2.0: does not hold either")
     assert "**2 short** (1 with the limit shown)" in text
     assert text.count("No limit of it has been measured.") == 1
 
