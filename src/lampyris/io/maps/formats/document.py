@@ -218,7 +218,7 @@ def document(
     blocked = (codes == BLOCKED) | unknown
     start = _only(codes, START, "start", source)
     goal = _only(codes, GOAL, "goal", source)
-    drawn = _places(codes, OBSTACLE)
+    drawn = places_of(codes, OBSTACLE)
     if drawn.size > MAX_OBSTACLES:
         raise LimitError(
             "LIMIT",
@@ -243,14 +243,14 @@ def document(
     )
 
 
-def _places(codes: CodeGrid, code: int) -> NDArray[np.intp]:
+def places_of(codes: CodeGrid, code: int) -> NDArray[np.intp]:
     """Numbers of the cells with a code, y * width + x, rising: of most maps none, which is seen sooner than searched."""
     there = codes == code
     return np.flatnonzero(there) if there.any() else np.zeros(0, dtype=np.intp)
 
 
 def _only(codes: CodeGrid, code: int, what: str, source: FileSource) -> Cell | None:
-    found = _places(codes, code)
+    found = places_of(codes, code)
     if found.size == 0:
         return None
     cells = [(int(k % codes.shape[1]), int(k // codes.shape[1])) for k in found[:2]]
