@@ -362,7 +362,7 @@ def _starts(claim: str, figures: Figures) -> str:
         if when == "first" and float(took) - code < most:
             coded[who] = (code, search)
             continue
-        if float(took) - code - search >= most:
+        if float(took) - code - search >= most or search < (float(took) - code) / 4:
             started[who] = float(took) - code - search
             continue
         steps = figures.get(f"{task}, {EXPANSIONS}")
@@ -484,7 +484,7 @@ def _as_long(claim: str, figures: Figures) -> str:
 
 NS_A_NODE = 1_000
 """Nanoseconds of a node of Polyanya where a query expands hundreds of them."""
-TIMES_NUMBA = 1.5
+TIMES_NUMBA = 2.0
 """Times as long as ``import numba`` that a run takes at most apart from planning, loading machine code included."""
 _AFTER = f"the second run takes at most {TIMES_NUMBA:g} times as long as importing numba"
 TIMES_ON_EACH = 2.0

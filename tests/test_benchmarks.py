@@ -556,10 +556,10 @@ def test_first_runs_are_limited_by_machine_code_and_later_runs_by_steps_in_seque
     limit = limit_of(record(0.42, 10_000), f"{later}(0.42 s)")
     assert "planning takes bit-star 0.25 s (10,000 of 25.0 us)" in limit
     assert "`import numba` alone takes 0.40 s" in limit
-    assert "at most 1.5 times as long as importing numba: 0.42, holds" in limit
-    limit = limit_of(record(1.0, 10_000), f"{later}(1.00 s)")
-    assert "starting: apart from planning and machine code bit-star 0.72 s" in limit
-    assert "importing numba: 1.88, does not hold either" in limit
+    assert "at most 2 times as long as importing numba: 0.42, holds" in limit
+    limit = limit_of(record(1.21, 10_000), f"{later}(1.21 s)")
+    assert "starting: apart from planning and machine code bit-star 0.93 s" in limit
+    assert "importing numba: 2.40, does not hold either" in limit
     # That a planner's own search takes long forbids no claim as long as nobody says what it does.
     assert limit_of(record(0.42, 0), f"{later}(0.42 s)") == ""
     first = (
@@ -569,7 +569,7 @@ def test_first_runs_are_limited_by_machine_code_and_later_runs_by_steps_in_seque
     assert "machine code takes bit-star 2.50 s" in limit
     assert "planning 0.30 s" in limit
     assert (
-        "apart from planning and compiling at most 1.5 times as long as importing numba: 0.70, holds" in limit
+        "apart from planning and compiling at most 2 times as long as importing numba: 0.70, holds" in limit
     )
     assert "starting: apart from planning and machine code bit-star 2.10 s" in limit_of(
         record(0.42, 0), f"{first}bit-star (4.90 s)"
@@ -597,7 +597,7 @@ def test_starts_on_small_maps_are_limited_by_compiling_and_by_numba() -> None:
     )
     limit = limit_of(record, claim.format("very first") + "sipp (2.10 s), ad-gso, terrain (0.70 s)")
     assert "compiling: 0.20 to 1.55 s of the first run are not there in the second" in limit
-    assert "at most 1.5 times as long as importing numba: 1.25 to 1.38, holds" in limit
+    assert "at most 2 times as long as importing numba: 1.25 to 1.38, holds" in limit
     limit = limit_of(record, claim.format("second") + "sipp (0.55 s)")
     assert "`astar` takes 0.35 s on 512 x 512, where it needs numba, and 0.25 s" in limit
     assert "importing numba: 1.38, holds" in limit
