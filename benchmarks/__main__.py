@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.about import machine
+from benchmarks.limits import unanswered
 from benchmarks.page import page
 
 NAMES = (
@@ -74,6 +75,11 @@ def main() -> int:
         # After each, for a run of an hour that is stopped must not have been for nothing.
         _write(known, given.json, given.page)
     print(f"took {time.monotonic() - began:.0f} s", flush=True)
+    measured = [known[name] for name in given.names or NAMES if name in known]
+    short = sum(not verdict["holds"] for record in measured for verdict in record["verdicts"])
+    left = unanswered(measured)
+    print(f"{short} claims SHORT, {len(left)} of them without a limit and a claim in their place that holds")
+    print("\n".join(f"  {one}" for one in left), end="\n" if left else "", flush=True)
     if failed:
         print(f"could not measure: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

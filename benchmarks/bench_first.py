@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.about import versions
 from benchmarks.bench_start import PLAIN, Wait, random_grid_file, run, seconds
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
-from benchmarks.limits import LOADING, PLANNING
+from benchmarks.limits import EXPANSIONS, LOADING, PLANNING
 
 from lampyris.planning.registry import names
 
@@ -22,7 +22,7 @@ one after the other. Maps are random, 10 % blocked, from corner to corner, read 
 a machine, one run: no machine code of kernels is kept. "Again" is the middle of three later runs, which find what that
 first run kept. Byte code of Python is kept in both. "Imports of NumPy" is how many times as long as `python -c "import numpy"`,
 which is started after each planner, as `python -c "import numba"` is. Each answer says how much of it is
-planning, and how much loading and compiling machine code, both in processor time."""
+planning, and how much loading and compiling machine code, both in processor time, and how many expansions it took."""
 
 SIZES = (50, 512)
 BY_PROCESSOR = f"import time; time.perf_counter = time.process_time; {PLAIN}"
@@ -78,7 +78,10 @@ def bench(quick: bool) -> Section:
         for (size, p, fresh), spread in spreads.items()
         for who in BESIDE
     ]
-    figures += [Figure(task, "s", Spread.of(values)) for task, values in parts.items()]
+    figures += [
+        Figure(task, "in one answer" if task.endswith(EXPANSIONS) else "s", Spread.of(values))
+        for task, values in parts.items()
+    ]
     verdicts = [
         _verdict({p: spreads[size, p, fresh].middle for p in planners}, size, fresh)
         for size in SIZES
@@ -98,9 +101,11 @@ def _spent(wait: Wait, folder: Path) -> tuple[float, str]:
 
 
 def _parts(answer: str) -> dict[str, float]:
-    """What an answer says about its time, seconds."""
+    """What an answer says about its time, seconds, and how many expansions it took."""
     told = {part: re.search(rf"{part} ([0-9.]+) ms", answer) for part in (PLANNING, LOADING)}
-    return {part: float(found[1]) / 1e3 if found else 0.0 for part, found in told.items()}
+    parts = {part: float(found[1]) / 1e3 if found else 0.0 for part, found in told.items()}
+    many = re.search(rf"(\d+) {EXPANSIONS}", answer)
+    return parts | {EXPANSIONS: float(many[1]) if many else 0.0}
 
 
 def _task(planner: str, size: int, fresh: bool) -> str:

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
-from benchmarks.limits import NATIVE
+from benchmarks.limits import DEFAULT, NATIVE
 from benchmarks.maps import random_map
 from benchmarks.native import Native, build
 from benchmarks.turns import take_turns
@@ -71,7 +71,6 @@ TERRAIN = 0
 """In place of a map's size: the one of 316 x 316 with terrain."""
 SMALL = ("astar", "jps", "fastest", "dstar-lite", "theta-star", "sipp", "dstar", "lpa-star")
 """Planners that are started besides the default one, on 316 x 316 cells."""
-DEFAULT = "ad-gso"
 FASTEST = "-O3 -march=native"
 """Of the builds in C++."""
 
@@ -154,6 +153,7 @@ def _waits(maps: Mapping[int, Path], quick: bool) -> list[Wait]:
     waits = [
         Wait("bare", ("-c", "pass")),
         Wait("numpy", ("-c", "import numpy")),
+        Wait("numba", ("-c", "import numba")),
         Wait("`lampyris --version`", ("-c", PLAIN, "--version"), 0.25),
         Wait("`lampyris --help`", ("-c", PLAIN, "--help"), 0.25),
         Wait("`lampyris plan env-1`, nothing kept", ("-c", PLAIN, "plan", "env-1"), 0.5, True),

@@ -72,11 +72,11 @@ def test_the_textbook_goes_straight_where_nothing_is_in_the_way(monkeypatch: pyt
     side = 12
     left = [[max(side - 1 - x, side - 1 - y) for x in range(side)] for y in range(side)]
     free = [[True] * side for _ in range(side)]
-    when = bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), set(), set(), 50)
-    assert (when, len(taken)) == (11, 12)
+    when, expanded = bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), set(), set(), 50)
+    assert (when, expanded, len(taken)) == (11, 11, 12)
     # Somebody stands in the way for good, at the last step: it waits for nobody, it goes around.
     held = {(side - 2, side - 2, t) for t in range(60)}
-    assert bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), held, set(), 50) == 11
+    assert bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), held, set(), 50)[0] == 11
 
 
 def test_only_a_limit_is_a_refusal() -> None:

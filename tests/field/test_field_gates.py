@@ -7,7 +7,7 @@ import pytest
 
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
-from lampyris.planning.field.gates import find_gates, gate_mask
+from lampyris.planning.field.gates import find_gates, gate_mask, gates_along
 from lampyris_selfcheck.reference.paths import field as twin
 
 
@@ -96,3 +96,17 @@ def test_what_is_kept_is_of_this_map_and_this_robot() -> None:
     assert len(find_gates(wide, Robot(radius=1.1))) == 2
     assert find_gates(wide) == ()
     assert [g.cell for g in find_gates(door)] == [(2, 1)]
+
+
+def test_gates_along_a_path_are_those_of_its_cells_each_once() -> None:
+    rng = np.random.default_rng(3)
+    for robot in (Robot(), Robot(radius=0.7)):
+        for _ in range(60):
+            height, width = rng.integers(1, 12, 2).tolist()
+            grid = Grid(rng.random((height, width)) < 0.4)
+            cells = np.stack((rng.integers(0, width, 30), rng.integers(0, height, 30)), axis=1).astype(
+                np.int32
+            )
+            passed = set(map(tuple, cells.tolist()))
+            want = tuple(gate for gate in find_gates(grid, robot) if gate.cell in passed)
+            assert gates_along(grid, cells, robot) == want

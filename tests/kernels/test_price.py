@@ -71,13 +71,17 @@ def test_before_numba_is_there_all_kernels_share_one_purse(monkeypatch: pytest.M
 def test_once_numba_is_there_each_has_a_purse_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", ModuleType("numba"))
     dear, cheap = (kernel(each=e, of="marks")(add) for e in (_jit.OWN_NS + 1, _jit.OWN_NS // 2))
+    slow_to_load = kernel(each=_jit.OWN_NS + 1, load=2, of="marks")(add)
     call = (np.zeros(9), np.zeros(1), 0)
     first, second = _forms(dear, monkeypatch), _forms(cheap, monkeypatch)
+    third = _forms(slow_to_load, monkeypatch)
     for _ in range(3):
         dear(*call)
         cheap(*call)
+        slow_to_load(*call)
     assert first == ["compiled"] * 3
     assert second == ["plain", "plain", "compiled"]
+    assert third == ["plain", "compiled", "compiled"]
 
 
 def test_plain_always_if_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

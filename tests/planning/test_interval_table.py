@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import weakref
+
 import numpy as np
 import pytest
 
@@ -13,7 +16,7 @@ from lampyris.planning.spacetime import interval_table
 from lampyris.planning.spacetime.interval_table import MOST_TICK, IntervalTable
 from lampyris.planning.spacetime.prediction import Forecaster
 from lampyris.planning.spacetime.search import TimedSearch, Timetable
-from lampyris.planning.spacetime.search_room import ROOM, StateRoom
+from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM, StateRoom
 from lampyris.typing import BoolGrid, Cell
 
 OWN = ((0, 0),)
@@ -188,6 +191,38 @@ def test_a_search_leaves_its_room_clean(budget: int | None, goal: Cell) -> None:
     assert (room.done.max(), room.place.max(), room.heap[0]) == (0, 0, 0)
     large = StateRoom.of(1 << 18)
     assert clean.price((large.arrive, large.done, large.heap, large.place, 9)) < 1_000_000
+
+
+def test_large_room_goes_with_the_search_that_used_it_last() -> None:
+    """47 MB once stayed with a thread after its last session."""
+    free = np.ones((100, 100), dtype=np.bool_)
+    nothing = Forecaster(free, OWN, guess="velocity", growth=0.0).forbidden([], 0, 2, 0)
+
+    def used() -> TimedSearch:
+        search = TimedSearch(free, MOVES["octile"], (19, 19), None)
+        search.by_intervals(search.timetable(nothing), (0, 0), 0, None)
+        return search
+
+    first = used()
+    second = used()
+    room = ROOM.kept
+    assert room is not None
+    assert len(room.arrive) > LASTING_STATES
+    del first  # the second used it last
+    assert ROOM.kept is room
+    del second, room
+    assert ROOM.kept is None
+    alone: list[tuple[TimedSearch, weakref.ref[object]]] = []
+
+    def search_alone() -> None:
+        search = used()
+        assert ROOM.kept is not None
+        alone.append((search, weakref.ref(ROOM.kept.arrive)))
+
+    searcher = threading.Thread(target=search_alone)
+    searcher.start()
+    searcher.join()  # the room of a thread that ended is not kept, whatever lives
+    assert alone[0][1]() is None
 
 
 def test_arrays_clean_as_the_loops_do() -> None:

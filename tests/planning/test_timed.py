@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from lampyris import api
-from lampyris.errors import SettingError
+from lampyris.errors import SceneError, SettingError
 from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
@@ -119,6 +120,46 @@ def test_one_that_was_seen_long_ago_is_passed_over(forecast: str) -> None:
     lost = ObstacleTrack(0, ((4, 2), (4, 2)), 0, None)
     plan = session.plan(Change(robot=(0, 2), tick=40, obstacle_tracks=(lost,)))
     assert (plan.status, plan.schedule.tolist()[-1]) == (Status.FOUND, 48)
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+@pytest.mark.parametrize("settings", [{}, {"tracks": "hidden"}, {"forecast": "reach"}], ids=str)
+@pytest.mark.parametrize(
+    ("track", "period", "said"),
+    [
+        (((3, 3), (6, 5)), None, "from (3, 3) to (6, 5) at t = 5"),
+        (((3, 3), (4, 4), (4, 1)), 1, "from (4, 4) to (4, 1) at t = 6"),
+        (((3, 3), (3, 4), (4, 4), (4, 3)), 3, None),
+        (((3, 3), (3, 4), (3, 5), (3, 6)), 4, "from (3, 6) to (3, 3) at t = 8"),
+    ],
+)
+def test_tracks_that_jump_are_refused(planner, settings, track, period: int | None, said: str | None) -> None:
+    """They once raised IndexError, or counted as a step to a neighbour that was none."""
+    scene = Scene(Grid(np.zeros((9, 9), dtype=bool)), (0, 0), (8, 8))
+    session = type(planner)(**settings).open(scene, RNG)
+    fine = ObstacleTrack(0, ((7, 7), (7, 6)), 4)
+    change = Change(robot=(0, 0), tick=4, obstacle_tracks=(fine, ObstacleTrack(1, track, 4, period)))
+    if said is None or (settings.get("tracks") == "hidden" and period):  # where it will be is not looked at
+        assert session.plan(change).status is Status.FOUND
+        return
+    with pytest.raises(SceneError, match=re.escape(f"obstacle 1 jumps {said}")) as refused:
+        session.plan(change)
+    assert (refused.value.code, refused.value.exit_code) == ("OBSTACLE_SPEED", 3)
+    # What was refused changes nothing of what comes after it.
+    after = session.plan(Change(robot=(0, 0), tick=4, obstacle_tracks=(fine,)))
+    fresh = (
+        type(planner)(**settings).open(scene, RNG).plan(Change(robot=(0, 0), tick=4, obstacle_tracks=(fine,)))
+    )
+    assert after.path is not None
+    np.testing.assert_array_equal(after.path.cells, fresh.path.cells)
+
+
+def test_tracks_without_cells_or_with_an_impossible_period_are_refused() -> None:
+    with pytest.raises(SettingError, match="obstacle 3 has an empty track"):
+        ObstacleTrack(3, ())
+    for period in (0, -1, 3):
+        with pytest.raises(SettingError, match=f"period {period}; allowed: None, or 1 to 2"):
+            ObstacleTrack(3, ((1, 1), (1, 2)), 0, period)
 
 
 @pytest.mark.parametrize("planner", PLANNERS, ids=IDS)

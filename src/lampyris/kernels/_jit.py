@@ -169,6 +169,8 @@ class Kernel:
         arrays: each of them is seven arguments.
     each : nanoseconds of the plain form for each element of its longest array, or of what ``of`` names.
         Measured on random maps of 316 x 316 cells; it need only be right to within a factor of two.
+    load : how many times as long as for most kernels loading its machine code takes: it may spend so many times
+        :data:`OWN_NS`. For those with many callees.
     of : for a kernel that touches a few elements of large arrays: the array argument whose length is the
         work, or :data:`WAY`.
     arrays : the same by operations on whole arrays, equal to the last bit, which takes the place of the plain
@@ -182,6 +184,7 @@ class Kernel:
         *,
         inline: bool = False,
         each: int = 500,
+        load: int = 1,
         of: str = "",
         arrays: Callable[..., Any] | None = None,
     ) -> None:
@@ -189,6 +192,7 @@ class Kernel:
         self.inline = inline
         self.arrays = arrays
         self.each = each
+        self._load = load
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
@@ -264,7 +268,7 @@ class Kernel:
             return False
         if self._compiled is not None or _compiled_only.depth:
             return True
-        return "numba" in sys.modules and self._spent + self.price(args) > OWN_NS
+        return "numba" in sys.modules and self._spent + self.price(args) > self._load * OWN_NS
 
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
@@ -273,7 +277,7 @@ class Kernel:
         if _compiled_only.depth:
             return False
         price = self.price(args)
-        spent, most = (self._spent, OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
+        spent, most = (self._spent, self._load * OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
         if spent + price > most:
             return False
         self._spent += price
@@ -356,6 +360,7 @@ def kernel(
     out: Sequence[str] = (),
     inline: bool = False,
     each: int = 500,
+    load: int = 1,
     of: str = "",
     arrays: Callable[..., Any] | None = None,
 ) -> Callable[[Callable[..., Any]], Kernel]:
@@ -363,7 +368,7 @@ def kernel(
 
     def mark(plain: Callable[..., Any]) -> Kernel:
         assert isinstance(plain, FunctionType)
-        return Kernel(plain, out, inline=inline, each=each, of=of, arrays=arrays)
+        return Kernel(plain, out, inline=inline, each=each, load=load, of=of, arrays=arrays)
 
     return mark
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lampyris._core.noun import Noun
+from lampyris.errors import SettingError
 from lampyris.model.path import Pose
 from lampyris.typing import Cell
 
@@ -16,11 +17,23 @@ class ObstacleTrack(Noun):
     Parameters
     ----------
     obstacle : its number; the same obstacle keeps it.
-    track : its cells at the ticks ``since``, ``since + 1``, ...; at least one.
+    track : its cells at the ticks ``since``, ``since + 1``, ...; at least one. From tick to tick it stays or goes to one of
+        the eight neighbours; planners that see traffic refuse a track that jumps (``OBSTACLE_SPEED``).
     since : the tick of the first.
     period : what comes after the track's end: None, nothing is known; n, its last n cells again and again (1:
         it stays forever).
     footprint : offsets (dx, dy) of the cells it covers around its own.
+
+    Raises
+    ------
+    SettingError : ``OBSTACLE_TIME``, no cell, or a period that is not 1 to the number of cells.
+
+    Examples
+    --------
+    >>> from lampyris.model.change import ObstacleTrack
+    >>> patrol = ObstacleTrack(0, ((3, 1), (3, 2), (3, 3), (3, 2)), period=4)
+    >>> patrol.track[-1], patrol.period
+    ((3, 2), 4)
     """
 
     obstacle: int
@@ -28,6 +41,21 @@ class ObstacleTrack(Noun):
     since: int = 0
     period: int | None = None
     footprint: tuple[Cell, ...] = ((0, 0),)
+
+    def __post_init__(self) -> None:
+        known = len(self.track)
+        if not known:
+            raise SettingError(
+                "OBSTACLE_TIME",
+                f"obstacle {self.obstacle} has an empty track",
+                where="track",
+                allowed="at least one cell",
+            )
+        if self.period is not None and not 1 <= self.period <= known:
+            raise SettingError.of(
+                "OBSTACLE_TIME", "period", str(self.period), where=f"obstacle {self.obstacle}",
+                allowed=f"None, or 1 to {known}, the cells of its track",
+            )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, repr=False)

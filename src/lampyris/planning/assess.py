@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from lampyris._core.cancellation import checkpoint
-from lampyris.model.field import Gate
 from lampyris.model.path import Path, step_costs
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.planning.field.gates import find_gates
+from lampyris.planning.field.gates import find_gates, gates_along
 from lampyris.planning.field.layers import free_cells, moves_for
 from lampyris.planning.field.solve import costs_along
 from lampyris.typing import ByteGrid
@@ -41,21 +40,8 @@ def assess(found: Plan, scene: Scene) -> Plan:
         optimal_exact=optimal,
         sum_cost_to_go=to_go,
         gates_in_map=gates,
-        gates_on_path=_on_path(gates, found.path, scene.grid.width),
+        gates_on_path=gates_along(scene.grid, found.path.cells, scene.robot),
     )
-
-
-def _on_path(gates: tuple[Gate, ...], path: Path, width: int) -> tuple[Gate, ...]:
-    """The gates on the path. Numbers, not pairs of objects: a path may have a million cells."""
-    if not gates:
-        return ()
-    cells = np.array([g.cell for g in gates], dtype=np.int64)
-    passed = path.cells.astype(np.int64)
-    wanted = cells[:, 0] + cells[:, 1] * width
-    numbers = np.sort(passed[:, 0] + passed[:, 1] * width)
-    # Not np.isin, which imports masked arrays: a twentieth of the time of a small plan.
-    on = numbers[np.searchsorted(numbers[:-1], wanted)] == wanted
-    return tuple(g for g, there in zip(gates, on.tolist(), strict=True) if there)
 
 
 def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:

@@ -292,6 +292,7 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
 @kernel(
     out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "sub_path"),
     each=12_000,
+    load=3,
     of=PATH,
 )
 def walk(

@@ -13,18 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field import gates as kernels
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.planning.field.layers import FORGIVEN
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, Cells
 
 _POINT = Robot()
 _AXES = ("", "x", "y", "xy")
-_last: tuple[weakref.ref[BoolGrid], float, tuple[Gate, ...]] | None = None
-"""Gates of the last map that was asked for, and of what: its cells, which are no other map's, and radius."""
+_last: tuple[weakref.ref[BoolGrid], float, tuple[Gate, ...], NDArray[np.int64]] | None = None
+"""Gates of the last map that was asked for, and of what: its cells, which are no other map's, and radius; and the numbers of
+their cells, y * width + x, rising."""
 
 
 def gate_mask(grid: Grid, robot: Robot = _POINT) -> BoolGrid:
@@ -32,12 +34,7 @@ def gate_mask(grid: Grid, robot: Robot = _POINT) -> BoolGrid:
     mask = np.zeros(grid.blocked.shape, dtype=np.bool_)
     most = _most(grid, robot)
     if most == 1:
-        # The common case, and asked for at every plan: whole-map comparisons instead of lists of runs.
-        b = grid.blocked
-        mask[:, 1:-1] = b[:, :-2] & b[:, 2:]
-        mask[1:-1] |= b[:-2] & b[2:]
-        mask &= ~b
-        return frozen(mask)
+        return frozen(_single(grid.blocked) > 0)
     for lines, plane in ((grid.blocked, mask), (grid.blocked.T, mask.T)):
         for cells, _ in _narrow(lines, most):
             plane[cells] = True
@@ -64,18 +61,40 @@ def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
     Those of the last map are kept: every plan tells of them, and while an end is dragged over a map of
     512 x 512 with 4,600 gates, finding them again was half of the time of a plan.
     """
+    return _known(grid, robot)[0]
+
+
+def gates_along(grid: Grid, cells: Cells, robot: Robot = _POINT) -> tuple[Gate, ...]:
+    """Those of :func:`find_gates` that some of these cells, (n, 2), lie on, each once, sorted by row, then column."""
+    gates, there = _known(grid, robot)
+    if not gates:
+        return ()
+    numbers = distinct(cells[:, 1].astype(np.int64) * grid.width + cells[:, 0])
+    at = np.searchsorted(there, numbers)
+    on = there[np.minimum(at, len(there) - 1)] == numbers
+    return tuple(map(gates.__getitem__, at[on].tolist()))
+
+
+def _known(grid: Grid, robot: Robot) -> tuple[tuple[Gate, ...], NDArray[np.int64]]:
+    """Gates of a map, and the numbers of their cells."""
     global _last
     known = _last
     if known and known[0]() is grid.blocked and known[1] == robot.radius:
-        return known[2]
-    gates = _found(grid, robot)
-    _last = (weakref.ref(grid.blocked), robot.radius, gates)
-    return gates
+        return known[2:]
+    gates, numbers = _found(grid, robot)
+    _last = (weakref.ref(grid.blocked), robot.radius, gates, numbers)
+    return gates, numbers
 
 
-def _found(grid: Grid, robot: Robot) -> tuple[Gate, ...]:
-    """Every gate of a map."""
+def _found(grid: Grid, robot: Robot) -> tuple[tuple[Gate, ...], NDArray[np.int64]]:
+    """Every gate of a map, and the numbers of their cells."""
     most = _most(grid, robot)
+    if most == 1:
+        checkpoint()
+        kind = _single(grid.blocked)
+        there = np.flatnonzero(kind > 0)  # truth values are searched faster than numbers
+        ys, xs = np.divmod(there, kind.shape[1])
+        return _listed(grid, robot, kind, ys, xs, [grid.resolution] * len(there))
     kind = np.zeros(grid.blocked.shape, dtype=np.uint8)
     least = np.full(grid.blocked.shape, most + 1, dtype=np.uint16 if most < 2**16 - 1 else np.int64)
     for bit, lines in ((1, grid.blocked), (2, grid.blocked.T)):
@@ -86,13 +105,38 @@ def _found(grid: Grid, robot: Robot) -> tuple[Gate, ...]:
             narrowest[cells] = np.minimum(narrowest[cells], lengths)
     checkpoint()
     ys, xs = np.nonzero(kind)
+    return _listed(grid, robot, kind, ys, xs, (least[ys, xs] * grid.resolution).tolist())
+
+
+def _single(blocked: BoolGrid) -> NDArray[np.uint8]:
+    """Openings one cell wide: 1 with walls left and right, 2 with walls above and below, 3 with both, 0 elsewhere.
+
+    The common case, and asked for at every plan: whole-map comparisons instead of lists of runs.
+    """
+    kind = np.zeros(blocked.shape, dtype=np.uint8)
+    np.logical_and(blocked[:, :-2], blocked[:, 2:], out=kind.view(np.bool_)[:, 1:-1])
+    upright = (blocked[:-2] & blocked[2:]).view(np.uint8)
+    kind[1:-1] |= upright << 1
+    kind *= (~blocked).view(np.uint8)
+    return kind
+
+
+def _listed(
+    grid: Grid,
+    robot: Robot,
+    kind: NDArray[np.uint8],
+    ys: NDArray[np.intp],
+    xs: NDArray[np.intp],
+    widths: list[float],
+) -> tuple[tuple[Gate, ...], NDArray[np.int64]]:
+    """Gates of these kinds, rows, columns and widths, and the numbers of their cells."""
+    numbers = ys.astype(np.int64) * kind.shape[1] + xs
     if ys.size == 0:
-        return ()
+        return (), numbers
     dead = _dead(grid.blocked, kind, ys, xs, robot.radius > 0)
     axes = map(_AXES.__getitem__, kind[ys, xs].tolist())
     checkpoint()
-    widths = (least[ys, xs] * grid.resolution).tolist()
-    return _gates(zip(xs.tolist(), ys.tolist(), strict=True), axes, widths, dead.tolist())
+    return _gates(zip(xs.tolist(), ys.tolist(), strict=True), axes, widths, dead.tolist()), numbers
 
 
 def _gates(*columns: Iterable[Any]) -> tuple[Gate, ...]:

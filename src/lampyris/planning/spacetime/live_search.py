@@ -177,6 +177,7 @@ def seen_at(change: Change, search: TimedSearch, limit: int | None) -> SensedNow
         track = one.track
         (x, y), (x0, y0), known = track[-1], track[0], len(track)
         plain = one.obstacle == k and one.period is None and known <= 2 and one.footprint == ((0, 0),)
+        plain = plain and abs(x - x0) <= 1 and abs(y - y0) <= 1  # one that jumps is refused, but not here
         if not plain or one.since + known - 1 != now:
             return None
         rows.append((x, y, x - x0, y - y0, known == 1))

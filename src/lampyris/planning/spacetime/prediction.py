@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
+from lampyris.errors import SceneError
 from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.model.change import ObstacleTrack
 from lampyris.model.grid import frozen
@@ -70,6 +71,8 @@ class _Notes:
 
 _Alike: TypeAlias = tuple[tuple[Cell, ...], int, int, int | None]
 """Footprint, first tick, length and period: tracks that have these in common are worked out together."""
+_Numbered: TypeAlias = Sequence[tuple[int, tuple[Cell, ...]]]
+"""Numbers of obstacles, and their tracks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -212,9 +215,10 @@ class Forecaster:
         for key, group in alike.items():
             cells, since, _, period = key
             if period == 1:
-                lasting[key] = self._last(key, [tuple(seen.track) for seen in group], tick)
+                numbered = [(seen.obstacle, tuple(seen.track)) for seen in group]
+                lasting[key] = self._last(key, numbered, tick)
                 continue
-            tracks = np.array([seen.track for seen in group], dtype=np.int64)
+            tracks = _steady([(seen.obstacle, seen.track) for seen in group], since, period)
             self._known(tracks, since, period, cells, tick, unrolled, notes)
             if period is None and horizon > 0:
                 self._guessed(tracks, since, cells, tick, horizon, notes)
@@ -226,11 +230,12 @@ class Forecaster:
 
     # ---- what is known --------------------
 
-    def _last(self, key: _Alike, tracks: list[tuple[Cell, ...]], tick: int) -> Lasting:
+    def _last(self, key: _Alike, numbered: _Numbered, tick: int) -> Lasting:
         """What tracks that end forbid, worked out again only if they are others than those of the call before.
 
         Tuples alone are recognised: a list that a caller gives as a track is copied to a new tuple by every call.
         """
+        tracks = [track for _, track in numbered]
         known = self._lasting.get(key)
         if known is not None and known.holds(tracks, tick):
             return known
@@ -239,21 +244,21 @@ class Forecaster:
         self._serial += 1
         old = next((one for one in self._lasting.values() if one.became(tracks, tick, key)), None)
         if old is not None:
-            return self._longer(old, key, tracks)
-        self._known(np.array(tracks, dtype=np.int64), since, period, cells, tick, 0, notes)
+            return self._longer(old, key, numbered)
+        self._known(_steady(numbered, since, period), since, period, cells, tick, 0, notes)
         at, steps = _rows(notes.at, 2), _rows(notes.steps, 4)
         first, forever = min(max(tick, since), last), _rows(notes.forever, 2)
         return Lasting(key, tracks, first, last, at, steps, forever, self._serial)
 
-    def _longer(self, old: Lasting, key: _Alike, tracks: list[tuple[Cell, ...]]) -> Lasting:
+    def _longer(self, old: Lasting, key: _Alike, numbered: _Numbered) -> Lasting:
         """What tracks forbid that have become longer: what they forbade, and what has come since."""
         cells, since, length, period = key
         notes = _Notes()
-        self._known(np.array(tracks, dtype=np.int64), since, period, cells, old.last, 0, notes)
+        self._known(_steady(numbered, since, period), since, period, cells, old.last, 0, notes)
         added = _forbidden(notes, old.last)
         at = np.concatenate((old.at, added.at[added.at[:, 1] > old.last]))
         steps = np.concatenate((old.steps, added.steps))
-        last = since + length - 1
+        last, tracks = since + length - 1, [track for _, track in numbered]
         return Lasting(
             key, tracks, old.first, last, at, steps, added.forever, self._serial, old.serial, added
         )
@@ -396,6 +401,30 @@ class Forecaster:
         inside = self._inside(cells)
         inside[inside] = self._free[cells[inside, 1], cells[inside, 0]]
         return inside
+
+
+def _steady(numbered: _Numbered, since: int, period: int | None) -> _Ints:
+    """Tracks of one length, (obstacles, m, 2); from tick to tick none goes farther than to a neighbour.
+
+    Raises
+    ------
+    SceneError : ``OBSTACLE_SPEED``, one does.
+    """
+    tracks = np.array([track for _, track in numbered], dtype=np.int64)
+    length = tracks.shape[1]
+    again = length - (period or 1)  # where it goes on after its last tick
+    then = np.concatenate((tracks[:, 1:], tracks[:, again : again + 1]), axis=1)
+    far = np.abs(then - tracks).max(axis=2, initial=0) > 1
+    if far.any():
+        which, leg = (int(k) for k in np.argwhere(far)[0])
+        a, b = (tuple(place.tolist()) for place in (tracks[which, leg], then[which, leg]))
+        raise SceneError(
+            "OBSTACLE_SPEED",
+            f"obstacle {numbered[which][0]} jumps from {a} to {b} at t = {since + leg + 1}",
+            where="obstacle_tracks",
+            allowed="one cell a tick, to one of the eight neighbours",
+        )
+    return tracks
 
 
 def _rows(parts: list[_Ints], width: int) -> _Ints:

@@ -268,7 +268,7 @@ class TimedSearch:
             cells[inside] = table.owner[states[inside] - n]
             return cells
 
-        with ROOM.take(states, result) as room:
+        with ROOM.take(states, result, self) as room:
             sipp(
                 *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
                 table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,

@@ -7,6 +7,7 @@ of its time.
 from __future__ import annotations
 
 import threading
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -17,7 +18,9 @@ from numpy.typing import NDArray
 from lampyris.kernels.spacetime.timed_search import NEVER, clean
 
 KEPT_STATES = 1 << 20
-"""States for which room is kept at most; 45 bytes each."""
+"""States for which room is kept at most, as long as the search lives that used it last; 45 bytes each."""
+LASTING_STATES = 1 << 13
+"""States for which room is kept after that."""
 
 
 class StateRoom(NamedTuple):
@@ -62,32 +65,46 @@ class StateRoom(NamedTuple):
 
 
 class SearchRoom(threading.local):
-    """Room for one search at a time in each thread."""
+    """Room for one search at a time in each thread. What is large goes with the search that used it last."""
 
-    kept: StateRoom | None = None
+    def __init__(self) -> None:
+        self._held: list[StateRoom] = []
+        self._user: weakref.ref[object] | None = None
+
+    @property
+    def kept(self) -> StateRoom | None:
+        """This thread's room."""
+        return self._held[0] if self._held else None
 
     @contextmanager
-    def take(self, states: int, result: NDArray[np.int64]) -> Iterator[StateRoom]:
+    def take(self, states: int, result: NDArray[np.int64], user: object) -> Iterator[StateRoom]:
         """Clean room for exactly so many states.
 
         Parameters
         ----------
         states : how many.
         result : of the search: the second number says how many states it expanded.
+        user : whose search it is: large room is not kept for longer than this lives.
         """
-        kept, self.kept = self.kept, None  # a search that is stopped by an exception leaves it in any state
+        kept = self._held.pop() if self._held else None  # one that an exception stops leaves it in any state
         if kept is None or len(kept.arrive) < states:
             kept = StateRoom.of(states)
         there = kept.first(states)
         yield there
         clean(there.arrive, there.done, there.heap, there.place, int(result[1]))
         if len(kept.arrive) <= KEPT_STATES:
-            self.kept = kept
+            if self._user is None or self._user() is not user:
+                held = self._held  # of this thread, whichever thread the user ends in
+                self._user = weakref.ref(user, lambda _: _shrink(held, LASTING_STATES))
+            self._held.append(kept)
 
     def shrink(self, states: int) -> None:
         """Let go of this thread's room if it is for more states than that."""
-        if self.kept is not None and len(self.kept.arrive) > states:
-            self.kept = None
+        _shrink(self._held, states)
+
+
+def _shrink(held: list[StateRoom], states: int) -> None:
+    held[:] = [room for room in held if len(room.arrive) <= states]
 
 
 ROOM = SearchRoom()

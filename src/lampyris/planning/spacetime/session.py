@@ -209,7 +209,8 @@ class TimedSession(SessionBase):
 
         Raises
         ------
-        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map; ``OBSTACLE_SPEED``, an obstacle
+            goes farther than to a neighbour in a tick.
         """
         began = loading.wall()
         self._remember()

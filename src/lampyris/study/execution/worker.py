@@ -43,7 +43,7 @@ from lampyris.motion.laws.pose_route import pose_route
 from lampyris.planning import registry
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.frame import SCRATCH
-from lampyris.planning.spacetime.search_room import ROOM
+from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM
 from lampyris.sim.grid import loop
 from lampyris.study.design.serialize import unpacked_fleet
 from lampyris.study.design.study import canonical
@@ -62,8 +62,6 @@ SCRATCH_KEPT = 1 << 19
 
 More is made again, which adds at most 2 % to a field of 192 to 512 cells a side.
 """
-STATES_KEPT = 1 << 13
-"""States of searches by intervals for which there is room from job to job; 45 bytes each."""
 MAX_WORDS = 500
 """Characters of what is said of an error."""
 
@@ -121,7 +119,7 @@ def work(batch: bytes) -> bytes:
         for plain in jobs:
             results.append(_result(plain, grounds, memory, fleets))
             SCRATCH.shrink(SCRATCH_KEPT)  # the next job's planner may have no use for it
-            ROOM.shrink(STATES_KEPT)
+            ROOM.shrink(LASTING_STATES)  # now, even if the job's session is still waiting for the collector
         return canonical({"results": results})
 
 

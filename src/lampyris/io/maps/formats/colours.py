@@ -37,6 +37,7 @@ from lampyris.io.maps.formats.document import (
     Reading,
     first_bad,
     look_up,
+    places_of,
 )
 
 OCCUPIED_FROM = np.float32(0.65)
@@ -129,7 +130,7 @@ def scaled_down(reading: Reading) -> Reading:
     height, width = codes.shape
     sides: list[int] = []
     for mark in (START, GOAL):
-        ys, xs = np.nonzero(codes == mark)
+        ys, xs = np.divmod(places_of(codes, mark), width)
         if ys.size:
             x, y = int(xs.min()), int(ys.min())
             side = int(xs.max()) - x + 1

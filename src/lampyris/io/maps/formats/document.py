@@ -218,14 +218,15 @@ def document(
     blocked = (codes == BLOCKED) | unknown
     start = _only(codes, START, "start", source)
     goal = _only(codes, GOAL, "goal", source)
-    if int(np.count_nonzero(codes == OBSTACLE)) > MAX_OBSTACLES:
+    drawn = places_of(codes, OBSTACLE)
+    if drawn.size > MAX_OBSTACLES:
         raise LimitError(
             "LIMIT",
             "too many moving obstacles drawn",
             where=source.name,
             allowed=f"at most {MAX_OBSTACLES:,}",
         )
-    obstacles = tuple((int(x), int(y)) for y, x in np.argwhere(codes == OBSTACLE))
+    obstacles = tuple((int(k % codes.shape[1]), int(k // codes.shape[1])) for k in drawn)
     grid = Grid(
         blocked,
         unknown=unknown if unknown.any() else None,
@@ -242,8 +243,14 @@ def document(
     )
 
 
+def places_of(codes: CodeGrid, code: int) -> NDArray[np.intp]:
+    """Numbers of the cells with a code, y * width + x, rising: of most maps none, which is seen sooner than searched."""
+    there = codes == code
+    return np.flatnonzero(there) if there.any() else np.zeros(0, dtype=np.intp)
+
+
 def _only(codes: CodeGrid, code: int, what: str, source: FileSource) -> Cell | None:
-    found = np.flatnonzero(codes == code)
+    found = places_of(codes, code)
     if found.size == 0:
         return None
     cells = [(int(k % codes.shape[1]), int(k // codes.shape[1])) for k in found[:2]]

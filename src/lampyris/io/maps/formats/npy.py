@@ -17,7 +17,7 @@ import numpy as np
 
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Reading, first_bad
-from lampyris.typing import ByteGrid, FloatGrid
+from lampyris.typing import BoolGrid, ByteGrid, FloatGrid
 
 MAGIC = b"\x93NUMPY"
 HEADER_BYTES = 4096
@@ -97,10 +97,10 @@ def _cells(header: _Header, source: FileSource) -> np.ndarray[Any, Any]:
 def _codes(cells: np.ndarray[Any, Any], source: FileSource) -> np.ndarray[Any, np.dtype[np.uint8]]:
     if cells.dtype.kind == "b":
         # A stored bool may be any byte; what is not 0 is True, as NumPy itself has it.
-        return np.where(cells.view(np.uint8) != 0, np.uint8(BLOCKED), np.uint8(FREE))
-    codes = np.full(cells.shape, BLOCKED, dtype=np.uint8)
-    codes[cells == 0] = FREE
-    wrong = (cells != 0) & (cells != 1)
+        return _taken(cells.view(np.uint8) != 0)
+    taken = cells != 0
+    codes = _taken(taken)
+    wrong = taken & (cells != 1)
     if cells.dtype.kind == "i":
         codes[cells == -1] = UNKNOWN
         wrong &= cells != -1
@@ -114,6 +114,12 @@ def _codes(cells: np.ndarray[Any, Any], source: FileSource) -> np.ndarray[Any, n
             'save `blocked` as a bool array, or read costmap values with values="costmap"',
         )
     return codes
+
+
+def _taken(taken: BoolGrid) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """Codes of cells that are blocked or free: the truth values themselves, row by row."""
+    assert (FREE, BLOCKED) == (False, True)
+    return np.array(taken, order="C").view(np.uint8)
 
 
 def _costs(cells: np.ndarray[Any, Any], source: FileSource) -> ByteGrid:
