@@ -152,6 +152,20 @@ class TimedSession(SessionBase):
         search = self._recalled() if live else None
         return None if search is None else search.answers(-1 if limit is None else limit)
 
+    def first_answers(
+        self, wanted: int, limit: int | None, obstacles: int, live: bool
+    ) -> tuple[AnswersInTicks, int] | None:
+        """The same before the first call, with the states that were expanded to begin with."""
+        ends = self._robot, self._scene.goal
+        if not live or not self._shares or not all(self._free[y, x] for x, y in ends):
+            return None
+        self._search, self._shares = shared_search(self._scene, self._moves), False
+        search = self._recalled() if self._search.steps_left(self._robot) >= 0 else None
+        if search is None:
+            return None
+        search.make_room(obstacles)
+        return search.answers(-1 if limit is None else limit), 0
+
     def answered(self, asked: NDArray[np.int64]) -> None:
         """Take in what a kernel has answered."""
         assert self._live is not None

@@ -72,6 +72,12 @@ class AnswersKernel(Protocol):
         cell, and of unknown future. None: a plan has to be asked for."""
         ...
 
+    def first_answers(
+        self, wanted: int, limit: int | None, obstacles: int, live: bool
+    ) -> tuple[AnswersInTicks, int] | None:
+        """The same before the first call, with the states that were expanded to begin with."""
+        ...
+
     def answered(self, asked: Ints) -> None:
         """Take in what was asked and answered."""
         ...
@@ -143,9 +149,9 @@ class CompiledTicks:
             w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None
         )  # bits: whole numbers
         self._capacity = max(len(world.where) + more, 1)
-        assert state.last_tick is not None
         # One by one: a list of places takes several times as long.
-        st[k.NOW], st[k.LAST_TICK], st[k.BASE] = state.now, state.last_tick, state.now
+        st[k.NOW], st[k.BASE] = state.now, state.now
+        st[k.LAST_TICK] = -1 if state.last_tick is None else state.last_tick
         st[k.PATIENCE], st[k.WAITING], st[k.HOLDING] = run.patience, state.waiting, state.holding
         st[k.OBSTACLES], st[k.CAPACITY] = len(world.where), self._capacity
         st[k.ROBOT], st[k.GOAL], st[k.ROOM] = world.robot, self._goal, self._room
@@ -314,6 +320,43 @@ class CompiledTicks:
 
     # ---- ticks --------------------
 
+    @property
+    def last_tick(self) -> int:
+        """The tick with which the simulation ends."""
+        return int(self._st[k.LAST_TICK])
+
+    @last_tick.setter
+    def last_tick(self, tick: int) -> None:
+        self._st[k.LAST_TICK] = tick
+
+    def begin(self) -> int:
+        """Have a kernel answer the first question, before the first tick: the steps of the whole path; 0: a plan has to be
+        asked for, of another session.
+        """
+        st, run = self._st, self._run
+        if not self._may_answer():
+            return 0
+        session: AnswersKernel = run.session  # type: ignore[assignment]
+        began = loading.cpu()
+        found = session.first_answers(run.tick_speed.horizon + 2, self._limit(), self._capacity, self._live)
+        if found is None:
+            return 0
+        answers, spent = found
+        where = self._obstacles[0][: int(st[k.OBSTACLES])]
+        closed = where[where != run.world.robot]
+        self._marks[: len(closed)] = closed
+        st[k.MARKED], st[k.AHEAD], st[k.STOP_AT] = len(closed), -1, st[k.NOW]
+        answers.asked[PENDING] = 1
+        asked = loading.cpu()
+        self._call(answers)
+        done = loading.cpu()
+        if not st[k.ANSWERED] or st[k.STEPS] < 1:
+            return 0
+        run.state.expansions += spent
+        run.state.planning_s += asked - began
+        self._take(answers, done - asked)
+        return int(st[k.STEPS])
+
     def go(self, last: int) -> None:
         """Tick on, to the end of tick ``last`` or to an outcome."""
         st, run = self._st, self._run
@@ -322,14 +365,7 @@ class CompiledTicks:
             st[k.STOP_AT] = stop
             answers = self._answers()
             began = loading.cpu()
-            code = int(
-                (k.advance if answers is None else answers.kernel)(
-                    st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
-                    *self._traffic[1:], self._tables[2], self._route, self._enter_at,
-                    self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
-                    *(() if answers is None else (answers.asked, *answers.rest)),
-                )
-            )  # fmt: skip
+            code = self._call(answers)
             if answers is not None:
                 self._take(answers, loading.cpu() - began)
             self._read()
@@ -342,6 +378,17 @@ class CompiledTicks:
                 return
             if run.state.now >= last:
                 return
+
+    def _call(self, answers: AnswersInTicks | None) -> int:
+        """Call the kernel; the reason to stop."""
+        return int(
+            (k.advance if answers is None else answers.kernel)(
+                self._st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
+                *self._traffic[1:], self._tables[2], self._route, self._enter_at,
+                self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
+                *(() if answers is None else (answers.asked, *answers.rest)),
+            )
+        )  # fmt: skip
 
     def _prepare(self, last: int) -> int:
         """Draws and room for the next ticks; the tick to stop at."""
@@ -472,14 +519,22 @@ class CompiledTicks:
         """How a kernel asks the session by itself; None: it cannot."""
         run = self._run
         find = getattr(run.session, "answers", None)
-        budget = run.budget
-        if find is None or not run.walls.reported:
+        if find is None or not self._may_answer():
             return None
-        if budget is not None and (budget.seconds is not None or budget.stop is not None):
-            return None
-        limit = None if budget is None else budget.expansions
-        found: AnswersInTicks | None = find(run.tick_speed.horizon + 2, limit, self._capacity, self._live)
+        found: AnswersInTicks | None = find(
+            run.tick_speed.horizon + 2, self._limit(), self._capacity, self._live
+        )
         return found
+
+    def _may_answer(self) -> bool:
+        """Whether a kernel may answer in place of the session: it keeps to no seconds, and knows no news of the map."""
+        budget = self._run.budget
+        timed = budget is not None and (budget.seconds is not None or budget.stop is not None)
+        return not timed and self._run.walls.reported
+
+    def _limit(self) -> int | None:
+        """States that one answer may expand."""
+        return None if self._run.budget is None else self._run.budget.expansions
 
     def _take(self, answers: AnswersInTicks, seconds: float) -> None:
         """Take in what a kernel has asked, in a call of so many seconds."""
