@@ -347,14 +347,12 @@ class CompiledTicks:
         self._marks[: len(closed)] = closed
         st[k.MARKED], st[k.AHEAD], st[k.STOP_AT] = len(closed), -1, st[k.NOW]
         answers.asked[PENDING] = 1
-        asked = loading.cpu()
         self._call(answers)
-        done = loading.cpu()
         if not st[k.ANSWERED] or st[k.STEPS] < 1:
             return 0
         run.state.expansions += spent
-        run.state.planning_s += asked - began
-        self._take(answers, done - asked)
+        run.state.planning_s += loading.cpu() - began
+        self._take(answers, 0.0)
         return int(st[k.STEPS])
 
     def go(self, last: int) -> None:
@@ -671,5 +669,4 @@ def _walls(key: GridKey, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int3
 
 def _flat(rows: Any) -> Ints:
     """Whole numbers as one row, at least one."""
-    made = np.array(rows, dtype=np.int64).reshape(-1)
-    return made if len(made) else np.zeros(1, dtype=np.int64)
+    return np.array(rows, dtype=np.int64).reshape(-1) if rows else np.zeros(1, dtype=np.int64)

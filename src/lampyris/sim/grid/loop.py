@@ -72,6 +72,7 @@ from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
+from lampyris.sim.traffic.obstacle_draws import seeded
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape, shared
 from lampyris.sim.world.endings import gave_up, too_late
@@ -202,7 +203,7 @@ class Simulation(Exclusive):
         return self.state.plan
 
     def _stream(self) -> np.random.Generator:
-        return np.random.Generator(np.random.PCG64(np.random.SeedSequence((self.seed, 0))))
+        return np.random.Generator(np.random.PCG64(seeded(self.seed, 0)))
 
     # ---- planning --------------------
 
