@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.arrays import index_array
+from lampyris._core.arrays import any_true, index_array
 from lampyris.model.grid import Grid
 from lampyris.model.moves import Moves
 from lampyris.model.path import Path
@@ -153,12 +153,12 @@ def plain_codes(at: Ints, dx: Ints, dy: Ints, grid: Grid, moves: Moves) -> Ints 
     moves : with steps to neighbours alone.
     """
     code: Ints = 3 * dx + dy
-    if np.count_nonzero(_steps_of(moves).kind.take(code) < 0):
+    if any_true(_steps_of(moves).kind.take(code) < 0):
         return None
     if not moves.corner_cutting:
         # Of a straight step these are its own two cells.
         beside = grid.blocked.take(at[:-1] + dx - 1) | grid.blocked.take(at[1:] - dx + 1)
-        if np.count_nonzero(beside):
+        if any_true(beside):
             return None
     return code
 

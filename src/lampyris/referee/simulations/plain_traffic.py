@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import any_true
 from lampyris.model.trace import Trace
 from lampyris.referee.geometry.shapes import Ints, disc_cells
 from lampyris.referee.path import plain_codes
@@ -54,21 +55,20 @@ def plainly_legal(trace: Trace) -> PlainDrive | None:
     flat = np.concatenate((trace.robot, *trace.tracks))
     if flat.dtype != np.int32 or flat.shape[1] != 2:
         return None
-    # As numbers without a sign those left of the map and above it are very large. Of few numbers NumPy counts those that are
-    # not 0 in a third of the time that it takes to say whether there are any.
+    # As numbers without a sign those left of the map and above it are very large.
     at = np.ascontiguousarray(flat.T)
-    if np.count_nonzero(at.view(np.uint32) >= np.array(((width,), (height,)), dtype=np.uint32)):
+    if any_true(at.view(np.uint32) >= np.array(((width,), (height,)), dtype=np.uint32)):
         return None
     x, y = at
     rows = y * np.int32(width)
     cell = rows + x
-    if np.count_nonzero(grid.blocked.take(cell)):
+    if any_true(grid.blocked.take(cell)):
         return None
     ticks, count = len(trace.robot), 1 + len(trace.tracks)
     lines = at.reshape(2, count, ticks)
     step = lines[..., 1:] - lines[..., :-1]
     step += 1
-    if np.count_nonzero(step.view(np.uint32) > 2):
+    if any_true(step.view(np.uint32) > 2):
         return None
     robot = cell[:ticks].astype(np.int64)
     cell += rows  # a row counts twice the width, so that sums of two say both coordinates
@@ -80,7 +80,7 @@ def plainly_legal(trace: Trace) -> PlainDrive | None:
     seen.sort(axis=1)
     # Where the last of one row and the first of the next are equal, nothing is said either.
     line = seen.reshape(-1)
-    if np.count_nonzero(line[1:] == line[:-1]):
+    if any_true(line[1:] == line[:-1]):
         return None
     driven = np.ones(ticks, dtype=np.bool_)
     np.not_equal(robot[1:], robot[:-1], out=driven[1:])

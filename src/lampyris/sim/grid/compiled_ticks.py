@@ -43,7 +43,7 @@ from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
 from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, bordered, shared
+from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy
@@ -198,13 +198,11 @@ class CompiledTicks:
 
     def _pack_tables(self) -> tuple[Any, ...]:
         """Where obstacles may be and step, by shape, and where the robot may step."""
-        shapes: dict[int, Shape] = {}
-        for shape in (*self._run.world.shapes, *(w.shape for w in self._walkers)):
-            shapes.setdefault(id(shape), shape)  # bits: only tells them apart
+        given = (*self._run.world.shapes, *[w.shape for w in self._walkers])
+        shapes = {id(shape): shape for shape in given}  # bits: only tells them apart
         self._place = {key: place for place, key in enumerate(shapes)}
-        appearing = any(w.spec.rate is not None for w in self._walkers)
         opened = np.zeros(1, dtype=np.uint8)
-        if appearing:
+        if any(w.spec.rate is not None for w in self._walkers):
             masks = [bordered(shape.open).reshape(-1).view(np.uint8) for shape in shapes.values()]
             opened = np.concatenate(masks)
         bits = [shape.step_bits() for shape in shapes.values()] or [np.zeros(1, dtype=np.uint8)]

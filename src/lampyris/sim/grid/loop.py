@@ -232,11 +232,13 @@ class Simulation(Exclusive):
     def _end_after(self, steps: int) -> int:
         """Fix the last tick, unless it is given, by the steps of the first plan."""
         if self.state.last_tick is None:
-            TICKS.demand(steps, "the path", instead="say how many ticks there are")
+            allowed = TICKS.allowed
+            if steps > allowed:
+                TICKS.demand(steps, "the path", instead="say how many ticks there are")
             grid = self.scene.grid
             most = 10 * (grid.height + grid.width) * (1 + len(self.visits.via)) + 4 * steps
             most += 0 if self.pursuit is None else 2 * len(self.pursuit.cells)
-            self.state.last_tick = min(most, TICKS.allowed)
+            self.state.last_tick = min(most, allowed)
         return self.state.last_tick
 
     def _begin(self) -> None:
@@ -584,10 +586,12 @@ class Simulation(Exclusive):
         BusyError : another call is at work on this simulation.
         """
         robot, tracks, speeds, causes = self._history()
-        moved = np.ones(len(robot), dtype=np.bool_)
-        step = robot[1:] != robot[:-1]
-        np.logical_or(step[:, 0], step[:, 1], out=moved[1:])
-        route = robot[moved]
+        route = robot
+        if self.state.waits:
+            moved = np.ones(len(robot), dtype=np.bool_)
+            step = robot[1:] != robot[:-1]
+            np.logical_or(step[:, 0], step[:, 1], out=moved[1:])
+            route = robot[moved]
         grid = self.scene.grid
         fields: dict[str, Any] = {
             "scene": self.scene,

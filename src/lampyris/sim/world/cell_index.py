@@ -168,9 +168,9 @@ class Shape:
         """Whether the obstacle may stand on a cell, by its number."""
         return self._opened[number] != 0
 
-    def opened(self) -> NDArray[np.uint8]:
-        """Where the obstacle may stand, by cell number; uint8, a new array."""
-        return np.frombuffer(self._opened, dtype=np.uint8).copy()
+    def opened(self) -> bytearray:
+        """1 where the obstacle may stand, by cell number; a copy."""
+        return bytearray(self._opened)
 
     def cover(self, number: int) -> tuple[int, ...]:
         """Numbers of the cells covered by an obstacle that stands on this one; cells off the map are left out."""
