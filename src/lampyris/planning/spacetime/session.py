@@ -178,6 +178,8 @@ class TimedSession(SessionBase):
         settings, search = self._settings, self._search
         if search is None or self._by_ticks or not self._laid:
             return None
+        if search.steps_left(self._robot) < 0:
+            return None  # where walls leave no path, obstacles are not watched
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
         if self._forecaster.own != ((0, 0),):

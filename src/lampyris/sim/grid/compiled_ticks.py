@@ -43,7 +43,7 @@ from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
 from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, bordered, shared
+from lampyris.sim.world.cell_index import COMPILED_CELLS, KEPT, CellIndex, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy
@@ -115,9 +115,9 @@ class Running(Protocol):
 
 def supported(run: Running) -> bool:
     """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
-    map, a goal that stands still, no via points, and no more cells than :data:`SMALL_CELLS`."""
+    map, a goal that stands still, no via points, and no more cells than :data:`COMPILED_CELLS`."""
     if (
-        run.scene.grid.blocked.size > SMALL_CELLS
+        run.scene.grid.blocked.size > COMPILED_CELLS
         or run.sensor is not None
         or run.pursuit is not None
         or run.visits.via
