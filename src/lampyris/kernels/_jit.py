@@ -208,13 +208,16 @@ class Kernel:
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
+        # Simulations call small kernels thousands of times a second: few steps of Python's on the way.
+        run = self._run if self._compiled is None else self._in_machine_code
         if not self._halts:
-            return self._run(args)
-        args = self.complete(args)
+            return run(args)
+        if len(args) < self._arity:
+            args = self.complete(args)
         halt = args[-1]
         if halt[0]:
             cancellation.raise_cancelled()
-        result = self._run(args)
+        result = run(args)
         if halt[0]:
             cancellation.raise_cancelled()
         return result
@@ -224,9 +227,8 @@ class Kernel:
         return (*args, cancellation.word()) if self._halts and len(args) < self._arity else args
 
     def _run(self, args: tuple[Any, ...]) -> Any:
-        if self._compiled is None:
-            if self._plain_is_quicker(args):
-                return self.run_plain(*args)
+        if self._compiled is None and self._plain_is_quicker(args):
+            return self.run_plain(*args)
         return self._in_machine_code(args)
 
     def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
@@ -234,7 +236,7 @@ class Kernel:
             raise TypeError(f"only kernels call the compiled form of {self.__name__}: its name begins with _")
         keeping = _keeping  # as it was: another thread may come upon the same and say so first
         try:
-            return self.compiled()(*args)
+            return (self._compiled or self.compiled())(*args)
         except (OSError, *DAMAGE) as error:
             # A kernel reads and writes nothing: this is numba at what it keeps, and the kernel has not begun.
             if not keeping or (_keeping and not self._says_so(error)):
