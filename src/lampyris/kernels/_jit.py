@@ -249,6 +249,12 @@ class Kernel:
             keep_nothing(what, f"{damaged[0].name}{more}", "delete it, or run `lampyris warm`")
         return bool(damaged)
 
+    @property
+    def is_compiled(self) -> bool:
+        """Whether a call runs in machine code that is there already, or has to run in it (:func:`compiled_only`,
+        :func:`recorded`): for callers that have the same in NumPy, no slower than loading a kernel."""
+        return bool(self._compiled is not None or _compiled_only.depth or _recordings)
+
     def price(self, args: tuple[Any, ...]) -> int:
         """About how many nanoseconds the plain form takes."""
         if self._of is not None:
