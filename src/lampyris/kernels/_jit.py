@@ -200,6 +200,7 @@ class Kernel:
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
         self._compiled: Callable[..., Any] | None = None
+        self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
         KERNELS.append(self)
 
@@ -326,9 +327,16 @@ class Kernel:
                     made = self._compiled = _compile(self)
         return made
 
+    def called(self) -> Callable[..., Any]:
+        """The form that other kernels call when they are compiled: its machine code is made as a part of theirs alone, and not
+        kept by itself. Imports numba."""
+        if self._called is None:
+            self._called = _compile(self, part=True)
+        return self._called
+
     def forget(self) -> None:
         """Recompile when it is needed next."""
-        self._compiled = None
+        self._compiled = self._called = None
 
     def prepare(self, types: tuple[Any, ...]) -> bool:
         """Have machine code for arguments of these numba types; return whether no earlier run had left it.
@@ -462,8 +470,9 @@ def _tell(on: bool) -> None:
 
 
 @loading()
-def _compile(k: Kernel) -> Callable[..., Any]:
+def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
     from lampyris.kernels import _machine as machine
+    from lampyris.kernels._shortcuts import PART
 
     machine.load()
     machine.listen(_tell)
@@ -476,12 +485,14 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         highest: machine.bit("ctlz"),
         clock: machine.clock(),
     }
-    variant = _variant(k, lambda callee: callee.compiled(), helpers)
-    keep = _keeping and _cache_works(k)
+    variant = _variant(k, lambda callee: callee.called(), helpers)
+    keep = not part and _keeping and _cache_works(k)
+    if part:
+        variant.__qualname__ += PART
     if keep:
         variant.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=k.inner)
+        made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=part or k.inner)
         _time_loading(made)
         return made
     except RuntimeError as error:
