@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.kernels import _machine
+from lampyris.kernels import _jit, _machine
 from lampyris.kernels import _shortcuts as shortcuts
 from lampyris.kernels._jit import kernel
 
@@ -179,8 +179,9 @@ def both(values: Any, found: Any) -> None:
         found[k] = _twice(values, k) - _square(values, k)
 
 
-def test_what_a_kernel_calls_is_compiled_within_it_alone() -> None:
+def test_what_a_kernel_calls_is_compiled_within_it_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numba knew two functions that a kernel calls by one object once, and took one for the other."""
+    monkeypatch.setattr(_jit, "_keeping", False)
     values, found = np.arange(7), np.zeros(7, dtype=np.int64)
     made: Any = both.compiled()
     made(values, found)
