@@ -62,12 +62,15 @@ def shortcuts() -> Iterator[None]:
 def _install() -> None:
     """Put the shortcuts in place, where this version of numba has what they rely on."""
     from numba.core import base, codegen, cpu, ir, lowering, postproc, transforms, types
+    from numba.core.typing import context
 
     shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
         (types.Function, "get_call_type", _remembered),
         (base.BaseContext, "get_abi_sizeof", _sizes),
         (lowering.BaseLower, "create_cfunc_wrapper", _unless_ours),
         (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
+        (context.BaseContext, "refresh", _what_is_new),
+        (base.BaseContext, "refresh", _what_is_new),
         (ir.Inst, "_rec_list_vars", lambda whole: _variables(whole, ir.Var, ir.Inst)),
         (codegen.CPUCodeLibrary, "finalize", _linked_alone),
         (cpu.CPUContext, "get_executable", _unless_a_part),
@@ -145,6 +148,38 @@ def _without_entries(whole: Callable[..., Any], transforms: Any, postproc: Any) 
         code.generator_info = None
 
     return run
+
+
+def _what_is_new(refresh: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Numba looks for new declarations in all its registries twice for each function, and for each call of one by another:
+    0.1 to 0.3 ms each time. Where it has looked before, those that have grown are enough.
+
+    Its context is copied for each function that is compiled; all copies have one table of registries.
+    """
+    known: dict[int, tuple[Any, dict[Any, int]]] = {}
+
+    def refreshed(self: Any) -> None:
+        table = self._registries
+        if not _ours.depth or id(table) not in known:
+            refresh(self)
+            if _ours.depth:
+                known[id(table)] = table, {one: _declared(one) for one in table}
+            return
+        sizes = known[id(table)][1]
+        for one in list(table):
+            many = _declared(one)
+            if sizes.get(one) != many:
+                self.install_registry(one)
+                sizes[one] = many
+        kinds = getattr(self, "typing_context", None)
+        if kinds is not None:
+            kinds.refresh()
+
+    return refreshed
+
+
+def _declared(registry: Any) -> int:
+    return sum(len(some) for some in vars(registry).values() if isinstance(some, list))
 
 
 def _variables(
