@@ -51,7 +51,7 @@ class SearchSpace:
     exact : exact costs to the goal, (height, width), read-only, -1: none; what D* would hold once it has taken in the
         closed cells.
     expansions : cells settled for them.
-    stride : cells in a row, border included.
+    stride, pad : cells in a row, border included; the border's width.
     free, shut : bool, flat; the border is neither.
     to_go, terrain : int64, flat; exact cost to the goal (-1: none), terrain value (None: plain everywhere).
     jump, price : int64 (steps,); what a step adds to a flat cell, and what it costs on plain ground.
@@ -70,8 +70,8 @@ class SearchSpace:
         self.moves = moves
         self.open_cells = free
         self.exact, self.expansions = exact_costs(free, moves, scene.goal, terrain=scene.grid.terrain)
-        self._pad = moves.reach
-        self.stride = free.shape[1] + 2 * self._pad
+        self.pad = moves.reach
+        self.stride = free.shape[1] + 2 * self.pad
         self.free: Flags = self._framed(free, False)
         self.shut: Flags = self._framed(~free, False)
         self.to_go: Ints = self._framed(self.exact, -1, np.int64)
@@ -86,19 +86,19 @@ class SearchSpace:
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
     def _framed(self, inside: NDArray[Any], border: Any, kind: Any = None) -> NDArray[Any]:
-        return framed(inside, self._pad, border, kind)
+        return framed(inside, self.pad, border, kind)
 
     # ---- cells --------------------
 
     def flat(self, cells: NDArray[Any]) -> Ints:
         """Cells (..., 2) as flat indices (...)."""
         xy = np.asarray(cells, dtype=np.int64)
-        flat: Ints = (xy[..., 1] + self._pad) * self.stride + xy[..., 0] + self._pad
+        flat: Ints = (xy[..., 1] + self.pad) * self.stride + xy[..., 0] + self.pad
         return flat
 
     def cells(self, flat: Ints) -> Cells:
         """Flat indices (n,) as cells, int32 (n, 2)."""
-        xy = np.stack((flat % self.stride, flat // self.stride), axis=-1) - self._pad
+        xy = np.stack((flat % self.stride, flat // self.stride), axis=-1) - self.pad
         return xy.astype(np.int32)
 
     # ---- steps --------------------
