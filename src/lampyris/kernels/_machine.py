@@ -207,8 +207,9 @@ def edition(folder: Path = HERE) -> str:
 
 
 def _sources(folder: Path) -> Iterator[str]:
-    # Three times as fast as Path.rglob: every process that runs machine code reads them.
-    for where, _, names in os.walk(folder):
+    # Every process that runs machine code asks; what is kept beside them may be thousands of files.
+    for where, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if name != "__pycache__"]
         yield from (os.path.join(where, name) for name in names if name.endswith(".py"))
 
 
