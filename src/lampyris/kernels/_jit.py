@@ -199,6 +199,7 @@ class Kernel:
         self._arity = len(names)
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
+        self._dear = False
         self._compiled: Callable[..., Any] | None = None
         self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
@@ -271,17 +272,25 @@ class Kernel:
             return False
         if self._compiled is not None or _compiled_only.depth:
             return True
-        return "numba" in sys.modules and self._spent + self.price(args) > OWN_NS
+        return "numba" in sys.modules and self._left() < self.price(args)
+
+    def expect(self, calls: int, *args: Any) -> None:
+        """Say that so many calls like this one are about to come: where all of them together are too dear for the plain form,
+        none is made in it."""
+        self._dear = self._dear or self._left() < calls * self.price(args)
+
+    def _left(self) -> int:
+        """What may still be spent in plain form."""
+        return OWN_NS - self._spent if "numba" in sys.modules else PLAIN_NS - _spent
 
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
         if jit_disabled():
             return True
-        if _compiled_only.depth:
+        if _compiled_only.depth or self._dear:
             return False
         price = self.price(args)
-        spent, most = (self._spent, OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
-        if spent + price > most:
+        if price > self._left():
             return False
         self._spent += price
         _spent += price
