@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import uninterrupted
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
-from lampyris.kernels.loading import loading
 from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
+from lampyris.planning.sampling.connected import are_connected
 from lampyris.typing import BoolGrid, Cell, Cells
 
 Chain = NDArray[np.int32]
@@ -120,13 +119,7 @@ class SamplingMap:
 
     def joined(self, a: int, b: int) -> bool:
         """Whether single steps through cells that are free now lead from one flat cell to another."""
-        with uninterrupted(), loading():  # its first import is not counted as planning
-            from scipy import ndimage  # bits: labels, whole numbers
-
-        free = self.board.free.reshape(self.rows, self.stride)
-        labels, _ = ndimage.label(free, np.ones((3, 3)) if self.rule == CUT else None)
-        at = labels.ravel()
-        return bool(at[a] == at[b])
+        return are_connected(self.board.free, self.stride, a, b, corners=self.rule == CUT)
 
     def flat(self, cell: Cell) -> int:
         """Flat index of a cell."""

@@ -26,7 +26,7 @@ from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import framed
 from lampyris.planning.field.layers import free_cells
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import exact_costs
 from lampyris.planning.field_cache import SHARED, SHARED_CELLS
 from lampyris.planning.spacetime.prediction import Forbidden
 from lampyris.planning.spacetime.search_room import ROOM
@@ -144,7 +144,7 @@ class TimedSearch:
             self._steps,
             np.empty(n, dtype=np.int32),
         )
-        exact = solve(free, moves, goal, terrain=terrain).exact
+        exact, _ = exact_costs(free, moves, goal, terrain=terrain)
         self._rest = framed(exact, 1, -1, np.int64)
         checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
