@@ -155,7 +155,7 @@ class Ompl:
         poses = np.array([(one.getX(), one.getY(), one.getYaw()) for one in path.getStates()])
         straight = math.dist(start[:2], goal[:2])
         clear = length > straight - 1e-6 and not touches(self._blocked, self._cell, poses)
-        return Judged(spent, length, clear)
+        return Judged(spent, length, free=clear)
 
 
 def solve_within(setup: Any, seconds: float, *, of_processor: bool) -> None:

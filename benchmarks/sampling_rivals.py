@@ -95,7 +95,7 @@ class OmplPlane:
         points = np.array([(state[0], state[1]) for state in path.getStates()])
         length = float(path.length())
         straight = float(np.hypot(start[0] - goal[0], start[1] - goal[1]))
-        return Judged(spent, length, length > straight - 1e-6 and self._is_clear(points))
+        return Judged(spent, length, free=length > straight - 1e-6 and self._is_clear(points))
 
     def _is_clear(self, points: np.ndarray) -> bool:
         for a, b in pairwise(points):
