@@ -17,7 +17,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
 from benchmarks.limits import A_CALL, EXPANSIONS
 from benchmarks.maps import published_map, rooms
 from benchmarks.pose_rivals import Ompl, Pose, Taken
-from benchmarks.sampling_rivals import PARTS, OmplPlane, room_for
+from benchmarks.sampling_rivals import PARTS, ExactLines, OmplPlane, room_for
 
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.grid import Grid
@@ -275,11 +275,13 @@ def bench(quick: bool) -> Section:
                 scenes = cell_scenes(name, robot, count)
                 if scenes:
                     grid = scenes[0].grid
-                    room = room_for(np.asarray(grid.blocked), robot.radius / grid.resolution)
+                    walls, radius = np.asarray(grid.blocked), robot.radius / grid.resolution
+                    room = room_for(walls, radius)
                     rivals = {
                         "OMPL RRTConnect": _asked(OmplPlane("RRTConnect", room, limit, CHECKED)),
                         "OMPL AORRTC": _asked(
-                            OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH), apart=True
+                            OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH, ExactLines(walls, radius)),
+                            apart=True,
                         ),
                     }
                     what = "disc" if robot.radius else "point"

@@ -51,6 +51,7 @@ class RrtStar(SamplingPlanner):
     seeded: bool = settings.seeded()
     seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
+    turns: str = settings.turns()
 
     name: ClassVar[str] = "rrt-star"
     traits: ClassVar[Traits] = TRAITS
@@ -120,6 +121,7 @@ class BitStar(SamplingPlanner):
     seeded: bool = settings.seeded()
     seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
+    turns: str = settings.turns()
 
     name: ClassVar[str] = "bit-star"
     traits: ClassVar[Traits] = TRAITS
