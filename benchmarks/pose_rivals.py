@@ -40,7 +40,7 @@ class Taken:
     expansions: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Judged(Taken):
     """What one query of OMPL took.
 

@@ -39,8 +39,6 @@ from reference.kernel_forms import use
 STARS = ("rrt-star", "informed-rrt-star", "bit-star")
 ALL = ("rrt", "rrt-connect", *STARS)
 FEW = {"samples": 1200}
-CENTRES = {"turns": "centres"}
-"""So that paths of planners that improve them are of lines between cell centres, as the optimum that they are compared with."""
 
 
 def plan_of(name: str, scene: Scene, seed: int = 0, *, record: bool = False, **settings: object) -> Plan:
@@ -78,7 +76,7 @@ def test_small_maps_are_solved_or_proven_to_have_no_path(name: str) -> None:
         start, goal = (free[int(k)] for k in rng.integers(len(free), size=2))
         reached = distances((~walls).tolist(), moves, goal)
         scene = Scene(Grid(walls), start, goal, moves)
-        plan = plan_of(name, scene, case, **FEW, **(CENTRES if name in STARS else {}))
+        plan = plan_of(name, scene, case, **FEW)
         assert plan.status == ("found" if start in reached else "no-path")
         words[plan.status] += 1
         if plan and name in STARS:
@@ -102,7 +100,7 @@ def test_lengths_tend_to_the_shortest_without_shortcuts_and_ancestors(name: str)
         blocked = {(int(x), int(y)) for y, x in np.argwhere(walls)}
         best = shortest(free, all_lines(free, blocked, MOVES["octile"].corner_cutting), (0, 0))
         scene = Scene(Grid(walls), (0, 0), (8, 8))
-        plan = plan_of(name, scene, case, samples=60_000, shortcut=False, ancestors=0, **CENTRES)
+        plan = plan_of(name, scene, case, samples=60_000, shortcut=False, ancestors=0)
         assert bool(plan) == ((8, 8) in best)
         if plan:
             assert plan.any_angle_length == pytest.approx(best[8, 8], abs=1e-6)
@@ -215,9 +213,7 @@ def test_a_seeded_search_begins_with_the_walk_pulled_straight() -> None:
         free = {(int(x), int(y)) for y, x in np.argwhere(~scene.grid.blocked)}
         blocked = {(int(x), int(y)) for y, x in np.argwhere(scene.grid.blocked)}
         least = shortest(free, all_lines(free, blocked, False), scene.start)[scene.goal]
-        at_centres = plan_of("bit-star", scene, seeded=True, samples=20, batch=10, **CENTRES)
-        assert at_centres.any_angle_length >= least - 1e-9
-        assert plan.any_angle_length <= at_centres.any_angle_length
+        assert plan.any_angle_length >= least - 1e-9
         assert plan_of("bit-star", scene, seeded=True, samples=3000).any_angle_length <= least * 1.0001
     scene = walled(5, 14)
     session = registry.make("bit-star", {"seeded": True}).open(scene, np.random.default_rng(0))
@@ -251,7 +247,7 @@ def test_a_search_without_a_path_goes_on_from_a_walk_of_the_grid(name: str) -> N
     for k, x in enumerate(range(6, 58, 4)):
         wall[3 + 50 * (k % 2), x] = False  # doors at the far ends by turns
     scene = Scene(Grid(wall), (1, 1), (58, 30))
-    few = {"samples": 400, "batch": 20, "narrow": 0.0} | CENTRES
+    few = {"samples": 400, "batch": 20, "narrow": 0.0}
     alone = plan_of(name, scene, record=True, seed_after=None, **few)
     assert alone.status is Status.ITERATION_LIMIT
     plan = plan_of(name, scene, record=True, seed_after=100, **few)

@@ -24,6 +24,7 @@ from lampyris.planning.sampling.turns import NEAR, Walls
 from lampyris.referee import check_plan
 from lampyris.referee.plans.any_angle import line_meets
 from lampyris.typing import BoolGrid, Cells
+from reference.kernel_forms import use
 
 STARS = ("rrt-star", "informed-rrt-star", "bit-star")
 RADII = (0.0, 0.3, 0.5, 0.75, 1.0, 1.2, 1.5, 2.5)
@@ -51,6 +52,9 @@ def drawn(rng: np.random.Generator, low: int = 8, high: int = 26) -> Scene | Non
         return None
     (ax, ay), (bx, by) = cells[rng.integers(len(cells), size=2)].tolist()
     return replace(blank, start=(ax, ay), goal=(bx, by))
+
+
+ANYWHERE = {"turns": "anywhere"}
 
 
 def plan_of(name: str, scene: Scene, seed: int = 0, **settings: object) -> Plan:
@@ -125,7 +129,8 @@ def test_a_point_has_the_shortest_path_in_the_plane() -> None:
             continue
         scene = replace(scene, robot=Robot(), moves="octile" if case % 2 else "dissertation")
         plan, exact = (
-            plan_of(name, scene, **more) for name, more in (("bit-star", {"samples": 2000}), ("polyanya", {}))
+            plan_of(name, scene, **more)
+            for name, more in (("bit-star", {"samples": 2000} | ANYWHERE), ("polyanya", {}))
         )
         assert exact.map_model is not None
         assert plan.any_angle_length is not None
@@ -141,7 +146,7 @@ def test_a_disc_goes_round_a_corner_along_its_arc(name: str) -> None:
     walls[:15, 15] = True
     radius = 1.2
     scene = Scene(Grid(walls), (5, 4), (25, 6), robot=Robot(radius=radius))
-    plan = plan_of(name, scene)
+    plan = plan_of(name, scene, **ANYWHERE)
     corners = ((14.5, 14.5), (15.5, 14.5))
     exact, angle = 1.0, 0.0  # between the corners, and the turns at either
     for (x, y), (cx, cy) in zip((scene.start, scene.goal), corners, strict=True):
@@ -152,7 +157,7 @@ def test_a_disc_goes_round_a_corner_along_its_arc(name: str) -> None:
     exact += radius * angle
     assert plan.any_angle_length is not None
     assert exact <= plan.any_angle_length <= exact + 0.015
-    assert plan_of(name, scene, turns="centres").any_angle_length > exact + 0.3
+    assert plan_of(name, scene).any_angle_length > exact + 0.3
 
 
 @pytest.mark.parametrize("radius", [0.5, 1.5])
@@ -165,7 +170,7 @@ def test_a_disc_that_just_fits_turns_in_a_corridor(radius: float) -> None:
     scene = Scene(
         Grid(walls), (3 + middle, 4 + middle), (19 - middle, 18 - middle), robot=Robot(radius=radius)
     )
-    plan = plan_of("bit-star", scene)
+    plan = plan_of("bit-star", scene, **ANYWHERE)
     legs = abs(scene.goal[0] - scene.start[0]) + abs(scene.goal[1] - scene.start[1])
     arc = legs - 2 * radius + math.pi / 2 * radius
     assert plan.any_angle_length is not None
@@ -226,17 +231,31 @@ def test_lines_anywhere_are_those_of_the_referee() -> None:
     assert min(seen) > 100
 
 
+@pytest.mark.parametrize("name", STARS)
+def test_both_forms_agree_and_so_does_the_same_seed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    walls = np.random.default_rng(6).random((16, 16)) < 0.15
+    walls[0, 0] = walls[-1, -1] = False
+    scene = Scene(Grid(walls), (0, 0), (15, 15))
+    plans = []
+    for form in ("plain", "compiled", "compiled"):
+        use(monkeypatch, form)
+        plans.append(plan_of(name, scene, samples=400, **ANYWHERE))
+    assert plans[0] == plans[1] == plans[2]
+    assert plans[0].waypoints is not None
+    assert plans[0].waypoints.dtype == np.float64
+
+
 def test_obstacles_are_walls() -> None:
     """A path round an obstacle keeps its distance, and the next one does not."""
     scene = Scene(Grid(np.zeros((21, 21), dtype=bool)), (1, 10), (19, 10), robot=Robot(radius=1.2))
-    session = registry.make("bit-star", {"samples": 3000}).open(scene, np.random.default_rng(0))
+    session = registry.make("bit-star", {"samples": 3000} | ANYWHERE).open(scene, np.random.default_rng(0))
     seen = [(10, y) for y in range(6, 13)]
     plan = session.plan(Change(obstacles=frozenset(seen)))
     blocked = np.zeros((21, 21), dtype=bool)
     blocked[6:13, 10] = True
     assert check_plan(plan, scene) is None
     assert plan.waypoints is not None
-    with_walls = plan_of("bit-star", replace(scene, grid=Grid(blocked)), samples=3000)
+    with_walls = plan_of("bit-star", replace(scene, grid=Grid(blocked)), samples=3000, **ANYWHERE)
     assert with_walls.any_angle_length is not None
     assert plan.any_angle_length is not None
     assert 18.5 < plan.any_angle_length <= with_walls.any_angle_length + 2.0
@@ -306,7 +325,7 @@ def test_the_referee_refuses_a_disc_too_near_a_wall() -> None:
     walls = np.zeros((24, 31), dtype=bool)
     walls[:15, 15] = True
     scene = Scene(Grid(walls), (5, 4), (25, 6), robot=Robot(radius=1.2))
-    plan = plan_of("bit-star", scene)
+    plan = plan_of("bit-star", scene, **ANYWHERE)
     assert plan.waypoints is not None
     near = plan.waypoints.copy()
     k = int(near[:, 1].argmax())

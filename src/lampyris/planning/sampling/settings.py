@@ -72,4 +72,4 @@ def ancestors() -> Any:
 
 def turns() -> Any:
     """Where the path of a planner that makes it shorter may turn."""
-    return word(ANYWHERE, (ANYWHERE, CENTRES))
+    return word(CENTRES, (CENTRES, ANYWHERE))

@@ -17,7 +17,7 @@ from lampyris.planning.field.layers import FORGIVEN
 from lampyris.planning.sampling.ground import Lines
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
-PARTS = (4, 0.5), (8, 2.0), (16, math.inf)
+PARTS = (4, 0.25), (8, 2.0), (16, math.inf)
 """Sides of the polygon around a quarter of the arc around the corner of a wall, for radii below so many cells."""
 _SPARE = 3
 """Units by which a polygon keeps farther from its corner than the radius: places are whole units."""
@@ -164,7 +164,8 @@ def _around_corner(radius: float) -> _Ints:
 
 
 def _length(points: Cells | Floats) -> float:
-    return math.fsum(math.dist(a, b) for a, b in pairwise(points.tolist()))
+    d = np.diff(points.astype(np.float64), axis=0)
+    return math.fsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]).tolist())
 
 
 def _follows(walk: Cells, places: _Ints) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.referee.geometry.shapes import Ints, _segment_to_squares, slack
+from lampyris.referee.geometry.shapes import _segment_to_squares, slack
 from lampyris.referee.verdict import Violation
-from lampyris.typing import BoolGrid, Cell, Floats
+from lampyris.typing import BoolGrid, Cell
 
 _BAND = 64
 """Rows looked at together: a long slanting line is near to few of the cells in the box around it."""
@@ -229,7 +230,7 @@ def _between(begin: tuple[float, float], end: tuple[float, float], low: int, hig
     return math.floor(min(xs)), math.ceil(max(xs))
 
 
-def _crosses(dx: float, dy: float, gx: Ints | Floats, gy: Ints | Floats, moves: Moves) -> NDArray[np.bool_]:
+def _crosses(dx: float, dy: float, gx: NDArray[Any], gy: NDArray[Any], moves: Moves) -> NDArray[np.bool_]:
     """Which unit squares, centred on (gx, gy), the segment from (0, 0) to (dx, dy) must not meet.
 
     In whole half cells: segment and square are apart if they are on one of the axes x and y, or square to

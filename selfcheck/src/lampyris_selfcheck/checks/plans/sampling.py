@@ -163,7 +163,6 @@ def _improving(ask: Ask, number: int, tally: Tally) -> None:
         "samples": 1500,
         "batch": 10,
         "shortcut": False,
-        "turns": "centres",
         "ancestors": int(rng.choice([0, 0, 2])),
     }
     plan = asked(query.scene, planner, number, **settings)
@@ -184,8 +183,8 @@ def _anywhere(ask: Ask, number: int, tally: Tally) -> None:
     rng = ask.rng("sampling", "anywhere", number)
     query, planner = drawn_query(rng, 4, 13, RADII), IMPROVING[number % 3]
     settings: dict[str, Any] = {"samples": 200, "batch": 50, "shortcut": bool(rng.integers(4))}
-    plan = asked(query.scene, planner, number, **settings)
-    other = asked(query.scene, planner, number, **settings, turns="centres")
+    plan = asked(query.scene, planner, number, **settings, turns="anywhere")
+    other = asked(query.scene, planner, number, **settings)
     fault = next((one for one in (plan, other) if isinstance(one, str)), "")
     if not fault:
         assert isinstance(plan, Plan)

@@ -77,7 +77,8 @@ def squared_gap(begin: Place, end: Place, cell: Cell) -> Fraction:
         return Fraction(0)
     gaps = []
     for place in (begin, end):
-        off = [max(abs(place[axis] - cell[axis]) - HALF, Fraction(0)) for axis in (0, 1)]
+        beyond = [abs(place[axis] - cell[axis]) - HALF for axis in (0, 1)]
+        off = [one if one > 0 else Fraction(0) for one in beyond]
         gaps.append(off[0] ** 2 + off[1] ** 2)
     d = [end[axis] - begin[axis] for axis in (0, 1)]
     length = d[0] ** 2 + d[1] ** 2
