@@ -314,6 +314,16 @@ def test_lines_on_maps_too_long_for_whole_numbers_stay() -> None:
     )
 
 
+def test_a_note_says_that_a_map_is_too_large() -> None:
+    walls = np.zeros((3, 8200), dtype=bool)
+    walls[:2, 4100] = True
+    scene = Scene(Grid(walls), (4095, 0), (4105, 0))
+    plan = plan_of("bit-star", scene, samples=2000, seeded=True, **ANYWHERE)
+    assert plan.waypoints is not None
+    assert plan.waypoints.dtype == np.int32
+    assert any("turns stay at cell centres" in note for note in plan.notes)
+
+
 def lines_of_80() -> Lines:
     return Lines(np.array([(0, 0), (9, 1), (79, 0)], dtype=np.int32), np.zeros((1, 2), dtype=np.int32))
 

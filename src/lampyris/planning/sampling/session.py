@@ -17,6 +17,7 @@ from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, under_name
 from lampyris.kernels import loading
 from lampyris.kernels.graph.search import LIMIT
+from lampyris.kernels.sampling.sweep import FAR
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -325,6 +326,8 @@ class SamplingSession(SessionBase):
             if self._planner.turns == settings.ANYWHERE and len(lines.turns) > 2:
                 lines = self._turning_anywhere(lines, ground, closed)
         notes = run.notes
+        if self._walls is not None and self._walls.far:
+            notes += (f"turns stay at cell centres: the map has {FAR:,} cells or more from corner to corner",)
         if self._scene.grid.terrain is not None:
             notes += ("terrain is ignored by planners that sample",)
         more: dict[str, Any] = {}

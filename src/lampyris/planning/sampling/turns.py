@@ -42,6 +42,10 @@ class Walls:
     radius : of the robot, cells.
     rule : ``CUT``, ``TOUCH`` or ``WIDE``: what lines may do, see :mod:`lampyris.kernels.sampling.sweep`.
     diagonals : see :func:`lampyris.kernels.map_models.polyanya.walk_along`.
+
+    Attributes
+    ----------
+    far : whether the map is too large: lines stay as they are.
     """
 
     def __init__(self, blocked: BoolGrid, radius: float, rule: int, diagonals: int) -> None:
@@ -61,8 +65,8 @@ class Walls:
     def shortened(self, lines: Lines, closed: Sequence[Cell], walking: Walking) -> Lines:
         """The shortest lines that these can be moved to without passing over a wall; the same lines if there are none.
 
-        The walk of a disc's lines is the one given if it stays near them, else another near them, else the lines stay as
-        they are.
+        The walk of a disc's lines is the one given if it stays near them, else another near them; if there is none, the lines
+        stay as they are.
 
         Parameters
         ----------

@@ -67,8 +67,9 @@ def enters(begin: Place, end: Place, cell: Cell) -> bool:
     part = shared(begin, end, cell)
     if part is None:
         return False
-    middle = sum(part) / 2
-    return all(abs(begin[axis] + middle * (end[axis] - begin[axis]) - cell[axis]) < HALF for axis in (0, 1))
+    middle = (part[0] + part[1]) / 2
+    at = [begin[axis] + middle * (end[axis] - begin[axis]) for axis in (0, 1)]
+    return all(abs(at[axis] - cell[axis]) < HALF for axis in (0, 1))
 
 
 def squared_gap(begin: Place, end: Place, cell: Cell) -> Fraction:
