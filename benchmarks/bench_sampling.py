@@ -17,7 +17,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
 from benchmarks.limits import A_CALL, EXPANSIONS
 from benchmarks.maps import published_map, rooms
 from benchmarks.pose_rivals import Ompl, Pose, Taken
-from benchmarks.sampling_rivals import PARTS, OmplPlane, room_for
+from benchmarks.sampling_rivals import PARTS, ExactLines, OmplPlane, room_for
 
 from lampyris.kernels._jit import compiled_only
 from lampyris.model.grid import Grid
@@ -30,8 +30,8 @@ from lampyris.planning.field.layers import free_space, largest_region
 from lampyris.referee import check_plan
 
 TITLE = "Sampling planners compared with OMPL"
-CHECKED, CHECKED_LENGTH = 0.5, 0.1
-"""Cells between two points of a line that OMPL looks at, for its time and for its length."""
+CHECKED = 0.5
+"""Cells between two points of a line that OMPL's RRTConnect looks at."""
 PAIRS, FIRST = 12, 3
 """Queries a map, of which planners that improve a path until their limit answer only the first."""
 TIMES = 2
@@ -39,19 +39,20 @@ TIMES = 2
 LIMIT_S = 1.0
 """Limit of a planner that ends with its first path, and what one without an answer counts as."""
 HOW = f"""Random pairs of cells (points, and discs of radius 0.3 m with cells of 0.25 m) and of poses (a car of 1.2 x 0.5 m,
-radius
-1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map, {TIMES} times each with new
+radius 1.25 m, cells of {RESOLUTION} m). RRT-Connect, ours and OMPL's, answers {PAIRS} queries a map, {TIMES} times each with new
 draws, all others the first {FIRST} of them once. Each call is timed in processor time of its thread; what depends on the
 map alone is made before, each planner plans once before, and a query without an answer counts as the limit of {LIMIT_S:.0f}
 s. Ours: `session.plan()` of an open session with seeds 0, 1, ..., each answer checked by the referee; `rrt-connect` without
-shortcuts, as OMPL's `solve` makes none, and by default. OMPL: `SimpleSetup.solve`, its callback Python and part of its
-time: a lookup in a map of the squares of 1/{PARTS} cell where the disc has room (RRTConnect looks at a line every {CHECKED}
-cells, AORRTC every {CHECKED_LENGTH}), or of free poses; for points and discs each call of AORRTC in a process of its own,
-as that of 2.0.1 now and then ends the process, which counts as no answer. Limits are of processor time: for
+shortcuts, as OMPL's `solve` makes none, and by default. `bit-star`, seeded, turns where AORRTC does, anywhere. OMPL:
+`SimpleSetup.solve`, its callbacks Python and part of its time. RRTConnect looks up each {CHECKED} cells of a line in a map of
+the squares of 1/{PARTS} cell where the disc has room, planners of poses in a map of free poses. AORRTC in the plane asks
+compiled code whether a state or a whole line is free, which is exact, for points and discs alike, and each of its calls has a
+process of its own: 2.0.1 now and then ends the process, which counts as no answer. Limits are of processor time: for
 AORRTC 1.3 s, for our planners that improve a path 50 ms of all threads, and 1.3 s for comparison. OMPL asks Python for it
 at each sample. Lengths are compared where both have a path: one of AORRTC's counts if it is no shorter than the straight
-line (for ends that see each other it states 0) and free of walls, looked at every 1/16 cell (of a footprint's path every
-1/8 cell, and every 1/8 cell of the footprint). `pose-rrt-star` prices a metre in reverse as one ahead, as AORRTC does."""
+line (for ends that see each other it states 0) and free of walls: all its lines, exactly; of RRTConnect's every 1/16 cell
+(of a footprint's path every 1/8 cell, and every 1/8 cell of the footprint). `pose-rrt-star` prices a metre in reverse as one
+ahead, as AORRTC does."""
 
 ASKED = 10.0
 """How many times faster RRT-Connect shall be in the median."""
@@ -61,8 +62,10 @@ MAPS = {
     "arena2": (DISC, POINT), "Berlin_0_256": (DISC, POINT), "AR0011SR": (DISC, POINT), "ht_0_hightown": (DISC, POINT),
     "maze512-32-0": (DISC, POINT), "random512-10-0": (POINT,), "16room_000": (POINT,),
 }  # fmt: skip
-SEEDED, SEEDED_POSES = "bit-star, seeded, 50 ms", "pose-rrt-star, seeded, 50 ms"
-AS_LONG, AS_LONG_POSES = "bit-star, seeded, 1.3 s", "pose-rrt-star, seeded, 1.3 s"
+SHORTEST = {"seeded": True, "turns": "anywhere", "samples": 1_000_000}
+"""Settings of the planner whose lengths are compared with AORRTC's, which turns anywhere, too."""
+SEEDED, SEEDED_POSES = "bit-star, seeded, turns anywhere, 50 ms", "pose-rrt-star, seeded, 50 ms"
+AS_LONG, AS_LONG_POSES = "bit-star, seeded, turns anywhere, 1.3 s", "pose-rrt-star, seeded, 1.3 s"
 """The same within AORRTC's limit: what the shorter one does to lengths."""
 POSE_MAPS = ("arena2", "den312d")
 AGAIN = 15
@@ -210,8 +213,8 @@ def bench(quick: bool) -> Section:
     connect = {
         "rrt-connect, no shortcuts": ours("rrt-connect", {"shortcut": False, "samples": 1_000_000}, limit),
         "rrt-connect": ours("rrt-connect", {}, limit),
-        SEEDED: ours("bit-star", {"seeded": True, "samples": 1_000_000}, OURS_S, timed=True),
-        AS_LONG: ours("bit-star", {"seeded": True, "samples": 1_000_000}, AORRTC_S, timed=True),
+        SEEDED: ours("bit-star", SHORTEST, OURS_S, timed=True),
+        AS_LONG: ours("bit-star", SHORTEST, AORRTC_S, timed=True),
         "bit-star, 50 ms": ours("bit-star", {"samples": 1_000_000}, OURS_S, timed=True),
     }
     poses = {
@@ -275,11 +278,13 @@ def bench(quick: bool) -> Section:
                 scenes = cell_scenes(name, robot, count)
                 if scenes:
                     grid = scenes[0].grid
-                    room = room_for(np.asarray(grid.blocked), robot.radius / grid.resolution)
+                    walls, radius = np.asarray(grid.blocked), robot.radius / grid.resolution
+                    room = room_for(walls, radius)
                     rivals = {
                         "OMPL RRTConnect": _asked(OmplPlane("RRTConnect", room, limit, CHECKED)),
                         "OMPL AORRTC": _asked(
-                            OmplPlane("AORRTC", room, AORRTC_S, CHECKED_LENGTH), apart=True
+                            OmplPlane("AORRTC", room, AORRTC_S, CHECKED, ExactLines(walls, radius)),
+                            apart=True,
                         ),
                     }
                     what = "disc" if robot.radius else "point"

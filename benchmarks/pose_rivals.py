@@ -40,7 +40,7 @@ class Taken:
     expansions: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Judged(Taken):
     """What one query of OMPL took.
 
@@ -155,7 +155,7 @@ class Ompl:
         poses = np.array([(one.getX(), one.getY(), one.getYaw()) for one in path.getStates()])
         straight = math.dist(start[:2], goal[:2])
         clear = length > straight - 1e-6 and not touches(self._blocked, self._cell, poses)
-        return Judged(spent, length, clear)
+        return Judged(spent, length, free=clear)
 
 
 def solve_within(setup: Any, seconds: float, *, of_processor: bool) -> None:

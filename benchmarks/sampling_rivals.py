@@ -11,6 +11,9 @@ import numpy as np
 from benchmarks.pose_rivals import Judged, solve_within
 from scipy import ndimage
 
+from lampyris.kernels.graph.any_angle import TOUCH, WIDE
+from lampyris.kernels.sampling.sweep import UNITS, clear
+
 PARTS = 8
 """Parts of a cell's side, in whose squares OMPL looks up whether the disc has room."""
 CLOSE = 1 / 16
@@ -28,6 +31,27 @@ def room_for(walls: np.ndarray, radius: float) -> np.ndarray:
     return cast(np.ndarray, ~fine & (np.hypot(*apart) >= radius * PARTS))
 
 
+class ExactLines:
+    """Whether a disc, or a point that must touch no wall, may move along a line, by compiled code that is exact.
+
+    Parameters
+    ----------
+    walls : bool (height, width).
+    radius : of the disc, cells.
+    """
+
+    def __init__(self, walls: np.ndarray, radius: float) -> None:
+        framed = np.pad(walls, 1).astype(np.uint8)
+        self._walls, self._stride = framed.ravel(), framed.shape[1]
+        self._radius, self._rule = radius * UNITS * (1.0 - 1e-9), WIDE if radius else TOUCH
+        self._clear = clear.compiled()
+
+    def __call__(self, ax: float, ay: float, bx: float, by: float) -> bool:
+        """Places as of :class:`OmplPlane`: the cell (0, 0) reaches from 0 to 1. They are rounded to 2^-16 of a cell."""
+        ends = [round((v - 0.5) * UNITS) for v in (ax, ay, bx, by)]
+        return bool(self._clear(self._walls, self._stride, *ends, self._radius, self._rule))
+
+
 class OmplPlane:
     """A planner of OMPL in the plane, lengths in cells; its check is a lookup in a map of where the disc has room.
 
@@ -37,9 +61,12 @@ class OmplPlane:
     room : of :func:`room_for`.
     seconds : its limit, of processor time.
     checked : cells between two points of a line that it looks at.
+    exact : decides on lines in place of ``checked``; None: nothing does.
     """
 
-    def __init__(self, planner: str, room: np.ndarray, seconds: float, checked: float) -> None:
+    def __init__(
+        self, planner: str, room: np.ndarray, seconds: float, checked: float, exact: ExactLines | None = None
+    ) -> None:
         from ompl import base, geometric, util
 
         util.noOutputHandler()
@@ -58,6 +85,7 @@ class OmplPlane:
             return free[int(state[1] * PARTS) * wide + int(state[0] * PARTS)] == 1
 
         self._is_free = is_free
+        self._exact = exact
 
     def apart(self, start: tuple[int, int], goal: tuple[int, int]) -> Judged:
         """The answer of a process that was forked for it; one that crashes has none."""
@@ -75,7 +103,12 @@ class OmplPlane:
 
     def __call__(self, start: tuple[int, int], goal: tuple[int, int]) -> Judged:
         setup = self._geometric.SimpleSetup(self._space)
-        setup.setStateValidityChecker(self._is_free)
+        if self._exact is None:
+            setup.setStateValidityChecker(self._is_free)
+        else:
+            exact, information = self._exact, setup.getSpaceInformation()
+            setup.setStateValidityChecker(lambda at: exact(at[0], at[1], at[0], at[1]))
+            information.setMotionValidator(_motions(exact, information))
         ends = []
         for cell in (start, goal):
             state = self._space.allocState()
@@ -95,12 +128,25 @@ class OmplPlane:
         points = np.array([(state[0], state[1]) for state in path.getStates()])
         length = float(path.length())
         straight = float(np.hypot(start[0] - goal[0], start[1] - goal[1]))
-        return Judged(spent, length, length > straight - 1e-6 and self._is_clear(points))
+        return Judged(spent, length, free=length > straight - 1e-6 and self._is_clear(points))
 
     def _is_clear(self, points: np.ndarray) -> bool:
+        if self._exact is not None:
+            return all(self._exact(*a, *b) for a, b in pairwise(points))
         for a, b in pairwise(points):
             parts = np.linspace(0.0, 1.0, 2 + int(np.hypot(*(b - a)) / CLOSE))
             x, y = ((a + (b - a) * parts[:, None]) * PARTS).astype(int).T
             if not self._room[y, x].all():
                 return False
         return True
+
+
+def _motions(exact: ExactLines, information: Any) -> Any:
+    """What decides on lines for OMPL."""
+    from ompl import base
+
+    class Motions(base.MotionValidator):  # type: ignore[misc]
+        def checkMotion(self, a: Any, b: Any) -> bool:
+            return exact(a[0], a[1], b[0], b[1])
+
+    return Motions(information)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -725,6 +726,27 @@ def test_trees_are_limited_by_what_a_call_costs_and_by_samples_in_sequence() -> 
     assert "with its ends side by side 0.08 ms, of 0.10 ms, on 1 of these" in limit
     assert "a query takes 5,000 expansions one after the other, 2.8 us each" in limit
     assert "on each at least 2 times as good: 3.00 to 6.43, holds" in limit
+
+
+def test_a_rival_that_turns_anywhere_is_judged_exactly() -> None:
+    from benchmarks.pose_rivals import Judged
+    from benchmarks.sampling_rivals import ExactLines
+
+    with pytest.raises(TypeError):
+        Judged(1.0, 2.0, 3, False)  # type: ignore[misc] # the verdict once was taken for the count of expansions
+    assert not Judged(1.0, 2.0, free=False).free
+    walls = np.zeros((9, 9), dtype=bool)
+    walls[:4, 4] = True  # the square from (4, 3) to (5, 4) is its lower end
+    point, disc = ExactLines(walls, 0.0), ExactLines(walls, 1.2)
+    assert not point(2.0, 4.0, 7.0, 4.0)
+    assert point(2.0, 4.0001, 7.0, 4.0001)
+    assert not disc(2.0, 5.1999, 7.0, 5.1999)
+    assert disc(2.0, 5.2001, 7.0, 5.2001)
+    assert disc(2.79, 3.0, 2.79, 3.0)
+    assert not disc(2.81, 3.0, 2.81, 3.0)
+    for far, clear in ((1.2001, True), (1.1999, False)):  # lines at 45 degrees past the corner (4, 4)
+        x, y = 4.0 - far * 0.5**0.5, 4.0 + far * 0.5**0.5
+        assert disc(x - 2.0, y - 2.0, x + 2.0, y + 2.0) is clear
 
 
 def test_lengths_are_compared_within_the_same_time() -> None:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.kernels import _machine
+from lampyris.kernels import _jit, _machine
 from lampyris.kernels import _shortcuts as shortcuts
+from lampyris.kernels._jit import kernel
 
 numba = pytest.importorskip("numba")
 
@@ -160,3 +161,60 @@ def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alo
     assert made == ["one", "one"]
     gc.collect()
     assert [ref() for ref in kept] == [None] * 3
+
+
+@kernel()
+def _twice(values: Any, k: int) -> Any:
+    return values[k] * 2
+
+
+@kernel()
+def _square(values: Any, k: int) -> Any:
+    return values[k] * values[k]
+
+
+@kernel(out=("found",))
+def both(values: Any, found: Any) -> None:
+    for k in range(len(values)):
+        found[k] = _twice(values, k) - _square(values, k)
+
+
+def test_what_a_kernel_calls_is_compiled_within_it_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba knew two functions that a kernel calls by one object once, and took one for the other."""
+    monkeypatch.setattr(_jit, "_keeping", False)
+    values, found = np.arange(7), np.zeros(7, dtype=np.int64)
+    made: Any = both.compiled()
+    made(values, found)
+    assert found.tolist() == [2 * k - k * k for k in range(7)]
+    for part in (_twice, _square):
+        called: Any = part.called()
+        assert called.stats.cache_path is None
+        (result,) = called.overloads.values()
+        assert result.library.name.endswith(shortcuts.PART)
+        assert not result.library._compiled  # no machine code of its own
+    # Functions that are called from Python are whole.
+    assert compiled(small).overloads
+
+
+def test_how_libraries_are_finished_is_known_of_this_numba() -> None:
+    """Where numba's own has changed, what kernels call is compiled by itself as well; then this is to be looked at."""
+    from numba.core.codegen import CPUCodeLibrary
+    from numba.core.cpu import CPUContext
+
+    shortcuts._install()
+    assert CPUCodeLibrary.finalize.__module__ == shortcuts.__name__
+    assert CPUContext.get_executable.__module__ == shortcuts.__name__
+
+
+def test_variables_are_listed_in_the_same_order() -> None:
+    from numba.core import compiler, ir
+
+    shortcuts._install()
+    code = compiler.run_frontend(small)
+    ways = []
+    for others in (True, False):
+        with nullcontext() if others else shortcuts.shortcuts():
+            ways.append([[v.name for v in inst.list_vars()] for b in code.blocks.values() for inst in b.body])
+    assert ways[0] == ways[1]
+    assert sum(map(len, ways[0])) > 20
+    assert ir.Inst._rec_list_vars.__module__ == shortcuts.__name__

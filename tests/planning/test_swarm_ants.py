@@ -22,7 +22,7 @@ def task(seeded: bool = False) -> Task:
     memory = Memory(lampyris.Scene(grid, (0, 9), (7, 0), "dissertation"), "ant-system")
     ground = memory.ground()
     seed = ground.shortest_path((0, 9)) if seeded else None
-    return Task(ground, np.array([0, 9]), seed, int(ground.field.exact[9, 0]))
+    return Task(ground, np.array([0, 9]), seed, int(ground.exact[9, 0]))
 
 
 def test_pheromone_changes_as_equations_5_to_7_say() -> None:

@@ -194,7 +194,7 @@ def test_the_seed_is_written_as_waypoints_of_exactly_its_cost() -> None:
     for seed in range(120):
         scene = random_scene(seed)
         ground = ground_of(scene)
-        exact = int(ground.field.exact[scene.start[1], scene.start[0]])
+        exact = int(ground.exact[scene.start[1], scene.start[0]])
         if exact <= 0:
             continue
         seen += 1
@@ -221,7 +221,7 @@ def test_particles_decode_to_cells_and_snap_to_the_nearest_that_reaches_the_goal
     for seed in range(40):
         scene = random_scene(seed)
         ground = ground_of(scene)
-        reach = np.argwhere(ground.field.exact >= 0)[:, ::-1]
+        reach = np.argwhere(ground.exact >= 0)[:, ::-1]
         if not len(reach):
             continue
         for y in range(scene.grid.height):

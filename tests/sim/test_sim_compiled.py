@@ -18,6 +18,7 @@ from lampyris.sim.grid import loop
 from lampyris.sim.grid.compiled_ticks import supported
 from lampyris.sim.grid.steps_since import since
 from lampyris.sim.grid.tick_speed import TickSpeed
+from lampyris.sim.world.cell_index import shared
 from reference.kernel_forms import use
 
 WALLS = np.zeros((14, 16), dtype=bool)
@@ -76,6 +77,30 @@ def test_what_is_seen_at_a_stop_is_what_the_loop_would_show(planner: str) -> Non
             assert one.plan == two.plan
             assert one.state.following == two.state.following
             assert np.array_equal(since(one, 2).robot, since(two, 2).robot)
+
+
+def test_obstacles_are_not_watched_while_walls_leave_no_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SIPP's kernel went on to note since when each stood, and then held those of seeds 57 and 59 for standing longer."""
+    use(monkeypatch, "compiled")
+    wall = tuple((4, y) for y in range(9))
+    edits, who = (Edit(1, wall), Edit(7, (), wall)), registry.make("sipp", {})
+    scene = Scene(Grid(np.zeros((9, 10), dtype=bool)), (0, 4), (9, 4), traffic=(RandomWalk(14),), edits=edits)
+    for seed in (57, 59):
+        known = by_tick(loop.Simulation(scene, who, seed=seed))
+        assert differ(known, loop.run(scene, who, seed=seed)) == []
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "astar", "sipp"])
+def test_maps_too_large_to_be_kept_are_compiled(planner: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, "compiled")
+    blocked = np.random.default_rng(7).random((170, 200)) < 0.1
+    blocked[80, 90] = blocked[93, 112] = False
+    scene = Scene(Grid(blocked), (90, 80), (112, 93), traffic=(RandomWalk(700), RandomWalk(30, 0.5)))
+    assert not shared(scene)
+    who, settings = registry.make(planner, {}), {"seed": 3, "ticks": 30}
+    one = loop.Simulation(scene, who, **settings)
+    assert supported(one)
+    assert differ(by_tick(one), loop.run(scene, who, **settings)) == []
 
 
 def test_what_the_kernel_does_not_know_is_left_to_the_loop() -> None:

@@ -16,7 +16,7 @@ from lampyris.planning.adgso.session import AdGsoSession
 from lampyris.planning.base import Budget
 from lampyris.planning.field import repair
 from lampyris.planning.spacetime.session import TimedSession
-from lampyris.sim.grid.loop import Simulation
+from lampyris.sim.grid.loop import Simulation, run
 
 
 def scene_of(seed: int) -> Scene:
@@ -56,6 +56,46 @@ def test_sipp_under_a_limit(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
         while slow.outcome is None:
             slow.tick()
         assert quick.trace() == slow.trace()
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "sipp"])
+def test_a_kernel_answers_the_first_question(planner: str) -> None:
+    for seed in range(4):
+        scene, one = scene_of(seed), registry.make(planner)
+        late, first = (Simulation(scene, one, seed=seed, plan_first=at_once) for at_once in (False, True))
+        assert late.state.plan is None
+        assert late.state.last_tick == first.state.last_tick
+        assert late.state.expansions == first.state.expansions
+        same = {"timing": {}, "expansions": 0}
+        assert replace(late.plan, **same) == replace(first.plan, **same)
+        for simulation in (late, first):
+            while simulation.outcome is None:
+                simulation.tick()
+        assert late.trace() == first.trace()
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "sipp"])
+@pytest.mark.parametrize("most", [None, 1, 20, 300])
+def test_where_the_kernel_has_no_first_answer_a_plan_is_made(planner: str, most: int | None) -> None:
+    budget, one = None if most is None else Budget(expansions=most), registry.make(planner)
+    blocked = np.zeros((14, 17), dtype=bool)
+    blocked[5, 1:] = True
+    cut = blocked.copy()
+    cut[5, 0] = True
+    around = tuple((x, y) for y in range(3) for x in range(3) if (x, y) != (1, 1))
+    hemmed = (RandomWalk(len(around), starts=around),)
+    crowd = (RandomWalk(40),)
+    scenes = [
+        Scene(Grid(blocked), (1, 1), (15, 13), traffic=hemmed),
+        Scene(Grid(blocked), (1, 1), (15, 13), traffic=crowd),
+        Scene(Grid(cut), (1, 1), (15, 13), traffic=crowd),
+        Scene(Grid(blocked), (1, 1), (15, 13)),
+    ]
+    for scene in scenes:
+        known = Simulation(scene, one, seed=3, budget=budget)
+        while known.outcome is None:
+            known.tick()
+        assert run(scene, one, seed=3, budget=budget) == known.trace()
 
 
 def test_a_repaired_field_is_its_own() -> None:

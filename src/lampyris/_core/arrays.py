@@ -65,6 +65,11 @@ def distinct(values: NDArray[np.int64]) -> NDArray[np.int64]:
     return once
 
 
+def any_true(mask: NDArray[np.bool_]) -> bool:
+    """Whether any element of a mask is True: of a few thousand in a tenth of the time of ``mask.any()``."""
+    return b"\x01" in mask.tobytes()
+
+
 def items_of(noun: str, name: str, value: object) -> tuple[object, ...]:
     """The items of a tuple or list.
 

@@ -142,4 +142,6 @@ def demand_memory(height: int, width: int, border: int, what: str) -> None:
     """
     cells = (height + 2 * border) * (width + 2 * border)
     needed = -(-cells * PER_CELL // 2**20)
+    if needed <= MEMORY.allowed:
+        return
     MEMORY.demand(needed, f"{what} on {width:,} x {height:,} cells", instead="take a smaller map")

@@ -203,18 +203,23 @@ class Kernel:
         self._arity = len(names)
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
+        self._dear = False
         self._compiled: Callable[..., Any] | None = None
+        self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
+        # Simulations call small kernels thousands of times a second: few steps of Python's on the way.
+        run = self._run if self._compiled is None else self._in_machine_code
         if not self._halts:
-            return self._run(args)
-        args = self.complete(args)
+            return run(args)
+        if len(args) < self._arity:
+            args = self.complete(args)
         halt = args[-1]
         if halt[0]:
             cancellation.raise_cancelled()
-        result = self._run(args)
+        result = run(args)
         if halt[0]:
             cancellation.raise_cancelled()
         return result
@@ -224,9 +229,8 @@ class Kernel:
         return (*args, cancellation.word()) if self._halts and len(args) < self._arity else args
 
     def _run(self, args: tuple[Any, ...]) -> Any:
-        if self._compiled is None:
-            if self._plain_is_quicker(args):
-                return self.run_plain(*args)
+        if self._compiled is None and self._plain_is_quicker(args):
+            return self.run_plain(*args)
         return self._in_machine_code(args)
 
     def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
@@ -234,7 +238,7 @@ class Kernel:
             raise TypeError(f"only kernels call the compiled form of {self.__name__}: its name begins with _")
         keeping = _keeping  # as it was: another thread may come upon the same and say so first
         try:
-            return self.compiled()(*args)
+            return (self._compiled or self.compiled())(*args)
         except (OSError, *DAMAGE) as error:
             # A kernel reads and writes nothing: this is numba at what it keeps, and the kernel has not begun.
             if not keeping or (_keeping and not self._says_so(error)):
@@ -253,6 +257,12 @@ class Kernel:
             keep_nothing(what, f"{damaged[0].name}{more}", "delete it, or run `lampyris warm`")
         return bool(damaged)
 
+    @property
+    def is_compiled(self) -> bool:
+        """Whether a call runs in machine code that is there already, or has to run in it (:func:`compiled_only`,
+        :func:`recorded`): for callers that have the same in NumPy, no slower than loading a kernel."""
+        return bool(self._compiled is not None or _compiled_only.depth or _recordings)
+
     def price(self, args: tuple[Any, ...]) -> int:
         """About how many nanoseconds the plain form takes."""
         if self._of is not None:
@@ -268,17 +278,25 @@ class Kernel:
             return False
         if self._compiled is not None or _compiled_only.depth:
             return True
-        return "numba" in sys.modules and self._spent + self.price(args) > self._load * OWN_NS
+        return "numba" in sys.modules and self._left() < self.price(args)
+
+    def expect(self, calls: int, *args: Any) -> None:
+        """Say that so many calls like this one are about to come: where all of them together are too dear for the plain form,
+        none is made in it."""
+        self._dear = self._dear or self._left() < calls * self.price(args)
+
+    def _left(self) -> int:
+        """What may still be spent in plain form."""
+        return self._load * OWN_NS - self._spent if "numba" in sys.modules else PLAIN_NS - _spent
 
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
         if jit_disabled():
             return True
-        if _compiled_only.depth:
+        if _compiled_only.depth or self._dear:
             return False
         price = self.price(args)
-        spent, most = (self._spent, self._load * OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
-        if spent + price > most:
+        if price > self._left():
             return False
         self._spent += price
         _spent += price
@@ -324,9 +342,16 @@ class Kernel:
                     made = self._compiled = _compile(self)
         return made
 
+    def called(self) -> Callable[..., Any]:
+        """The form that other kernels call when they are compiled: its machine code is made as a part of theirs alone, and not
+        kept by itself. Imports numba."""
+        if self._called is None:
+            self._called = _compile(self, part=True)
+        return self._called
+
     def forget(self) -> None:
         """Recompile when it is needed next."""
-        self._compiled = None
+        self._compiled = self._called = None
 
     def prepare(self, types: tuple[Any, ...]) -> bool:
         """Have machine code for arguments of these numba types; return whether no earlier run had left it.
@@ -461,8 +486,9 @@ def _tell(on: bool) -> None:
 
 
 @loading()
-def _compile(k: Kernel) -> Callable[..., Any]:
+def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
     from lampyris.kernels import _machine as machine
+    from lampyris.kernels._shortcuts import PART
 
     machine.load()
     machine.listen(_tell)
@@ -475,12 +501,14 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         highest: machine.bit("ctlz"),
         clock: machine.clock(),
     }
-    variant = _variant(k, lambda callee: callee.compiled(), helpers)
-    keep = _keeping and _cache_works(k)
+    variant = _variant(k, lambda callee: callee.called(), helpers)
+    keep = not part and _keeping and _cache_works(k)
+    if part:
+        variant.__qualname__ += PART
     if keep:
         variant.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=k.inner)
+        made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=part or k.inner)
         _time_loading(made)
         return made
     except RuntimeError as error:

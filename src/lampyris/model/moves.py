@@ -91,6 +91,10 @@ class Moves(Noun):
             steps.setdefault(abs(dx * dy), cost)
         object.__setattr__(self, "_dear", (steps.get(1, 0), steps.get(2, 0)))
 
+    def __hash__(self) -> int:
+        # Many caches are by moves; the offsets would take ten times as long, and follow from the name in all that is usual.
+        return hash((self.name, self.unit, self.scale, self.corner_cutting))  # bits: for dicts alone
+
     def _brief(self) -> str:
         return f"<Moves {self.name}{'' if self.scale == 1 else ' on terrain'}>"
 

@@ -208,8 +208,9 @@ class Plan(Value, Tabular):
     notes : notes for the user, such as which of the attributes were weakened, and why.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven.
-        ``path`` is a walk by single steps along these lines. Of ``polyanya`` for a point robot float64 (k, 2): places
-        between cell centres. Else None.
+        ``path`` is a walk by single steps along these lines. float64 (k, 2), places between cell centres, of ``polyanya``
+        for a point robot, and with ``turns=anywhere`` of planners that sample (where a disc turns, ``path`` may be up to 2
+        cells away along either axis: it needs cells at whose centres the disc has room). Else None.
     tree : of a planner that samples, when asked for: the straight lines of its trees, float64 (m, 4): x, y of either end,
         in cells. Else None.
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits

@@ -11,7 +11,7 @@ import math
 from lampyris._core.limits import Limit
 from lampyris.model.scene import Scene
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import exact_costs
 
 
 def least_steps(scene: Scene) -> int:
@@ -44,7 +44,7 @@ def _connected(scene: Scene) -> bool:
     (x0, y0), goal = scene.start, scene.goal
     if not (free[y0, x0] and free[goal[1], goal[0]]):
         return False
-    return bool(solve(free, moves_for(scene), goal).exact[y0, x0] >= 0)
+    return bool(exact_costs(free, moves_for(scene), goal)[0][y0, x0] >= 0)
 
 
 def least_metres(scene: Scene) -> float:

@@ -40,9 +40,10 @@ def chosen_planner(
     if inner is not None and not (isinstance(inner, Mapping) and all(isinstance(key, str) for key in inner)):
         raise SettingError("TYPE", shown(inner), where="planner_settings", allowed="settings by name")
     if isinstance(planner, str):
-        if inner is None:
+        options = _options_given(verb, own) if inner is None else []
+        if options:
             known = registry.settings_of(registry.planner_class(planner))
-            _refuse_clash(verb.__name__, planner, known, _options_given(verb, own))
+            _refuse_clash(verb.__name__, planner, known, options)
         for name in settings.keys() & (inner or {}).keys():
             raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
         return registry.make(planner, {**settings, **(inner or {})})

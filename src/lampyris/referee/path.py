@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.arrays import index_array
+from lampyris._core.arrays import any_true, index_array
 from lampyris.model.grid import Grid
 from lampyris.model.moves import Moves
 from lampyris.model.path import Path
@@ -153,13 +153,12 @@ def plain_codes(at: Ints, dx: Ints, dy: Ints, grid: Grid, moves: Moves) -> Ints 
     moves : with steps to neighbours alone.
     """
     code: Ints = 3 * dx + dy
-    kind = _steps_of(moves).kind.take(code)
-    if len(kind) and kind.min() < 0:
+    if any_true(_steps_of(moves).kind.take(code) < 0):
         return None
     if not moves.corner_cutting:
         # Of a straight step these are its own two cells.
         beside = grid.blocked.take(at[:-1] + dx - 1) | grid.blocked.take(at[1:] - dx + 1)
-        if beside.any():
+        if any_true(beside):
             return None
     return code
 
@@ -281,7 +280,7 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
     """Count the steps and add up their costs again, each times what the cell it enters weighs."""
     moves = _in_units(moves, 1)
     steps = _steps_of(moves)
-    kind = steps.kind[code]
+    kind = steps.kind.take(code)
     counted = np.bincount(index_array(kind), minlength=3).tolist()
     stated = [*path.steps, 0, 0, 0][:3]
     if counted != stated or len(path.steps) > 3:
@@ -292,7 +291,7 @@ def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violatio
         )
     ground, weighed = 1, counted
     if grid.terrain is None:
-        exact = int(steps.cost[code].sum())
+        exact = int(steps.cost.take(code).sum())
     else:
         entered = path.cells[1:]
         weight = _PLAIN_GROUND + grid.terrain[entered[:, 1], entered[:, 0]].astype(np.int64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import any_true
 from lampyris.model.trace import Outcome, Trace
 from lampyris.referee.clashes import AgentTracks, ClashDetector
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
@@ -296,12 +297,13 @@ def _path_violation(trace: Trace, cells: NDArray[np.int32], codes: list[Ints]) -
         if trace.outcome not in _NEVER_DROVE or len(cells) > 1:
             return Violation("path", "trace", f"{trace.outcome.value} without the path driven")
     else:
-        if trace.path.cells.shape != cells.shape or (trace.path.cells != cells).any():
+        if trace.path.cells.shape != cells.shape or any_true(trace.path.cells != cells):
             return Violation("path", "trace", "the stated path is not the robot's cells without repeats")
         moves, grid = trace.scene.moves, trace.scene.grid
         broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
-            broken = cost_violation(trace.path, moves, np.concatenate(codes), grid)
+            code = codes[0] if len(codes) == 1 else np.concatenate(codes)
+            broken = cost_violation(trace.path, moves, code, grid)
         if broken is not None:
             return broken
     if trace.waits != waited:
@@ -332,7 +334,7 @@ def _speeds(trace: Trace) -> Violation | None:
     v = trace.speed
     limit = TOP_SPEED if trace.law == "dissertation" else trace.scene.robot.v_max
     bad = ~((v >= 0) & (v <= limit * (1 + 1e-9)))
-    if bad.any():
+    if any_true(bad):
         t = int(bad.argmax())
         return Violation("speed", f"tick {t}", f"{float(v[t])!r} {trace.units}; allowed 0 to {limit:g}")
     return None

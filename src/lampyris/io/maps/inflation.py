@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris._core import elementary
 from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, of_kind, shown
-from lampyris.kernels.field.clearance import wall_distance
+from lampyris.kernels.field.wall_distances import wall_distances
 from lampyris.model.grid import MAX_TERRAIN, Grid, frozen
 from lampyris.model.robot import GREATEST, Robot
 from lampyris.model.settings.inflation import Inflation
@@ -151,10 +151,4 @@ def _cost_of(
 
 def _squared_cells(lethal: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Squared distance of each cell's centre from that of the nearest obstacle, in cells."""
-    height, width = lethal.shape
-    squared = np.empty(lethal.size, dtype=np.int64)
-    scratch = np.zeros((3, width), dtype=np.int64)
-    wall_distance(
-        np.ascontiguousarray(lethal).view(np.uint8).ravel(), squared, *scratch, height, width, _NEVER, 0
-    )
-    return (squared >> 2).reshape(height, width)
+    return wall_distances(lethal, _NEVER, edge=False) >> 2

@@ -185,12 +185,12 @@ def advance_sipp(
         asked[REFUSED] = 1
         obstacles = st[OBSTACLES]
         now = st[NOW]
-        if 0 < obstacles <= len(stood_at) and now > st[BASE] and asked[PER_ANSWER] != 0:
+        if 0 < obstacles <= len(stood_at) and asked[PER_ANSWER] != 0:
             before = (now - 1 - st[BASE]) * st[CAPACITY]
             for k in range(obstacles):
-                new[k] = tracks[before + k] == 0
+                new[k] = now == st[BASE] or tracks[before + k] == 0
             live_search(
-                where, step_x, step_y, new, obstacles, now, now - 1, asked[KNOWN], stood_at, since, horizon, velocity,
+                where, step_x, step_y, new, obstacles, now, max(now - 1, 0), asked[KNOWN], stood_at, since, horizon, velocity,
                 most_stays, margin, asked[PER_ANSWER], st[ROBOT], walkable, inside, stride, kind_of,
                 free, offset, via, across, price, toll, steps_left, rest, goal,
                 slot, touched, first, begin, end, owner, barred, ban, counts, busy, bans, order, later,

@@ -348,26 +348,10 @@ def live_search(
         free, offset, via, across, price, toll, steps_left, rest, slot, first, begin, end, owner, barred, ban,
         robot, goal, tick, stay, NEVER, limit, arrive, paid, came, done, heap, place, key, tie, result, halt,
     )  # fmt: skip
-    result[4] = 0
-    final = result[2]
-    if result[0] == FOUND and at >= 0 and last - arrive[final] <= margin:
+    if result[0] == FOUND and at >= 0 and last - tie[result[4] - 1] <= margin:
         keep_on(route, enter, at, length, tick, result)
-    elif result[0] == FOUND:
-        n = len(free)
-        count = 0
-        node = final
-        while node >= 0:
-            count += 1
-            node = came[node]
-        result[4] = count
-        node = final
-        for k in range(count - 1, -1, -1):
-            if node == len(arrive) - 1:
-                route[k] = robot
-            elif node < n:
-                route[k] = node
-            else:
-                route[k] = owner[node - n]
-            enter[k] = arrive[node]
-            node = came[node]
+    else:
+        for k in range(result[4]):
+            route[k] = key[k]
+            enter[k] = tie[k]
     clean(arrive, done, heap, place, result[1])

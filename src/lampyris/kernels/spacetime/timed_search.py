@@ -111,7 +111,8 @@ def sipp(
         with.
     heap, place, key, tie : the open list (:mod:`lampyris.kernels.heap`), empty; ``heap`` has one place more than there are
         states. :func:`clean` makes them and the above as they were.
-    result : int64, (4,): ending, states expanded, the state that is the goal, whether ``horizon`` cut a path.
+    result : int64, (5,) or more: ending, states expanded, the state that is the goal, whether ``horizon`` cut a path, cells of
+        the path (0: none was found). The cells and when each is entered are then the first of ``key`` and ``tie``.
     """
     n = len(free)
     root = len(arrive) - 1
@@ -150,6 +151,7 @@ def sipp(
         s = slot[u]
         bans = barred[s] if s >= 0 else 0
         bans_end = barred[s + 1] if s >= 0 else 0
+        soon = arrive[node] + 1
         for k in range(len(offset)):
             v = u + offset[k]
             if free[v] == 0 or free[u + via[k]] == 0 or free[u + across[k]] == 0:
@@ -157,11 +159,16 @@ def sipp(
             w = slot[v]
             i = first[w] if w >= 0 else 0
             stop = first[w + 1] if w >= 0 else 1
+            if w >= 0:
+                while i < stop and end[i] < soon:
+                    i += 1
             while i < stop:
-                t = arrive[node] + 1
+                t = soon
                 last = leave + 1
                 state = v
                 if w >= 0:
+                    if begin[i] > last:
+                        break  # and so do all later ones
                     t = max(t, begin[i])
                     last = min(last, end[i])
                     state = n + i
@@ -185,6 +192,23 @@ def sipp(
     result[1] = expansions
     result[2] = final
     result[3] = cut
+    cells = 0
+    node = final
+    while node >= 0:
+        cells += 1
+        node = came[node]
+    result[4] = cells
+    # The keys have been compared for the last time.
+    node = final
+    for k in range(cells - 1, -1, -1):
+        if node == root:
+            key[k] = start
+        elif node < n:
+            key[k] = node
+        else:
+            key[k] = owner[node - n]
+        tie[k] = arrive[node]
+        node = came[node]
 
 
 def _clean_at_once(arrive, done, heap, place, expansions):

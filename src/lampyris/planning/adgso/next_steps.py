@@ -53,8 +53,8 @@ class StepFinder:
         self._spare, self._at_rest = spare, True
         trip = walker.start(start)
         trip.tally[w.ALLOWED] = NO_LIMIT
-        setup, self._tally, _, path, _, *rest = walker.kernel_setup(trip)
-        self._path = np.zeros(len(path) + wanted, dtype=np.int64)
+        self._tally = trip.tally
+        self._path = np.zeros(len(trip.path) + wanted, dtype=np.int64)
         self._pairs = np.zeros(64, dtype=np.int64)
         self._answers: AnswersInTicks | None = None
         left = _left_in(spare)
@@ -64,10 +64,11 @@ class StepFinder:
             known = np.zeros(KNOWN * len(cost), dtype=np.int64)
             lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
             field = (cost, ground.luciferin, ground.step, shut, ground.terrain)
-            left = field, setup, (*rest, known, int(lower), wanted)
+            setup, others = walker.arrays()
+            left = field, setup, (*others, known, int(lower), wanted)
         self._left = left
-        self._field, setup, others = left
-        self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *others)
+        self._field, setup, rest = left
+        self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest)
 
     def __del__(self) -> None:
         # A kernel that was stopped may have left its room in any state.

@@ -162,6 +162,18 @@ class AdGsoSession(SessionBase):
         hemmed = -1 if self._hemmed is None else self._walker.flat(self._hemmed)
         return finder.answers(hemmed, -1 if limit is None else limit, obstacles + 8)
 
+    def first_answers(
+        self, wanted: int, limit: int | None, obstacles: int, live: bool
+    ) -> tuple[AnswersInTicks, int] | None:
+        """The same before the first call, with the cells that the field has cost."""
+        if not (self._is_free(self._robot) and self._is_free(self._scene.goal)):
+            return None
+        self._spent = 0
+        self._ground(_NONE)
+        left = None if limit is None else limit - self._spent
+        found = None if left is not None and left < 0 else self.answers(wanted, left, obstacles, live)
+        return None if found is None else (found, self._spent)
+
     def answered(self, asked: NDArray[np.int64]) -> None:
         """Take in what a kernel has answered."""
         if self._finder is not None:

@@ -73,14 +73,9 @@ class Walker:
         rings = max(mvr, moves.reach)
         side = 2 * (rings + w.MARGIN) + 1
         self._frame = frame
-        setup = [frame.width, frame.rows, frame.index(goal), RULES[choice], nt, rings, moves.reach]
-        self._setup = np.array(setup, dtype=np.int64)
-        self._tables = (
-            *w.ring_table(rings),
-            w.step_table(moves.offsets, moves.corner_cutting, side),
-            w.step_table(moves.offsets, moves.corner_cutting, frame.width),
-        )
-        self._side = side
+        self._numbers = (frame.width, frame.rows, frame.index(goal), RULES[choice], nt, rings, moves.reach)
+        self._steps = moves.offsets, moves.corner_cutting
+        self._side, self._rings = side, rings
         self.take(moves)
         self._first_log = 16 * side * side if record else 0
         self._draws_needed = choice == "roulette"
@@ -94,11 +89,10 @@ class Walker:
         # No step is three times as costly as another (field.waves sees to it), and terrain weighs five-fold at
         # most: so many steps may a chain of parents have that leaves the window.
         longest = 3 * cells * (1 if moves.scale == 1 else HEAVIEST)
-        self._price = np.array(moves.costs, dtype=np.int64) // moves.scale
-        wall, toll, *rest = (np.zeros(n, dtype=np.int64) for n in [cells] * 6 + [longest])
-        toll.fill(1)
-        self._room = [wall, toll, *rest]
-        self._first_path = 4 * (self._setup[w.WIDTH] + self._setup[w.HEIGHT]) + longest
+        self._longest = longest
+        self._costs = tuple(cost // moves.scale for cost in moves.costs)
+        self._first_path = 4 * (self._frame.width + self._frame.rows) + longest
+        self._laid: tuple[Flat, tuple[Flat, ...]] | None = None
 
     @property
     def drawn(self) -> tuple[Floats, int]:
@@ -117,18 +111,19 @@ class Walker:
         path[0] = at
         return WalkState(tally, path, np.zeros(self._first_log, dtype=np.int64))
 
-    def kernel_setup(self, trip: WalkState) -> tuple[Any, ...]:
-        """What :func:`lampyris.kernels.adgso.walk.walk` takes besides the field, for kernels that call it."""
-        return (
-            self._setup,
-            trip.tally,
-            self._draws,
-            trip.path,
-            trip.log,
-            *self._tables,
-            self._price,
-            *self._room,
-        )
+    def arrays(self) -> tuple[Flat, tuple[Flat, ...]]:
+        """Of what :func:`lampyris.kernels.adgso.walk.walk` takes: ``setup``, and all from ``ring_dx`` to ``sub_path``: tables and
+        room, made when they are first asked for.
+        """
+        if self._laid is None:
+            cells = self._side * self._side
+            price = np.array(self._costs, dtype=np.int64)
+            wall, toll, *rest = (np.zeros(n, dtype=np.int64) for n in [cells] * 6 + [self._longest])
+            toll.fill(1)
+            near, far = (w.step_table(*self._steps, row) for row in (self._side, self._frame.width))
+            tables = *w.ring_table(self._rings), near, far
+            self._laid = np.array(self._numbers, dtype=np.int64), (*tables, price, wall, toll, *rest)
+        return self._laid
 
     def go(self, trip: WalkState, ground: Padded, shut: Flat, *, jumps: int, look: int) -> int:
         """Walk on until the goal or a reason to stop; the kernel's word for it, also in ``trip.code``.
@@ -139,7 +134,7 @@ class Walker:
         shut : its :func:`walls` with obstacles and gates marked.
         jumps, look : jumps and window cells at most, counted over the whole trip.
         """
-        tally = trip.tally
+        tally, (setup, others) = trip.tally, self.arrays()
         tally[w.ALLOWED] = look
         while True:
             if self._draws_needed and self._drawn == len(self._draws):
@@ -154,19 +149,17 @@ class Walker:
                     ground.step,
                     shut,
                     ground.terrain,
-                    self._setup,
+                    setup,
                     tally,
                     self._draws,
                     trip.path,
                     trip.log,
-                    *self._tables,
-                    self._price,
-                    *self._room,
+                    *others,
                 )
             )
             self._drawn = trip.at(w.DRAWN)
             self._read(trip, ground)
-            if trip.code == w.FULL and trip.at(w.LENGTH) + len(self._room[-1]) <= len(trip.path):
+            if trip.code == w.FULL and trip.at(w.LENGTH) + self._longest <= len(trip.path):
                 continue  # it was the log, and that has just been emptied
             if trip.code == w.FULL:
                 trip.path = np.concatenate((trip.path, np.zeros_like(trip.path)))

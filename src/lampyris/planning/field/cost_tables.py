@@ -14,7 +14,7 @@ from lampyris.errors import LimitError, SceneError
 from lampyris.kernels.fleet.distances import distance_rows
 from lampyris.model.moves import MOVES, Moves
 from lampyris.planning.field.frame import framed
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import exact_costs
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 KINDS = ("uint16", "uint32")
@@ -49,7 +49,7 @@ def cost_tables(
 def _of_field(
     free: BoolGrid, moves: Moves, goal: Cell, terrain: ByteGrid | None, kind: np.dtype[Any]
 ) -> _Tables:
-    exact = solve(free, moves, goal, terrain=terrain).exact
+    exact, _ = exact_costs(free, moves, goal, terrain=terrain)
     never = int(np.iinfo(kind).max)
     if int(exact.max()) >= never:
         raise _too_long(kind)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
-from lampyris.kernels.field.clearance import wall_distance
+from lampyris.kernels.field.wall_distances import wall_distances
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
@@ -109,9 +109,4 @@ def clearance(grid: Grid) -> FloatGrid:
 
 
 def _squared_half_cells(blocked: BoolGrid) -> NDArray[np.int64]:
-    height, width = blocked.shape
-    squared = np.empty(blocked.size, dtype=np.int64)
-    scratch = np.zeros((3, width), dtype=np.int64)
-    walls = frozen(np.ascontiguousarray(blocked).view(np.uint8).ravel())
-    wall_distance(walls, squared, *scratch, height, width, _NEVER, 1)
-    return squared.reshape(height, width)
+    return wall_distances(blocked, _NEVER, edge=True)

@@ -150,6 +150,39 @@ def costs_along(
     return found
 
 
+def exact_costs(
+    free: BoolGrid, moves: Moves, goal: Cell, *, terrain: ByteGrid | None = None, stop: Cell | None = None
+) -> tuple[NDArray[Any], int]:
+    """``exact`` and ``expansions`` of the field that :func:`solve` gives; its parents and luciferin are not computed.
+
+    Two kernels fewer are loaded, or compiled, than for the whole field.
+
+    Parameters
+    ----------
+    free, moves, goal, terrain, stop : as for :func:`solve`.
+
+    Returns
+    -------
+    Exact costs, (height, width), read-only, -1 where there is none; how many cells were settled.
+
+    Raises
+    ------
+    SettingError, SceneError, LimitError : see :func:`solve`.
+    """
+    free, terrain, goal = checked(free, terrain, moves, goal, RHO, GAMMA)
+    frame, (_, cost, _), count = fill(free, terrain, moves, goal, (0.0, 0.0, 1.0), stop=stop, last="cost")
+    most = frame.never - 1
+    if (
+        stop is not None
+        and 0 <= stop[0] < free.shape[1]
+        and 0 <= stop[1] < free.shape[0]
+        and free[stop[1], stop[0]]
+    ):
+        most = min(most, int(cost[frame.index(stop)]))
+    cost[cost > most] = -1
+    return frame.inside(cost), count
+
+
 Maps = tuple[Floats, NDArray[Any], NDArray[np.int8]]
 """Luciferin, exact cost and step, flat in a frame."""
 

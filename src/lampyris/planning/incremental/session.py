@@ -114,14 +114,18 @@ class IncrementalSession(SessionBase):
         elif moved:
             self._search.move(self._robot)
         height, width = self._map.free.shape
-        inside = [(int(x), int(y)) for x, y in change.obstacles if 0 <= x < width and 0 <= y < height]
-        covered = frozenset(inside).difference((self._robot, self._scene.goal))
-        cells = list(dict.fromkeys(altered + sorted(covered ^ self._covered)))
-        self._covered = covered
+        outside = [c for c in change.obstacles if not (0 <= c[0] < width and 0 <= c[1] < height)]
+        covered = frozenset(change.obstacles).difference(outside, (self._robot, self._scene.goal))
+        cells = sorted(covered ^ self._covered)
+        if altered:
+            cells = list(dict.fromkeys(altered + cells))
+        new, self._covered = not (altered or self._covered), covered
         if cells:
             x, y = np.array(cells, dtype=np.int32).T
             free, terrain = self._map.free[y, x].view(np.uint8), self._map.terrain
-            if covered:
+            if new:
+                free[:] = 0
+            elif covered:
                 free[[c in covered for c in cells]] = 0
             weights = np.zeros(len(cells), np.uint8) if terrain is None else terrain[y, x]
             self._search.edit(self._search.ground.indices(x, y), free, weights)

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
-from lampyris.kernels.field.clearance import wall_distance
+from lampyris.kernels.field.wall_distances import wall_distances
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.kernels.map_models.ridge_walk import FAR, cheapest, connected, widest
 from lampyris.kernels.map_models.thinning import thin
-from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
 from lampyris.planning.graph.grid_graph import SearchResult, check_cells
@@ -98,13 +97,8 @@ class RidgeSearch:
             blocked, free = blocked.copy(), free.copy()
             x, y = np.array(shut, dtype=np.int64).T
             blocked[y, x], free[y, x] = True, False
-            frozen(blocked)  # to numba an array that can be written is of another type
         height, width = blocked.shape
-        squared = np.empty(blocked.size, dtype=np.int64)
-        scratch = np.zeros((3, width), dtype=np.int64)
-        cells = frozen(np.ascontiguousarray(blocked).view(np.uint8).ravel())
-        wall_distance(cells, squared, *scratch, height, width, _NEVER, 1)
-        value = squared.reshape(height, width)
+        value = wall_distances(blocked, _NEVER, edge=True)
         if self._border:
             across, down = (2 * np.minimum(np.arange(n), np.arange(n)[::-1]) + 1 for n in (width, height))
             edge = np.minimum(across[None, :], down[:, None])

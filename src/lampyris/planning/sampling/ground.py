@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import uninterrupted
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
-from lampyris.kernels.loading import loading
 from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
-from lampyris.typing import BoolGrid, Cell, Cells
+from lampyris.planning.sampling.connected import are_connected
+from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 Chain = NDArray[np.int32]
 """Flat cells of the vertices of a path, start first."""
@@ -36,11 +35,11 @@ class Lines:
 
     Parameters
     ----------
-    turns : int32 (k, 2): cells at which it turns, both ends included.
+    turns : int32 (k, 2): cells at which it turns, both ends included; float64: places between cell centres.
     walk : int32 (n, 2): cells of a walk by single steps along the lines.
     """
 
-    turns: Cells
+    turns: Cells | Floats
     walk: Cells
 
 
@@ -68,7 +67,7 @@ class SamplingMap:
         slanting = any(dx and dy for dx, dy in moves.offsets)
         cutting = slanting and moves.corner_cutting
         self.rule = WIDE if wide else CUT if cutting else TOUCH
-        self._diagonals = 2 if cutting else int(slanting)
+        self.diagonals = 2 if cutting else int(slanting)
         self.cells = np.flatnonzero(self.board.free).astype(np.int32)
         self.stride, self.rows = self.board.stride, self.board.size // self.board.stride
         self.narrow = self._narrow()
@@ -120,13 +119,7 @@ class SamplingMap:
 
     def joined(self, a: int, b: int) -> bool:
         """Whether single steps through cells that are free now lead from one flat cell to another."""
-        with uninterrupted(), loading():  # its first import is not counted as planning
-            from scipy import ndimage  # bits: labels, whole numbers
-
-        free = self.board.free.reshape(self.rows, self.stride)
-        labels, _ = ndimage.label(free, np.ones((3, 3)) if self.rule == CUT else None)
-        at = labels.ravel()
-        return bool(at[a] == at[b])
+        return are_connected(self.board.free, self.stride, a, b, corners=self.rule == CUT)
 
     def flat(self, cell: Cell) -> int:
         """Flat index of a cell."""
@@ -150,7 +143,7 @@ class SamplingMap:
             (path,) = self.scratch(1, room, np.int32)
             walk = np.empty(2 * room, dtype=np.int32)
             board = (self.board.free, self.stride, self._pad)
-            lay(*board, x, y, self._diagonals, turn_x, turn_y, path, turns, walk, count)
+            lay(*board, x, y, self.diagonals, turn_x, turn_y, path, turns, walk, count)
             many, steps = count.tolist()
             if steps >= 0:
                 return Lines(turns[: 2 * many].reshape(-1, 2), walk[: 2 * steps].copy().reshape(-1, 2))
@@ -195,7 +188,7 @@ class SamplingMap:
     ) -> tuple[NDArray[np.int64], ...]:
         """The points, and cells of the walk along their lines at about equal distances."""
         path = np.empty(1 + int(np.abs(np.diff(x)).sum() + np.abs(np.diff(y)).sum()), dtype=np.int32)
-        count = int(follow(self.board.free, self.stride, x, y, self._diagonals, path))
+        count = int(follow(self.board.free, self.stride, x, y, self.diagonals, path))
         vertex, at, k = np.zeros(count, dtype=bool), (y * self.stride + x).tolist(), 0
         for i, cell in enumerate(path[:count].tolist()):
             if k < len(at) and cell == at[k]:

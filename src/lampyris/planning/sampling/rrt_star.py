@@ -35,6 +35,9 @@ class RrtStar(SamplingPlanner):
     seed_after : without ``seeded``: samples after which the search goes on from such a path, if it has no shorter one; None:
         never, as published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
+    turns : where the path may turn: at cell ``centres``, or ``anywhere``: at the end its turns move to the corners of walls, as
+        far as they can without passing over a wall, and ``Plan.waypoints`` are float64 places between cell centres where
+        that made it shorter. It is never longer, but touches the walls that it goes round.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class RrtStar(SamplingPlanner):
     seeded: bool = settings.seeded()
     seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
+    turns: str = settings.turns()
 
     name: ClassVar[str] = "rrt-star"
     traits: ClassVar[Traits] = TRAITS
@@ -106,6 +110,9 @@ class BitStar(SamplingPlanner):
     seed_after : without ``seeded``: samples after which the search goes on from such a path, if it has no shorter one; None:
         never, as published.
     shortcut : whether the path is made shorter by straight lines between its points at the end.
+    turns : where the path may turn: at cell ``centres``, or ``anywhere``: at the end its turns move to the corners of walls, as
+        far as they can without passing over a wall, and ``Plan.waypoints`` are float64 places between cell centres where
+        that made it shorter. It is never longer, but touches the walls that it goes round.
 
     Raises
     ------
@@ -120,6 +127,7 @@ class BitStar(SamplingPlanner):
     seeded: bool = settings.seeded()
     seed_after: int | None = settings.seed_after()
     shortcut: bool = flag(True)
+    turns: str = settings.turns()
 
     name: ClassVar[str] = "bit-star"
     traits: ClassVar[Traits] = TRAITS

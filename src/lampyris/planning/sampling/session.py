@@ -17,6 +17,7 @@ from lampyris._core.cancellation import Cancelled
 from lampyris._core.settings import check_settings, under_name
 from lampyris.kernels import loading
 from lampyris.kernels.graph.search import LIMIT
+from lampyris.kernels.sampling.sweep import FAR
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -26,10 +27,12 @@ from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import search_of
-from lampyris.planning.sampling.ground import Chain, SamplingMap
+from lampyris.planning.sampling import settings
+from lampyris.planning.sampling.ground import Chain, Lines, SamplingMap
 from lampyris.planning.sampling.trees import Query, SampledSearch
+from lampyris.planning.sampling.turns import Walls
 from lampyris.planning.session_limits import limited
-from lampyris.typing import Cell, Floats
+from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 PROVE = 2000
 """Samples without a path after which it is looked up whether walls separate the ends."""
@@ -52,6 +55,7 @@ class SamplingPlanner:
     seeded : whether it begins with a path of the grid.
     seed_after : samples after which it goes on from a path of the grid, if it has no shorter one.
     near_path : share of samples near the best path.
+    turns : where the path may turn.
     reach : the share of the map's diagonal that a step is if not set, of diagonals of 40 to 640 cells.
     """
 
@@ -68,6 +72,7 @@ class SamplingPlanner:
     seeded = False
     seed_after: int | None = None
     near_path = 0.0
+    turns = settings.CENTRES
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
@@ -114,17 +119,18 @@ class SamplingSession(SessionBase):
         self._under_walls: dict[Cell, int] = {}
         self._ground: SamplingMap | None = None
         self._finder: Any = None
+        self._walls: Walls | None = None
         self._see()
 
     def _see(self) -> None:
-        self._finder = None
+        self._finder = self._walls = None
         self._moves, self._free = moves_for(self._scene), free_space(self._scene)
         self._ground = SamplingMap(self._free, self._moves, wide=self._scene.robot.radius > 0)
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planning.session_limits.Limited`. Kernels that stop leave the map as it was before."""
         if anywhere:
-            self._ground = self._finder = None
+            self._ground = self._finder = self._walls = None
         return self._planner.name
 
     @limited
@@ -162,7 +168,7 @@ class SamplingSession(SessionBase):
         run = _Run()
         if start == goal:
             run.chain = np.array([ground.flat(start)], dtype=np.int32)
-            return self._found(run, ground, timing)
+            return self._found(run, ground, closed, timing)
         query = Query(
             ground,
             ground.flat(start),
@@ -178,7 +184,7 @@ class SamplingSession(SessionBase):
             failed = self._sample(query, run, closed, limit)
             if failed is not None:
                 return failed
-            return self._found(run, ground, timing)
+            return self._found(run, ground, closed, timing)
 
     def _step(self, ground: SamplingMap) -> float:
         step: float | None = getattr(self._planner, "step", None)  # bit-star has none
@@ -301,11 +307,27 @@ class SamplingSession(SessionBase):
             Status.ITERATION_LIMIT, self._planner.name, iterations=rounds, expansions=run.spent, detail=detail
         )
 
-    def _found(self, run: _Run, ground: SamplingMap, timing: dict[str, float]) -> Plan:
+    def _turning_anywhere(self, lines: Lines, ground: SamplingMap, closed: list[Cell]) -> Lines:
+        """The same made shorter by turns between cell centres."""
+        if self._walls is None:
+            grid, radius = self._scene.grid, self._scene.robot.radius
+            self._walls = Walls(grid.blocked, radius / grid.resolution, ground.rule, ground.diagonals)
+
+        def walking(among: BoolGrid) -> Cells | None:
+            finder = search_of(self._free & among, None, self._moves)
+            return finder.find_path(self._robot, self._scene.goal, None, closed).cells
+
+        return self._walls.shortened(lines, closed, walking)
+
+    def _found(self, run: _Run, ground: SamplingMap, closed: list[Cell], timing: dict[str, float]) -> Plan:
         assert run.chain is not None
         with cancellation.shielded():
             lines = ground.lines(run.chain, shorter=self._planner.shortcut)
+            if self._planner.turns == settings.ANYWHERE and len(lines.turns) > 2:
+                lines = self._turning_anywhere(lines, ground, closed)
         notes = run.notes
+        if self._walls is not None and self._walls.far:
+            notes += (f"turns stay at cell centres: the map has {FAR:,} cells or more from corner to corner",)
         if self._scene.grid.terrain is not None:
             notes += ("terrain is ignored by planners that sample",)
         more: dict[str, Any] = {}

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from lampyris._core.settings import flag, number, whole
+from lampyris._core.settings import flag, number, whole, word
+
+ANYWHERE, CENTRES = "anywhere", "centres"
+"""Where paths turn."""
 
 
 def samples_of_first_path() -> Any:
@@ -65,3 +68,8 @@ def seed_after() -> Any:
 def ancestors() -> Any:
     """Ancestors of a parent that are tried in its place."""
     return whole(2, 0, 1000)
+
+
+def turns() -> Any:
+    """Where the path of a planner that makes it shorter may turn."""
+    return word(CENTRES, (CENTRES, ANYWHERE))

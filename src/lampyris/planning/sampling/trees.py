@@ -191,6 +191,7 @@ class OneTree(SampledSearch):
         ground = query.ground
         room = query.room()
         self._bucket, base = ground.buckets(room)
+        self._star = star
         self._whole_ = self._whole(
             base, star=star, informed=informed, ancestors=ancestors, bias=int(bias * _WHOLE)
         )
@@ -227,11 +228,14 @@ class OneTree(SampledSearch):
             nodes = int(self._count[growth.NODES])
             ends = (0, int(self._count[growth.REACHED]))
             self._radius[:] = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], ends)
-        growth.grow(
+        given = (
             *self._drawn_from(), self._whole_, self._query.step, self._radius, self._bucket,
             self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
             self._changed, self._count,
         )  # fmt: skip
+        if self._star and self.taken:  # a first path that is straight ends the search
+            growth.grow.expect((self._query.samples - self.taken) // samples, *given)
+        growth.grow(*given)
         self._note()
 
     def _note(self) -> None:
@@ -352,11 +356,14 @@ class BatchSearch(SampledSearch):
         nodes = int(self._count[growth.NODES])
         radius = _informed_radius(self._query, self.best, self._x[:nodes], self._y[:nodes], (0, 1))
         while True:
-            outcome = batch.search_batch(
+            given = (
                 *self._drawn_from(), self._whole_, radius, self._bucket, self._link, self._x,
                 self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
                 self._vertex, self._near, self._changed, self._count,
             )  # fmt: skip
+            if self.taken:
+                batch.search_batch.expect((self._query.samples - self.taken) // samples, *given)
+            outcome = batch.search_batch(*given)
             if outcome != batch.FULL:
                 break
             for name in ("_edge_key", "_edge", "_vertex_key", "_vertex"):

@@ -71,6 +71,13 @@ class LiveSearch:
         self._now = self._known = 0
         self._make_room(32)
 
+    def make_room(self, obstacles: int) -> None:
+        """See that there is room for so many obstacles."""
+        if obstacles > self._most:
+            noted = self._noted
+            self._make_room(2 * obstacles)
+            self._noted[:, : noted.shape[1]] = noted
+
     def _make_room(self, obstacles: int) -> None:
         """Room for so many obstacles."""
         n = len(self._route)
@@ -146,10 +153,7 @@ class LiveSearch:
 
     def find(self, seen: SensedNow) -> NextSteps | None:
         """The earliest arrival, or the route that is driven; None where there is none as things are believed."""
-        if seen.obstacles > self._most:
-            noted = self._noted
-            self._make_room(2 * seen.obstacles)
-            self._noted[:, : noted.shape[1]] = noted
+        self.make_room(seen.obstacles)
         limit = -1 if seen.limit is None else seen.limit
         live_search(
             seen.where, seen.step_x, seen.step_y, seen.new, seen.obstacles, seen.now, seen.tick, self._known,

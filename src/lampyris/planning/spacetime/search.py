@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -27,7 +26,7 @@ from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import framed
 from lampyris.planning.field.layers import free_cells
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import exact_costs
 from lampyris.planning.field_cache import SHARED, SHARED_CELLS
 from lampyris.planning.spacetime.prediction import Forbidden
 from lampyris.planning.spacetime.search_room import ROOM
@@ -145,7 +144,7 @@ class TimedSearch:
             self._steps,
             np.empty(n, dtype=np.int32),
         )
-        exact = solve(free, moves, goal, terrain=terrain).exact
+        exact, _ = exact_costs(free, moves, goal, terrain=terrain)
         self._rest = framed(exact, 1, -1, np.int64)
         checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
@@ -258,23 +257,20 @@ class TimedSearch:
     def by_intervals(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by SIPP."""
         s = self.flat(start)
-        n = len(self._free)
-        states = n + len(table.begin) + 1
-        result = np.zeros(4, dtype=np.int64)
-
-        def cells_of(states: _Ints) -> _Ints:
-            cells = np.where(states < n, states, s)  # the last state is the start
-            inside = (states >= n) & (states < n + len(table.owner))
-            cells[inside] = table.owner[states[inside] - n]
-            return cells
-
+        states = len(self._free) + len(table.begin) + 1
+        result = np.zeros(5, dtype=np.int64)
         with ROOM.take(states, result, self) as room:
             sipp(
                 *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
                 table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
                 -1 if budget is None else budget, *room, result,
             )  # fmt: skip
-            return self._route(result, room.came, cells_of, room.arrive)
+            ending, expansions, _, cut, n = result.tolist()
+            if ending != FOUND:
+                return TimedSearchResult(ending, expansions, bool(cut))
+            flat, ticks = room.key[:n], room.tie[:n].copy()
+            checkpoint()
+            return TimedSearchResult(ending, expansions, bool(cut), self._cells(flat), ticks)
 
     def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by A* over cells and ticks."""
@@ -294,7 +290,7 @@ class TimedSearch:
                 key, tie, result,
             )  # fmt: skip
             if result[0] != FULL:
-                return self._route(result, came, cell.__getitem__, arrive)
+                return self._route(result, came, cell, arrive)
             if room >= MOST_STATES:
                 return TimedSearchResult(LIMIT, int(result[1]))
             room *= 4
@@ -303,7 +299,7 @@ class TimedSearch:
         self,
         result: _Ints,
         came: NDArray[np.int32],
-        cells_of: Callable[[_Ints], NDArray[np.int64] | NDArray[np.int32]],
+        cell: NDArray[np.int32],
         arrive: _Ints,
     ) -> TimedSearchResult:
         ending, expansions, state, cut = result.tolist()
@@ -320,12 +316,18 @@ class TimedSearch:
             piece.append(int(came[last]))
         states = np.concatenate((*pieces, np.array(piece, dtype=np.int64)))[::-1]
         checkpoint()
-        flat = cells_of(states).astype(np.int64)
+        flat = cell[states].astype(np.int64)
         moved = np.concatenate(([True], flat[1:] != flat[:-1]))  # a wait is a state of its own in A*
         flat, ticks = flat[moved], arrive[states][moved]
         checkpoint()
-        cells = np.stack((flat % self._stride - 1, flat // self._stride - 1), axis=1).astype(np.int32)
-        return TimedSearchResult(ending, expansions, bool(cut), cells, ticks)
+        return TimedSearchResult(ending, expansions, bool(cut), self._cells(flat), ticks)
+
+    def _cells(self, flat: _Ints) -> Cells:
+        """x, y of padded flat indices."""
+        y = flat // self._stride
+        cells = np.empty((len(flat), 2), dtype=np.int32)
+        cells[:, 0], cells[:, 1] = flat - y * self._stride - 1, y - 1
+        return cells
 
     def still_good(self, table: Timetable, cells: Cells, ticks: Ticks) -> bool:
         """Whether a robot that is on ``cells[0]`` at ``ticks[0]`` may drive on as planned."""

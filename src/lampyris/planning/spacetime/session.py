@@ -152,6 +152,20 @@ class TimedSession(SessionBase):
         search = self._recalled() if live else None
         return None if search is None else search.answers(-1 if limit is None else limit)
 
+    def first_answers(
+        self, wanted: int, limit: int | None, obstacles: int, live: bool
+    ) -> tuple[AnswersInTicks, int] | None:
+        """The same before the first call, with the states that were expanded to begin with."""
+        ends = self._robot, self._scene.goal
+        if not live or not self._shares or not all(self._free[y, x] for x, y in ends):
+            return None
+        self._search, self._shares = shared_search(self._scene, self._moves), False
+        search = self._recalled() if self._search.steps_left(self._robot) >= 0 else None
+        if search is None:
+            return None
+        search.make_room(obstacles)
+        return search.answers(-1 if limit is None else limit), 0
+
     def answered(self, asked: NDArray[np.int64]) -> None:
         """Take in what a kernel has answered."""
         assert self._live is not None
@@ -164,6 +178,8 @@ class TimedSession(SessionBase):
         settings, search = self._settings, self._search
         if search is None or self._by_ticks or not self._laid:
             return None
+        if search.steps_left(self._robot) < 0:
+            return None  # where walls leave no path, obstacles are not watched
         if settings.growth > 0 or settings.forecast == "reach" or self._free.size > MOST_CELLS:
             return None
         if self._forecaster.own != ((0, 0),):

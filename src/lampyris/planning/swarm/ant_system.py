@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lampyris._core.settings import default_of, number, whole, word
+from lampyris.kernels.swarm.ant_walks import LINE, RISE, STEP
 from lampyris.planning.swarm.mmas_dstar import Ants, Eta, MmasDstar, power
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.optimisers.loop import Swarm
@@ -77,6 +78,12 @@ class _SystemAnts(Ants):
         for k in arrived.tolist():
             self.tau.renew(rho, self.trails(paths[k]), -1.0 / float(values[k]), LEAST, math.inf)
             rho = 0.0  # once a round
+
+    @property
+    def guide(self) -> tuple[int, int, int]:
+        """See :meth:`Ants.guide`."""
+        s = self._settings
+        return {"line": LINE, "step": STEP, "rise": RISE}[s.guide], s.alpha, s.beta
 
     def weights(self, tau: Values, eta: Eta) -> Values:
         """``tau^alpha eta^beta``."""

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.settings import number, whole, word
+from lampyris.kernels.swarm.ant_walks import COST, LOGGED, RISE, TURN, USED, WALKING, ant_walks
 from lampyris.planning.swarm.optimisers.box import Values, norms
 from lampyris.planning.swarm.optimisers.glowworm import roulette
 from lampyris.planning.swarm.optimisers.loop import Swarm
@@ -18,6 +20,9 @@ from lampyris.planning.swarm.pheromone import Pheromone, trails_of
 from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
 from lampyris.planning.swarm.walks import PART, Paths, parts
+
+DRAWS = 1 << 14
+"""Numbers drawn at once for walks in a kernel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +94,7 @@ class Ants(ABC):
         self._longest = 3 * int(task.best_possible / min(ground.moves.costs)) + 20
         self._seed = None if task.seed is None else self._written(ground, ground.flat(task.seed))
         self._asked: Paths
+        self._log: Ints = np.empty((4, 0), dtype=np.int64)
         self._round = 0
 
     @staticmethod
@@ -113,6 +119,12 @@ class Ants(ABC):
         """Change the pheromone after a round: ``arrived`` are the ants that reached the goal, ``values`` minus the
         fitness of all ``paths``."""
 
+    @property
+    @abstractmethod
+    def guide(self) -> tuple[int, int, int]:
+        """What :meth:`weights` computes, for :func:`lampyris.kernels.swarm.ant_walks.ant_walks`: guide, weights of
+        pheromone and guide."""
+
     @abstractmethod
     def weights(self, tau: Values, eta: Eta) -> Values:
         """What the choice of a step is in proportion to: its pheromone and its heuristic, (n, steps) both."""
@@ -123,7 +135,7 @@ class Ants(ABC):
 
     def _walk(self) -> Paths:
         """Every ant's walk; the cells that they saw are forgotten."""
-        ants, ground = self._ants, self._ground
+        ants = self._ants
         here = np.full(ants, self._start, dtype=np.int64)
         walking = np.arange(ants)
         # A row lies far from the next: the system gives these pages now, 50 MB on 512 x 512 in 0.1 s.
@@ -131,7 +143,15 @@ class Ants(ABC):
         for ant in range(0, ants, rows):
             checkpoint()
             self._seen[ant : ant + rows, self._start] = True
-        log = _Log(ants)
+        pieces = self._compiled_turns(here)
+        if pieces is None:
+            pieces = self._turns(here, walking)
+        return self._gathered(here, pieces)
+
+    def _turns(self, here: Ints, walking: NDArray[np.intp]) -> list[Ints]:
+        """Walk by operations over all ants; ``here`` are the cells of each, at last those where it ends. Returns what
+        :meth:`_gathered` takes."""
+        ground, log = self._ground, _Log(here.size)
         for turn in range(self._longest):
             checkpoint()
             weights = self._weights(walking, here[walking])
@@ -144,7 +164,44 @@ class Ants(ABC):
             walking = walking[here[walking] != self._goal]
             if not walking.size:
                 break
-        return self._gathered(here, log.pieces())
+        return log.pieces()
+
+    def _compiled_turns(self, here: Ints) -> list[Ints] | None:
+        """The same by a kernel; None where it is not worth loading. Draws and sums are those of :meth:`_turns`."""
+        ground, ants, m = self._ground, here.size, self._steps
+        draws = np.empty(min(ants * self._longest, DRAWS))
+        room = min(ants * self._longest, max(PART, ants))
+        walking, state = np.arange(ants, dtype=np.int64), np.array([ants, 0, 0, 0], dtype=np.int64)
+        none: Ints = np.zeros(0, dtype=np.int64)
+        price, heavy, jump, via, across, _ = ground.tables
+        x, y = ground.scene.goal
+        settings = (*self.guide, self._scale, self._goal, x, y, ground.stride, ground.pad, self._longest)
+        given = (
+            ground.free, ground.to_go, none if ground.terrain is None else ground.terrain,
+            price, heavy, jump, via, across, self.tau.trails, self.tau.values, self.tau.rest, *settings,
+        )  # fmt: skip
+        rest = (self._seen.reshape(-1), here, walking, np.empty(m), np.empty(m))
+        if not ant_walks.pays(*given, draws, *rest, none, state):
+            return None
+        if self._log.shape[1] < room:
+            self._log = np.empty((4, room), dtype=np.int64)  # for every round: its pages are fetched once
+        log, pieces = self._log[:, :room], []
+        stream, left = self._rng.bit_generator, draws[:0]
+        while state[WALKING] and state[TURN] < self._longest:
+            since = stream.state
+            drawn = np.concatenate((left, self._rng.random(max(draws.size, ants))))
+            state[USED] = 0
+            ant_walks(*given, drawn, *rest, log.reshape(-1), state)
+            while int(state[LOGGED] + state[WALKING]) > room:
+                pieces.append(log[:, : int(state[LOGGED])])
+                log, state[LOGGED] = np.empty((4, room), dtype=np.int64), 0
+                ant_walks(*given, drawn, *rest, log.reshape(-1), state)
+            used, before = int(state[USED]), left.size
+            left = drawn[used:]
+        # As if no more had been drawn than was needed.
+        stream.state = since
+        self._rng.random(used - before)
+        return [*pieces, log[:, : int(state[LOGGED])]]
 
     def _weights(self, ants: Ints, here: Ints) -> Values:
         """The weight of every step of some ants, (n, steps); 0 where it may not be made."""
@@ -258,6 +315,11 @@ class MaxMinAnts(Ants):
             self._stale = 0
         cost, trails = self._best if self._round % 2 == 0 else now
         self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
+
+    @property
+    def guide(self) -> tuple[int, int, int]:
+        """See :meth:`Ants.guide`."""
+        return (RISE if self._settings.guide == "rise" else COST), 1, self._settings.beta
 
     def weights(self, tau: Values, eta: Eta) -> Values:
         """``tau eta^beta``."""

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
-from lampyris.model.field import Field
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.planning.field.frame import PART, framed
 from lampyris.planning.field.layers import clearance
-from lampyris.planning.field.solve import solve
+from lampyris.planning.field.solve import exact_costs
 from lampyris.planning.graph.grid_graph import rules_of
 from lampyris.typing import BoolGrid, Cell, Cells, FloatGrid
 
@@ -38,7 +37,7 @@ _ROUND = ((1, 0), (2, 1), (1, 1), (1, 2))
 
 
 class SearchSpace:
-    """A map with some cells closed, the field over it, and tables for its steps.
+    """A map with some cells closed, the exact costs on it, and tables for its steps.
 
     Parameters
     ----------
@@ -49,8 +48,10 @@ class SearchSpace:
 
     Attributes
     ----------
-    field : the exact field to the goal; what D* would hold once it has taken in the closed cells.
-    stride : cells in a row, border included.
+    exact : exact costs to the goal, (height, width), read-only, -1: none; what D* would hold once it has taken in the
+        closed cells.
+    expansions : cells settled for them.
+    stride, pad : cells in a row, border included; the border's width.
     free, shut : bool, flat; the border is neither.
     to_go, terrain : int64, flat; exact cost to the goal (-1: none), terrain value (None: plain everywhere).
     jump, price : int64 (steps,); what a step adds to a flat cell, and what it costs on plain ground.
@@ -68,12 +69,12 @@ class SearchSpace:
         self.scene = scene
         self.moves = moves
         self.open_cells = free
-        self.field: Field = solve(free, moves, scene.goal, terrain=scene.grid.terrain)
-        self._pad = moves.reach
-        self.stride = free.shape[1] + 2 * self._pad
+        self.exact, self.expansions = exact_costs(free, moves, scene.goal, terrain=scene.grid.terrain)
+        self.pad = moves.reach
+        self.stride = free.shape[1] + 2 * self.pad
         self.free: Flags = self._framed(free, False)
         self.shut: Flags = self._framed(~free, False)
-        self.to_go: Ints = self._framed(self.field.exact, -1, np.int64)
+        self.to_go: Ints = self._framed(self.exact, -1, np.int64)
         terrain = scene.grid.terrain
         self.terrain: Ints | None = None if terrain is None else self._framed(terrain, 0, np.int64)
         rules = rules_of(moves, False)
@@ -85,19 +86,19 @@ class SearchSpace:
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
     def _framed(self, inside: NDArray[Any], border: Any, kind: Any = None) -> NDArray[Any]:
-        return framed(inside, self._pad, border, kind)
+        return framed(inside, self.pad, border, kind)
 
     # ---- cells --------------------
 
     def flat(self, cells: NDArray[Any]) -> Ints:
         """Cells (..., 2) as flat indices (...)."""
         xy = np.asarray(cells, dtype=np.int64)
-        flat: Ints = (xy[..., 1] + self._pad) * self.stride + xy[..., 0] + self._pad
+        flat: Ints = (xy[..., 1] + self.pad) * self.stride + xy[..., 0] + self.pad
         return flat
 
     def cells(self, flat: Ints) -> Cells:
         """Flat indices (n,) as cells, int32 (n, 2)."""
-        xy = np.stack((flat % self.stride, flat // self.stride), axis=-1) - self._pad
+        xy = np.stack((flat % self.stride, flat // self.stride), axis=-1) - self.pad
         return xy.astype(np.int32)
 
     # ---- steps --------------------
@@ -169,13 +170,47 @@ class SearchSpace:
 
     def shortest_path(self, start: Cell) -> Cells:
         """The cells from a cell that can reach the goal, along the field's parents; int32 (n, 2)."""
-        return _along_parents(self.field, start)
+        return self._along_parents(self.to_go, start, self.scene.goal)
 
     def exact_between(self, start: Cell, end: Cell) -> tuple[Cells, int]:
         """A cheapest path between two cells of one region, and how many cells it took to find it."""
         moves, terrain = self.moves, self.scene.grid.terrain
-        field = solve(self.open_cells, moves, end, terrain=terrain, stop=start)
-        return _along_parents(field, start), field.expansions
+        exact, settled = exact_costs(self.open_cells, moves, end, terrain=terrain, stop=start)
+        return self._along_parents(self._framed(exact, -1, np.int64), start, end), settled
+
+    def parent(self, at: int) -> int:
+        """The number of the step that the field takes from a flat cell which can reach the goal and is not it."""
+        return self._parent(self.to_go.data, at)
+
+    @cached_property
+    def _steps(self) -> list[tuple[int, int, int, int, int]]:
+        """Number of each step, where it leads, the cells beside it, its price."""
+        columns = (self.jump, self._via, self._across, self.price)
+        return [(k, *row) for k, row in enumerate(zip(*(c.tolist() for c in columns), strict=True))]
+
+    def _parent(self, cost: memoryview, at: int) -> int:
+        """The local parent rule: the first step that leads to where the cost is less by exactly its own."""
+        here, terrain = cost[at], self.terrain
+        for k, jump, via, across, price in self._steps:
+            there = cost[at + jump]
+            if there < 0 or cost[at + via] < 0 or cost[at + across] < 0:
+                continue
+            if terrain is not None:
+                price += price // TERRAIN_UNIT * int(terrain[at + jump])
+            if there == here - price:
+                return k
+        raise AssertionError("a cell with a cost has a parent")
+
+    def _along_parents(self, cost: Ints, start: Cell, goal: Cell) -> Cells:
+        # Flat while it grows: a list of pairs takes ten times as long to become an array.
+        at, end = self.flat(np.array((start, goal))).tolist()
+        costs, jump, path = cost.data, self.jump.tolist(), [at]
+        while at != end:
+            if len(path) % 1024 == 0:
+                checkpoint()
+            at += jump[self._parent(costs, at)]
+            path.append(at)
+        return self.cells(np.array(path, dtype=np.int64))
 
     @cached_property
     def nearest(self) -> Ints:
@@ -204,19 +239,3 @@ class SearchSpace:
             to[rest] = found
             rest = rest[found < 0]
         return to
-
-
-def _along_parents(field: Field, start: Cell) -> Cells:
-    # Flat while it grows: a list of pairs takes ten times as long to become an array.
-    width = field.step.shape[1]
-    jump = [dy * width + dx for dx, dy in field.moves.offsets]
-    step = field.step.ravel()
-    at, goal = start[1] * width + start[0], field.goal[1] * width + field.goal[0]
-    path = [at]
-    while at != goal:
-        if len(path) % 1024 == 0:
-            checkpoint()
-        at += jump[step[at]]
-        path.append(at)
-    y, x = np.divmod(np.array(path, dtype=np.int32), np.int32(width))
-    return np.stack((x, y), axis=1)

@@ -195,7 +195,7 @@ class SwarmSession(SessionBase):
         if memory.over:
             return memory.failed(Status.LIMIT)
         x, y = memory.robot
-        exact = int(ground.field.exact[y, x])
+        exact = int(ground.exact[y, x])
         if exact < 0:
             return memory.cut_off()
         if exact == 0:

@@ -95,7 +95,7 @@ class Memory:
         if known is None:
             known = SearchSpace(self.scene, self._moves, self._free, closed)
             if counted:
-                self.spent += known.field.expansions
+                self.spent += known.expansions
         self._grounds[closed] = known  # last used, last in line
         while len(self._grounds) > KEPT + 1:
             self._grounds.pop(next(key for key in self._grounds if key))
@@ -106,7 +106,7 @@ class Memory:
         status, detail = Status.NO_PATH, ""
         if self.occupied:
             static = self.ground()
-            if static.field.exact[self.robot[1], self.robot[0]] >= 0:
+            if static.exact[self.robot[1], self.robot[0]] >= 0:
                 status = Status.HEMMED_IN
                 detail = "No path for now: walls leave a path, moving obstacles close it."
         return self.failed(Status.LIMIT) if self.over else self.failed(status, detail=detail)

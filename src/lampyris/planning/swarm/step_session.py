@@ -186,7 +186,7 @@ class StepSession(SessionBase):
         trip = StepWalk([memory.robot])
         sealed = self._closed
         ground = self._ground(trip, sealed)
-        while not memory.over and ground.field.exact[trip.cells[-1][1], trip.cells[-1][0]] >= 0:
+        while not memory.over and ground.exact[trip.cells[-1][1], trip.cells[-1][0]] >= 0:
             checkpoint()
             here = trip.cells[-1]
             if here == memory.scene.goal:
@@ -214,7 +214,7 @@ class StepSession(SessionBase):
         memory = self._memory
         x, y = trip.cells[-1]
         ground = memory.ground((memory.occupied | sealed) - {memory.robot, (x, y), memory.scene.goal})
-        if sealed and ground.field.exact[y, x] < 0:
+        if sealed and ground.exact[y, x] < 0:
             trip.forced = True
             ground = memory.ground(memory.occupied)
         return ground
@@ -223,7 +223,7 @@ class StepSession(SessionBase):
         """The cells of the next move: what the swarm chose, or D*'s own step if it found nothing."""
         fan = fan_of(ground.moves, self._planner.reach)
         at = int(ground.flat(np.array(here)))
-        dx, dy = ground.moves.offsets[ground.field.step[here[1], here[0]]]
+        dx, dy = ground.moves.offsets[ground.parent(at)]
         own = (here[0] + dx, here[1] + dy)
         if own == ground.scene.goal:
             # Otherwise a cell of the second ring, from where the goal is a straight step, would be preferred

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ def swept_cells(dx: int, dy: int, radius: float, resolution: float) -> Ints:
     return out
 
 
-def _segment_to_squares(dx: int, dy: int, gx: Ints, gy: Ints) -> Floats:
+def _segment_to_squares(dx: float, dy: float, gx: NDArray[Any], gy: NDArray[Any]) -> Floats:
     """Distance in cells between the segment (0, 0)-(dx, dy) and the unit squares centred on (gx, gy).
 
     Two convex figures that do not meet are nearest at a corner of one of them: an end of the segment against
@@ -99,7 +100,7 @@ def _segment_to_squares(dx: int, dy: int, gx: Ints, gy: Ints) -> Floats:
     return np.where(meet, 0.0, best)
 
 
-def _point_to_squares(x: int, y: int, gx: Ints, gy: Ints) -> Floats:
+def _point_to_squares(x: float, y: float, gx: NDArray[Any], gy: NDArray[Any]) -> Floats:
     out: Floats = np.hypot(np.maximum(np.abs(gx - x) - 0.5, 0.0), np.maximum(np.abs(gy - y) - 0.5, 0.0))
     return out
 

@@ -1,12 +1,14 @@
 """Straight lines between waypoints: what a point or a disc driven along them meets.
 
-Waypoints are cells or, for a point robot only, places in whole steps of 2^-16 of a cell: so all is decided in integers.
+Waypoints are cells, or places in whole steps of 2^-16 of a cell: so what a point meets is decided in integers. A disc may
+turn at any place, and its line need not run between free cells: only its distance from walls counts.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.referee.geometry.shapes import Ints, _segment_to_squares, slack
+from lampyris.referee.geometry.shapes import _segment_to_squares, slack
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid, Cell
 
@@ -24,6 +26,9 @@ _UNITS = 2**16
 """Steps in a cell, for waypoints that are no cells."""
 _FAR = 2**13
 """Cells that such waypoints may be apart: the products of their differences have room in 64 bits."""
+_BESIDE = 2
+"""Cells, along either axis, that the path of a disc may pass beside such a waypoint: where its centre is on the lines there may
+be no cell at whose centre it has room."""
 
 
 def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
@@ -63,14 +68,15 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
 
 
 def _places_violation(plan: Plan, scene: Scene) -> Violation | None:
-    """The same for waypoints that are not cells but places, of a point robot.
+    """The same for waypoints that are not cells but places.
 
-    The path has to come to a cell that each place is in, or on the border of, one after the other.
+    The path of a point has to come to a cell that each place is in, or on the border of, one after the other; that of a disc
+    near to it.
     """
     assert plan.waypoints is not None
     assert plan.path is not None
-    if scene.robot.radius > 0:
-        return Violation("waypoints", "plan", "the waypoints of a robot with a radius are cells")
+    disc = scene.robot.radius > 0
+    beside = 2 * _BESIDE if disc else 1
     scaled = plan.waypoints * _UNITS
     if (scaled != np.floor(scaled)).any() or (np.abs(plan.waypoints) > _FAR).any():
         return Violation("waypoints", "plan", f"waypoints are whole steps of 1/{_UNITS} cell, {_FAR} at most")
@@ -84,7 +90,8 @@ def _places_violation(plan: Plan, scene: Scene) -> Violation | None:
         if i and at[i - 1] == (x, y):
             return Violation("waypoints", f"waypoint {i}", f"{(x, y)} follows itself")
         while (
-            k < len(cells) and max(abs(cells[k][0] * _UNITS - x), abs(cells[k][1] * _UNITS - y)) * 2 > _UNITS
+            k < len(cells)
+            and max(abs(cells[k][0] * _UNITS - x), abs(cells[k][1] * _UNITS - y)) * 2 > beside * _UNITS
         ):
             k += 1
         if k == len(cells):
@@ -96,10 +103,30 @@ def _places_violation(plan: Plan, scene: Scene) -> Violation | None:
     if length > walked * (1 + 1e-12) or said is None or abs(said - length) > 1e-12 * length:
         return Violation("waypoints", "plan", f"lines of {length!r} cells, said {said!r}, walk {walked!r}")
     for k, (begin, end) in enumerate(pairwise(at)):
-        wall = _wall_between(scene.grid.blocked, begin, end, scene.moves)
+        if disc:
+            outside = _outside(scene.grid.blocked, end)
+            wall = outside or line_meets(scene.grid.blocked, _place(places[k]), _place(places[k + 1]), scene)
+        else:
+            wall = _wall_between(scene.grid.blocked, begin, end, scene.moves)
         if wall is not None:
             line = f"the line from {places[k]} to {places[k + 1]} meets the wall at {wall}"
             return Violation("line", f"waypoint {k}", line)
+    return None
+
+
+def _place(xy: list[float]) -> tuple[float, float]:
+    return xy[0], xy[1]
+
+
+def _outside(blocked: BoolGrid, place: Cell) -> Cell | None:
+    """The nearest cell of the map to a place, in steps, that is not on the map; else None."""
+    height, width = blocked.shape
+    near = [
+        min(max((v + _UNITS // 2) // _UNITS, 0), size - 1)
+        for v, size in zip(place, (width, height), strict=True)
+    ]
+    if any(abs(v - n * _UNITS) * 2 > _UNITS for v, n in zip(place, near, strict=True)):
+        return near[0], near[1]
     return None
 
 
@@ -164,13 +191,15 @@ def _order_violation(stated: list[Cell], cells: list[Cell], scene: Scene) -> Vio
     return None
 
 
-def line_meets(blocked: BoolGrid, begin: Cell, end: Cell, scene: Scene) -> Cell | None:
-    """A wall that the robot of a scene meets on the straight line between two cell centres, or None."""
+def line_meets(
+    blocked: BoolGrid, begin: tuple[float, float], end: tuple[float, float], scene: Scene
+) -> Cell | None:
+    """A wall that the robot of a scene meets on the straight line between two cell centres, of a disc any two places; or None."""
     radius = scene.robot.radius / scene.grid.resolution
     reach = math.ceil(radius + 0.5)
     height, width = blocked.shape
     (x0, y0), (x1, y1) = begin, end
-    top, bottom = max(0, min(y0, y1) - reach), min(height, max(y0, y1) + reach + 1)
+    top, bottom = max(0, math.floor(min(y0, y1)) - reach), min(height, math.ceil(max(y0, y1)) + reach + 1)
     for row in range(top, bottom, _BAND):
         last = min(bottom, row + _BAND)
         left, right = _between(begin, end, row - reach, last - 1 + reach)
@@ -178,7 +207,8 @@ def line_meets(blocked: BoolGrid, begin: Cell, end: Cell, scene: Scene) -> Cell 
         y, x = np.nonzero(blocked[row:last, x_from:x_to])
         if not len(x):
             continue
-        gx, gy = x.astype(np.int64) + x_from - x0, y.astype(np.int64) + row - y0
+        cx, cy = x.astype(np.int64) + x_from, y.astype(np.int64) + row
+        gx, gy = cx - x0, cy - y0
         if scene.robot.radius > 0:
             distance = _segment_to_squares(x1 - x0, y1 - y0, gx, gy) * scene.grid.resolution
             hit = distance < scene.robot.radius - slack(scene.robot.radius)
@@ -186,21 +216,21 @@ def line_meets(blocked: BoolGrid, begin: Cell, end: Cell, scene: Scene) -> Cell 
             hit = _crosses(x1 - x0, y1 - y0, gx, gy, scene.moves)
         if hit.any():
             k = int(hit.argmax())
-            return int(gx[k]) + x0, int(gy[k]) + y0
+            return int(cx[k]), int(cy[k])
     return None
 
 
-def _between(begin: Cell, end: Cell, low: int, high: int) -> tuple[int, int]:
+def _between(begin: tuple[float, float], end: tuple[float, float], low: int, high: int) -> tuple[int, int]:
     """Least and greatest column of the part of a line that lies between two rows."""
     (x0, y0), (x1, y1) = begin, end
     if y0 == y1:
-        return min(x0, x1), max(x0, x1)
+        return math.floor(min(x0, x1)), math.ceil(max(x0, x1))
     at = [min(max((y - y0) / (y1 - y0), 0.0), 1.0) for y in (low, high)]
     xs = [x0 + t * (x1 - x0) for t in at]
     return math.floor(min(xs)), math.ceil(max(xs))
 
 
-def _crosses(dx: int, dy: int, gx: Ints, gy: Ints, moves: Moves) -> NDArray[np.bool_]:
+def _crosses(dx: float, dy: float, gx: NDArray[Any], gy: NDArray[Any], moves: Moves) -> NDArray[np.bool_]:
     """Which unit squares, centred on (gx, gy), the segment from (0, 0) to (dx, dy) must not meet.
 
     In whole half cells: segment and square are apart if they are on one of the axes x and y, or square to

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.arrays import any_true
 from lampyris.model.trace import Trace
 from lampyris.referee.geometry.shapes import Ints, disc_cells
 from lampyris.referee.path import plain_codes
@@ -56,18 +57,18 @@ def plainly_legal(trace: Trace) -> PlainDrive | None:
         return None
     # As numbers without a sign those left of the map and above it are very large.
     at = np.ascontiguousarray(flat.T)
-    x, y = at
-    if x.view(np.uint32).max() >= width or y.view(np.uint32).max() >= height:
+    if any_true(at.view(np.uint32) >= np.array(((width,), (height,)), dtype=np.uint32)):
         return None
+    x, y = at
     rows = y * np.int32(width)
     cell = rows + x
-    if grid.blocked.take(cell).any():
+    if any_true(grid.blocked.take(cell)):
         return None
     ticks, count = len(trace.robot), 1 + len(trace.tracks)
     lines = at.reshape(2, count, ticks)
     step = lines[..., 1:] - lines[..., :-1]
     step += 1
-    if step.size and step.view(np.uint32).max() > 2:
+    if any_true(step.view(np.uint32) > 2):
         return None
     robot = cell[:ticks].astype(np.int64)
     cell += rows  # a row counts twice the width, so that sums of two say both coordinates
@@ -79,7 +80,7 @@ def plainly_legal(trace: Trace) -> PlainDrive | None:
     seen.sort(axis=1)
     # Where the last of one row and the first of the next are equal, nothing is said either.
     line = seen.reshape(-1)
-    if (line[1:] == line[:-1]).any():
+    if any_true(line[1:] == line[:-1]):
         return None
     driven = np.ones(ticks, dtype=np.bool_)
     np.not_equal(robot[1:], robot[:-1], out=driven[1:])

@@ -43,7 +43,7 @@ from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import TickSpeed
 from lampyris.sim.traffic.obstacle_draws import steps_of_all
 from lampyris.sim.traffic.traffic import Recording, Shuttle, Traffic, Walkers
-from lampyris.sim.world.cell_index import KEPT, SMALL_CELLS, CellIndex, Shape, bordered, shared
+from lampyris.sim.world.cell_index import COMPILED_CELLS, KEPT, CellIndex, bordered, shared
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.targets import Targets
 from lampyris.sim.world.world import Occupancy
@@ -70,6 +70,12 @@ class AnswersKernel(Protocol):
     def answers(self, wanted: int, limit: int | None, obstacles: int, live: bool) -> AnswersInTicks | None:
         """How it is asked for the next steps, and ``wanted`` more, among so many obstacles at most; ``live``: all of one
         cell, and of unknown future. None: a plan has to be asked for."""
+        ...
+
+    def first_answers(
+        self, wanted: int, limit: int | None, obstacles: int, live: bool
+    ) -> tuple[AnswersInTicks, int] | None:
+        """The same before the first call, with the states that were expanded to begin with."""
         ...
 
     def answered(self, asked: Ints) -> None:
@@ -109,9 +115,9 @@ class Running(Protocol):
 
 def supported(run: Running) -> bool:
     """Whether the kernel knows a simulation's rules: a robot and obstacles of one cell that step to neighbours, a known
-    map, a goal that stands still, no via points, and no more cells than :data:`SMALL_CELLS`."""
+    map, a goal that stands still, no via points, and no more cells than :data:`COMPILED_CELLS`."""
     if (
-        run.scene.grid.blocked.size > SMALL_CELLS
+        run.scene.grid.blocked.size > COMPILED_CELLS
         or run.sensor is not None
         or run.pursuit is not None
         or run.visits.via
@@ -143,9 +149,9 @@ class CompiledTicks:
             w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None
         )  # bits: whole numbers
         self._capacity = max(len(world.where) + more, 1)
-        assert state.last_tick is not None
         # One by one: a list of places takes several times as long.
-        st[k.NOW], st[k.LAST_TICK], st[k.BASE] = state.now, state.last_tick, state.now
+        st[k.NOW], st[k.BASE] = state.now, state.now
+        st[k.LAST_TICK] = -1 if state.last_tick is None else state.last_tick
         st[k.PATIENCE], st[k.WAITING], st[k.HOLDING] = run.patience, state.waiting, state.holding
         st[k.OBSTACLES], st[k.CAPACITY] = len(world.where), self._capacity
         st[k.ROBOT], st[k.GOAL], st[k.ROOM] = world.robot, self._goal, self._room
@@ -192,13 +198,11 @@ class CompiledTicks:
 
     def _pack_tables(self) -> tuple[Any, ...]:
         """Where obstacles may be and step, by shape, and where the robot may step."""
-        shapes: dict[int, Shape] = {}
-        for shape in (*self._run.world.shapes, *(w.shape for w in self._walkers)):
-            shapes.setdefault(id(shape), shape)  # bits: only tells them apart
+        given = (*self._run.world.shapes, *[w.shape for w in self._walkers])
+        shapes = {id(shape): shape for shape in given}  # bits: only tells them apart
         self._place = {key: place for place, key in enumerate(shapes)}
-        appearing = any(w.spec.rate is not None for w in self._walkers)
         opened = np.zeros(1, dtype=np.uint8)
-        if appearing:
+        if any(w.spec.rate is not None for w in self._walkers):
             masks = [bordered(shape.open).reshape(-1).view(np.uint8) for shape in shapes.values()]
             opened = np.concatenate(masks)
         bits = [shape.step_bits() for shape in shapes.values()] or [np.zeros(1, dtype=np.uint8)]
@@ -314,6 +318,41 @@ class CompiledTicks:
 
     # ---- ticks --------------------
 
+    @property
+    def last_tick(self) -> int:
+        """The tick with which the simulation ends."""
+        return int(self._st[k.LAST_TICK])
+
+    @last_tick.setter
+    def last_tick(self, tick: int) -> None:
+        self._st[k.LAST_TICK] = tick
+
+    def begin(self) -> int:
+        """Have a kernel answer the first question, before the first tick: the steps of the whole path; 0: a plan has to be
+        asked for, of another session.
+        """
+        st, run = self._st, self._run
+        if not self._may_answer():
+            return 0
+        session: AnswersKernel = run.session  # type: ignore[assignment]
+        began = loading.cpu()
+        found = session.first_answers(run.tick_speed.horizon + 2, self._limit(), self._capacity, self._live)
+        if found is None:
+            return 0
+        answers, spent = found
+        where = self._obstacles[0][: int(st[k.OBSTACLES])]
+        closed = where[where != run.world.robot]
+        self._marks[: len(closed)] = closed
+        st[k.MARKED], st[k.AHEAD], st[k.STOP_AT] = len(closed), -1, st[k.NOW]
+        answers.asked[PENDING] = 1
+        self._call(answers)
+        if not st[k.ANSWERED] or st[k.STEPS] < 1:
+            return 0
+        run.state.expansions += spent
+        run.state.planning_s += loading.cpu() - began
+        self._take(answers, 0.0)
+        return int(st[k.STEPS])
+
     def go(self, last: int) -> None:
         """Tick on, to the end of tick ``last`` or to an outcome."""
         st, run = self._st, self._run
@@ -322,14 +361,7 @@ class CompiledTicks:
             st[k.STOP_AT] = stop
             answers = self._answers()
             began = loading.cpu()
-            code = int(
-                (k.advance if answers is None else answers.kernel)(
-                    st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
-                    *self._traffic[1:], self._tables[2], self._route, self._enter_at,
-                    self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
-                    *(() if answers is None else (answers.asked, *answers.rest)),
-                )
-            )  # fmt: skip
+            code = self._call(answers)
             if answers is not None:
                 self._take(answers, loading.cpu() - began)
             self._read()
@@ -342,6 +374,17 @@ class CompiledTicks:
                 return
             if run.state.now >= last:
                 return
+
+    def _call(self, answers: AnswersInTicks | None) -> int:
+        """Call the kernel; the reason to stop."""
+        return int(
+            (k.advance if answers is None else answers.kernel)(
+                self._st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
+                *self._traffic[1:], self._tables[2], self._route, self._enter_at,
+                self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
+                *(() if answers is None else (answers.asked, *answers.rest)),
+            )
+        )  # fmt: skip
 
     def _prepare(self, last: int) -> int:
         """Draws and room for the next ticks; the tick to stop at."""
@@ -472,14 +515,22 @@ class CompiledTicks:
         """How a kernel asks the session by itself; None: it cannot."""
         run = self._run
         find = getattr(run.session, "answers", None)
-        budget = run.budget
-        if find is None or not run.walls.reported:
+        if find is None or not self._may_answer():
             return None
-        if budget is not None and (budget.seconds is not None or budget.stop is not None):
-            return None
-        limit = None if budget is None else budget.expansions
-        found: AnswersInTicks | None = find(run.tick_speed.horizon + 2, limit, self._capacity, self._live)
+        found: AnswersInTicks | None = find(
+            run.tick_speed.horizon + 2, self._limit(), self._capacity, self._live
+        )
         return found
+
+    def _may_answer(self) -> bool:
+        """Whether a kernel may answer in place of the session: it keeps to no seconds, and knows no news of the map."""
+        budget = self._run.budget
+        timed = budget is not None and (budget.seconds is not None or budget.stop is not None)
+        return not timed and self._run.walls.reported
+
+    def _limit(self) -> int | None:
+        """States that one answer may expand."""
+        return None if self._run.budget is None else self._run.budget.expansions
 
     def _take(self, answers: AnswersInTicks, seconds: float) -> None:
         """Take in what a kernel has asked, in a call of so many seconds."""
@@ -616,5 +667,4 @@ def _walls(key: GridKey, rings: int) -> tuple[NDArray[np.uint8], NDArray[np.int3
 
 def _flat(rows: Any) -> Ints:
     """Whole numbers as one row, at least one."""
-    made = np.array(rows, dtype=np.int64).reshape(-1)
-    return made if len(made) else np.zeros(1, dtype=np.int64)
+    return np.array(rows, dtype=np.int64).reshape(-1) if rows else np.zeros(1, dtype=np.int64)

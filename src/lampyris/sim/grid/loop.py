@@ -72,6 +72,7 @@ from lampyris.sim.grid.pursuit import MOVED, GoalPursuit
 from lampyris.sim.grid.sensing import observed_obstacles, seen_cells, sense
 from lampyris.sim.grid.state import SimulationState
 from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
+from lampyris.sim.traffic.obstacle_draws import seeded
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape, shared
 from lampyris.sim.world.endings import gave_up, too_late
@@ -132,7 +133,7 @@ def run(
     """
     simulation = Simulation(
         scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, sensor=sensor, goal_track=goal_track,
-        budget=budget,
+        budget=budget, plan_first=False,
     )  # fmt: skip
     simulation.finish(progress)
     return simulation.trace()
@@ -140,6 +141,12 @@ def run(
 
 class Simulation(Exclusive):
     """A simulation that can be stopped between two ticks and looked at. For one thread at a time.
+
+    Parameters
+    ----------
+    scene .. budget : as for :func:`run`.
+    plan_first : whether the first plan is made at once. If not, and a kernel can answer the first question, it is made when it
+        is needed.
 
     Attributes
     ----------
@@ -150,7 +157,7 @@ class Simulation(Exclusive):
     def __init__(
         self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
         law: SpeedLaw = "physical", patience: int | None = None, sensor: Sensor | None = None,
-        goal_track: GoalTrack = None, budget: Budget | None = None,
+        goal_track: GoalTrack = None, budget: Budget | None = None, plan_first: bool = True,
     ) -> None:  # fmt: skip
         demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
@@ -172,7 +179,8 @@ class Simulation(Exclusive):
         self.notes = Notes()
         self.state = SimulationState([scene.start], [[n] for n in self.world.where], settings.ticks)
         self._arrays: CompiledTicks | None = None
-        self._begin()
+        if plan_first or not self._begin_in_kernel():
+            self._begin()
         self.state.total_s += time.perf_counter() - began
         self.state.loading_s += loading.seconds() - loaded
 
@@ -189,11 +197,13 @@ class Simulation(Exclusive):
     @property
     def plan(self) -> Plan:
         """The planner's last answer."""
+        if self.state.plan is None:
+            self._write_back()
         assert self.state.plan is not None
         return self.state.plan
 
     def _stream(self) -> np.random.Generator:
-        return np.random.Generator(np.random.PCG64(np.random.SeedSequence((self.seed, 0))))
+        return np.random.Generator(np.random.PCG64(seeded(self.seed, 0)))
 
     # ---- planning --------------------
 
@@ -204,17 +214,39 @@ class Simulation(Exclusive):
             session.share_map()
         return session
 
+    def _begin_in_kernel(self) -> bool:
+        """Have a kernel answer the first question; whether it did. Where it did not, nothing has been asked."""
+        answers = hasattr(self.session, "first_answers")
+        if not answers or self.scene.edits or self.scene.start == self.scene.goal or not supported(self):
+            return False
+        arrays = CompiledTicks(self)
+        steps = arrays.begin()
+        if steps < 1:
+            # What the session was asked counts: a plan takes one that has not been asked.
+            self.session = self._opened()
+            return False
+        self._arrays = arrays
+        arrays.last_tick = self._end_after(steps)
+        return True
+
+    def _end_after(self, steps: int) -> int:
+        """Fix the last tick, unless it is given, by the steps of the first plan."""
+        if self.state.last_tick is None:
+            allowed = TICKS.allowed
+            if steps > allowed:
+                TICKS.demand(steps, "the path", instead="say how many ticks there are")
+            grid = self.scene.grid
+            most = 10 * (grid.height + grid.width) * (1 + len(self.visits.via)) + 4 * steps
+            most += 0 if self.pursuit is None else 2 * len(self.pursuit.cells)
+            self.state.last_tick = min(most, allowed)
+        return self.state.last_tick
+
     def _begin(self) -> None:
         """The first plan, and whether there is anything to drive at all."""
         scene = self.scene
         self._ask(self._sense())
         self.state.started = True
-        if self.state.last_tick is None:
-            steps = max(len(self.state.following.route) - 1, 0)
-            TICKS.demand(steps, "the path", instead="say how many ticks there are")
-            most = 10 * (scene.grid.height + scene.grid.width) * (1 + len(self.visits.via)) + 4 * steps
-            most += 0 if self.pursuit is None else 2 * len(self.pursuit.cells)
-            self.state.last_tick = min(most, TICKS.allowed)
+        self._end_after(max(len(self.state.following.route) - 1, 0))
         if not self.plan:
             verdict = self._without_traffic() if self.traffic.obstacles else self.plan
             closed = verdict.status is Status.NO_PATH and self.walls.may_open
@@ -554,10 +586,12 @@ class Simulation(Exclusive):
         BusyError : another call is at work on this simulation.
         """
         robot, tracks, speeds, causes = self._history()
-        moved = np.ones(len(robot), dtype=np.bool_)
-        step = robot[1:] != robot[:-1]
-        np.logical_or(step[:, 0], step[:, 1], out=moved[1:])
-        route = robot[moved]
+        route = robot
+        if self.state.waits:
+            moved = np.ones(len(robot), dtype=np.bool_)
+            step = robot[1:] != robot[:-1]
+            np.logical_or(step[:, 0], step[:, 1], out=moved[1:])
+            route = robot[moved]
         grid = self.scene.grid
         fields: dict[str, Any] = {
             "scene": self.scene,

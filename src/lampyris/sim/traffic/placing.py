@@ -225,7 +225,8 @@ class Placing:
         size, count = (self.space.width, self.space.height), spec.count - given
         if shape.small and size[0] * size[1] <= SMALL_CELLS:
             found = places_of_one_cell(self.key(k), given, count, size, self.trial.opened(shape))
-            self._held += [k] * len(self.trial.add_small(shape, found))
+            if k + 1 < len(self.scene.traffic):  # behind the last nobody asks where they are
+                self._held += [k] * len(self.trial.add_small(shape, found))
         else:
             drawn = places(
                 self.key(k), given, count, size,

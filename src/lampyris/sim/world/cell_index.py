@@ -74,8 +74,11 @@ class CellIndex:
         return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
     def cells_of(self, numbers: NDArray[np.int64]) -> Cells:
-        """The (x, y) of cell numbers of any shape, on a small map; int32, (..., 2), a new array."""
-        return _cells_by_number(self.width, self.height).take(numbers, axis=0)
+        """The (x, y) of cell numbers of any shape; int32, (..., 2), a new array."""
+        if self.width * self.height <= SMALL_CELLS:
+            return _cells_by_number(self.width, self.height).take(numbers, axis=0)
+        y, x = np.divmod(numbers, self.stride)
+        return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)
 
     def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
         """Numbers of all True cells, rising; int64, (n,)."""
@@ -168,9 +171,9 @@ class Shape:
         """Whether the obstacle may stand on a cell, by its number."""
         return self._opened[number] != 0
 
-    def opened(self) -> NDArray[np.uint8]:
-        """Where the obstacle may stand, by cell number; uint8, a new array."""
-        return np.frombuffer(self._opened, dtype=np.uint8).copy()
+    def opened(self) -> bytearray:
+        """1 where the obstacle may stand, by cell number; a copy."""
+        return bytearray(self._opened)
 
     def cover(self, number: int) -> tuple[int, ...]:
         """Numbers of the cells covered by an obstacle that stands on this one; cells off the map are left out."""
@@ -242,7 +245,9 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
 KEPT = 8
 """Shapes that are kept from one simulation to the next: many runs on one map are usual."""
 SMALL_CELLS = 1 << 15
-"""Cells of a map up to which they are kept, ticks are compiled and walkers placed by a kernel: tens of bytes a cell."""
+"""Cells of a map up to which they are kept, and walkers placed by a kernel: tens of bytes a cell."""
+COMPILED_CELLS = 1 << 20
+"""Cells of a map up to which ticks are compiled: some 20 bytes a cell for each simulation, AD-GSO and SIPP some 60 more."""
 
 
 @lru_cache(maxsize=KEPT)

@@ -83,8 +83,10 @@ class Occupancy:
     def opened(self, shape: Shape) -> NDArray[np.uint8]:
         """Where an obstacle of one cell could be put now, by cell number; uint8."""
         opened = shape.opened()
-        opened[[*self.taken, *self.robot_cover]] = 0  # bits: each takes its own cell away
-        return opened
+        for cells in (self.taken, self.robot_cover):
+            for cell in cells:  # bits: each takes its own cell away
+                opened[cell] = 0
+        return np.frombuffer(opened, dtype=np.uint8)
 
     def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
         """Where obstacles of that radius (metres) may not be beside recorded tracks, besides on them; bool,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -21,7 +22,7 @@ from lampyris.planning.chain.rrt import PLANNERS as CHAIN_PLANNERS
 from lampyris.planning.field.layers import free_cells
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally, each
 from lampyris_selfcheck.checks.paths import drawn_maps
-from lampyris_selfcheck.reference.geometry.disc_lines import connected, disc_sees
+from lampyris_selfcheck.reference.geometry.disc_lines import connected, disc_sees, enters, shared, squared_gap
 from lampyris_selfcheck.reference.geometry.polygons import deepest, links_of, overlap, placed
 from lampyris_selfcheck.reference.paths.any_angle import Cell, sees, shortest
 
@@ -32,6 +33,10 @@ POSES = {"poses": "pose-rrt-connect", "poses-star": "pose-rrt-star"}
 DRIVES = ("ackermann", "differential", "omnidirectional")
 WIDE = 0.8
 """Radius of discs, cells: no free cell beside or diagonally beside a wall."""
+RADII = (0.0, 0.0, 0.3, 0.5, WIDE, 1.2, 1.5)
+"""Radii of discs of paths that turn anywhere, cells; some just fit between two walls."""
+FORGIVEN = Fraction(1, 10**9)
+"""Share of a radius by which a disc may overlap a wall."""
 DEEP = 1e-6
 """Metres by which rounding may put one polygon into another."""
 
@@ -64,18 +69,34 @@ class DrawnQuery:
         blocked = {(x, y) for y, row in enumerate(self.free) for x, one in enumerate(row) if not one}
         return sees(blocked, a, b, self.cutting)
 
+    def is_hit(self, a: tuple[float, float], b: tuple[float, float]) -> bool:
+        """Whether the robot meets a wall straight from one place to another, by the definition, in fractions."""
+        begin, end = ((Fraction(x), Fraction(y)) for x, y in (a, b))
+        radius = self.radius * (1 - FORGIVEN)
+        for y, x in np.argwhere(self.grid.blocked).tolist():
+            if self.cutting:
+                if enters(begin, end, (x, y)):
+                    return True
+            elif squared_gap(begin, end, (x, y)) < radius * radius or (
+                not radius and shared(begin, end, (x, y))
+            ):
+                return True
+        return False
+
     @property
     def joined(self) -> bool:
         """Whether there is a path."""
         return self.goal in connected(self.free, self.start, corners=self.cutting)
 
 
-def drawn_query(rng: np.random.Generator, low: int, high: int) -> DrawnQuery:
+def drawn_query(
+    rng: np.random.Generator, low: int, high: int, radii: tuple[float, ...] = (0.0, 0.0, WIDE)
+) -> DrawnQuery:
     """A random map with two free cells, sides of low to high - 1."""
     while True:
         width, height = (int(n) for n in rng.integers(low, high, 2))
         grid = Grid(drawn_maps.walls(rng, width, height))
-        radius = float(rng.choice([0.0, 0.0, WIDE]))
+        radius = float(rng.choice(radii))
         free = free_cells(grid, radius)
         cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
         if len(cells) >= 2:
@@ -95,10 +116,14 @@ def asked(scene: Scene, planner: str, seed: int, **settings: Any) -> Plan | str:
 def path_wrong(plan: Plan, query: DrawnQuery) -> str:
     """What is wrong with a path of straight lines, and with what is said of it."""
     assert plan.waypoints is not None
-    turns = [(int(x), int(y)) for x, y in plan.waypoints.tolist()]
+    if plan.waypoints.dtype.kind == "f":
+        turns = [(x, y) for x, y in plan.waypoints.tolist()]
+        bad = [pair for pair in pairwise(turns) if query.is_hit(*pair)]
+    else:
+        turns = [(int(x), int(y)) for x, y in plan.waypoints.tolist()]
+        bad = [pair for pair in pairwise(turns) if not query.is_line(*pair)]
     if (turns[0], turns[-1]) != (query.start, query.goal):
         return f"it leads from {turns[0]} to {turns[-1]}"
-    bad = [pair for pair in pairwise(turns) if not query.is_line(*pair)]
     if bad:
         return f"no free line: {bad}"
     length = math.fsum(math.dist(*pair) for pair in pairwise(turns))
@@ -150,6 +175,30 @@ def _improving(ask: Ask, number: int, tally: Tally) -> None:
         tally.count("optimal", int(length < least + 1e-9))
         if length < least - 1e-9 or length > 1.001 * least:
             fault = f"{settings}: {length}, the shortest path is {least}"
+    _tell(tally, number, query, planner, fault)
+
+
+def _anywhere(ask: Ask, number: int, tally: Tally) -> None:
+    """Paths that turn anywhere keep their distance, and are no longer than those that turn at cell centres."""
+    rng = ask.rng("sampling", "anywhere", number)
+    query, planner = drawn_query(rng, 4, 13, RADII), IMPROVING[number % 3]
+    settings: dict[str, Any] = {"samples": 200, "batch": 50, "shortcut": bool(rng.integers(4))}
+    plan = asked(query.scene, planner, number, **settings, turns="anywhere")
+    other = asked(query.scene, planner, number, **settings)
+    fault = next((one for one in (plan, other) if isinstance(one, str)), "")
+    if not fault:
+        assert isinstance(plan, Plan)
+        assert isinstance(other, Plan)
+        fault = _answer_wrong(plan, query, tally)
+        if not fault and plan.status is not other.status:
+            fault = f"answers {plan.status}, with turns at centres {other.status}"
+        length, longer = plan.any_angle_length, other.any_angle_length
+        if not fault and length is not None and longer is not None:
+            tally.count("shorter", int(length < longer - 1e-6))
+            model = None if query.radius else api.plan(query.scene, "visibility-graph").map_model
+            least = 0.0 if model is None or model.bound is None else model.bound
+            if not least - 1e-9 <= length <= longer + 1e-9:
+                fault = f"{settings}: {length}, at centres {longer}, no path is shorter than {least}"
     _tell(tally, number, query, planner, fault)
 
 
@@ -326,6 +375,7 @@ def _tell(tally: Tally, number: int, query: DrawnQuery, planner: str, fault: str
 JUDGES = {
     "first": _first,
     "improving": _improving,
+    "anywhere": _anywhere,
     "interrupted": _interrupted,
     "chain": _chain,
 }
@@ -346,6 +396,10 @@ KINDS = {
     "improving": Kind(
         "rrt-star, informed-rrt-star, bit-star: the optimum of all pairs of cells on small maps", 36, 4_000, 40_000, 100,
         least={"found": 0.4, "optimal": 0.4},
+    ),
+    "anywhere": Kind(
+        "the same: paths that turn anywhere keep their distance from walls, by fractions, and are no longer than at centres",
+        40, 4_000, 40_000, 100, least={"found": 0.4, "shorter": 0.1},
     ),
     "interrupted": Kind(
         "fewer samples give the beginning of the same search, and a path is kept", 40, 10_000, 100_000, 250,

@@ -1,4 +1,4 @@
-"""Straight lines of discs between cell centres, in fractions, and which cells single steps connect."""
+"""Straight lines of discs and points between cell centres or other places, in fractions, and which cells single steps connect."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from itertools import pairwise, product
 
 from lampyris_selfcheck.reference.paths.any_angle import Cell
 
+Place = tuple[Fraction, Fraction]
+"""x, y in cells."""
+HALF = Fraction(1, 2)
 Rows = Sequence[Sequence[bool]]
 """Whether each cell is free, rows of the map."""
 
@@ -43,3 +46,46 @@ def connected(free: Rows, begin: Cell, *, corners: bool) -> set[Cell]:
                 found.add((u, v))
                 queue.append((u, v))
     return found
+
+
+def shared(begin: Place, end: Place, cell: Cell) -> tuple[Fraction, Fraction] | None:
+    """From where to where (shares of the line) a line is in the closed square of a cell; None: nowhere."""
+    low, high = Fraction(0), Fraction(1)
+    for axis in (0, 1):
+        d, off = end[axis] - begin[axis], begin[axis] - cell[axis]
+        if not d:
+            if abs(off) > HALF:
+                return None
+            continue
+        a, b = sorted(((-HALF - off) / d, (HALF - off) / d))
+        low, high = max(low, a), min(high, b)
+    return (low, high) if low <= high else None
+
+
+def enters(begin: Place, end: Place, cell: Cell) -> bool:
+    """Whether a line runs through the inside of the square of a cell."""
+    part = shared(begin, end, cell)
+    if part is None:
+        return False
+    middle = (part[0] + part[1]) / 2
+    at = [begin[axis] + middle * (end[axis] - begin[axis]) for axis in (0, 1)]
+    return all(abs(at[axis] - cell[axis]) < HALF for axis in (0, 1))
+
+
+def squared_gap(begin: Place, end: Place, cell: Cell) -> Fraction:
+    """Square of the distance between a line, or one place, and the closed square of a cell."""
+    if shared(begin, end, cell) is not None:
+        return Fraction(0)
+    gaps = []
+    for place in (begin, end):
+        beyond = [abs(place[axis] - cell[axis]) - HALF for axis in (0, 1)]
+        off = [one if one > 0 else Fraction(0) for one in beyond]
+        gaps.append(off[0] ** 2 + off[1] ** 2)
+    d = [end[axis] - begin[axis] for axis in (0, 1)]
+    length = d[0] ** 2 + d[1] ** 2
+    for sides in product((-HALF, HALF), repeat=2):
+        off = [cell[axis] + sides[axis] - begin[axis] for axis in (0, 1)]
+        along = off[0] * d[0] + off[1] * d[1]
+        if 0 < along < length:
+            gaps.append((off[0] * d[1] - off[1] * d[0]) ** 2 / length)
+    return min(gaps)
