@@ -70,7 +70,8 @@ class StepFinder:
             setup, others = walker.arrays()
             left = field, setup, (*others, known, int(lower), wanted)
         self._left = left
-        self._field, setup, rest = left
+        self._field: tuple[Any, ...] = left[0]
+        _, setup, rest = left
         self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest)
 
     def __del__(self) -> None:

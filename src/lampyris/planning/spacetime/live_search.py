@@ -66,6 +66,7 @@ class LiveSearch:
             search.kinds,
             *search.ground,
         )
+        self._answers: AnswersInTicks | None = None
         self._settings = (horizon, int(forecast == "velocity"), MOST_STAYS, margin)
         self._horizon = horizon
         # On large maps hardly any route is as long as there are cells; for one that is longer room is made.
@@ -105,7 +106,7 @@ class LiveSearch:
     def _route_for(self, cells: int) -> None:
         """Room for a route of so many cells."""
         self._route, self._enter = np.zeros((2, cells), dtype=np.int64)
-        self._answers: AnswersInTicks | None = None
+        self._answers = None
 
     def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
         """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""
