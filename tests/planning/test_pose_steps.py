@@ -13,6 +13,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.planning.sampling import pose_star
 from lampyris.referee import check_plan
+from reference.kernel_forms import use
 
 OUTLINE = ((0.6, 0.25), (-0.6, 0.25), (-0.6, -0.25), (0.6, -0.25))
 
@@ -29,6 +30,7 @@ def with_a_wall(drive: str) -> Scene:
     ("drive", "saved"), [("ackermann", 0.02), ("differential", 0.02), ("omnidirectional", 0.0)]
 )
 def test_steps_make_paths_shorter(drive: str, saved: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, "compiled")
     scene = with_a_wall(drive)
     lengths: list[list[float]] = []
     for least in (pose_star._LEAST_STEP, 1e9):  # with steps, and without
