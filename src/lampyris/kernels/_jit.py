@@ -210,16 +210,14 @@ class Kernel:
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
-        # Simulations call small kernels thousands of times a second: few steps of Python's on the way.
-        run = self._run if self._compiled is None else self._in_machine_code
         if not self._halts:
-            return run(args)
+            return self._run(args)
         if len(args) < self._arity:
             args = self.complete(args)
         halt = args[-1]
         if halt[0]:
             cancellation.raise_cancelled()
-        result = run(args)
+        result = self._run(args)
         if halt[0]:
             cancellation.raise_cancelled()
         return result
