@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from lampyris.planning.spacetime import interval_table
 from lampyris.planning.spacetime.interval_table import MOST_TICK, IntervalTable
 from lampyris.planning.spacetime.prediction import Forecaster
 from lampyris.planning.spacetime.search import TimedSearch, Timetable
-from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM, StateRoom
+from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM, StateRoom, _shrink
 from lampyris.typing import BoolGrid, Cell
 
 OWN = ((0, 0),)
@@ -223,6 +224,20 @@ def test_large_room_goes_with_the_search_that_used_it_last() -> None:
     searcher.start()
     searcher.join()  # the room of a thread that ended is not kept, whatever lives
     assert alone[0][1]() is None
+
+
+def test_room_that_is_taken_while_it_is_looked_at_is_not_put_back() -> None:
+    """A search may end in another thread. Room put back while it is in use would be lent again in whatever state it is left."""
+
+    class Lent(list[StateRoom]):
+        def __iter__(self) -> Iterator[StateRoom]:
+            while self:
+                yield self.pop()
+
+    for states in (1, 100):
+        held = Lent([StateRoom.of(10)])
+        _shrink(held, states)
+        assert len(held) == 0
 
 
 def test_arrays_clean_as_the_loops_do() -> None:

@@ -104,7 +104,9 @@ class SearchRoom(threading.local):
 
 
 def _shrink(held: list[StateRoom], states: int) -> None:
-    held[:] = [room for room in held if len(room.arrive) <= states]
+    # Another thread may take the room meanwhile: nothing is put back.
+    if any(len(room.arrive) > states for room in held):
+        held.clear()
 
 
 ROOM = SearchRoom()
