@@ -203,7 +203,7 @@ class Kernel:
         self._arity = len(names)
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
-        self._dear = False
+        self._costly = False
         self._compiled: Callable[..., Any] | None = None
         self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
@@ -281,9 +281,9 @@ class Kernel:
         return "numba" in sys.modules and self._left() < self.price(args)
 
     def expect(self, calls: int, *args: Any) -> None:
-        """Say that so many calls like this one are about to come: where all of them together are too dear for the plain form,
-        none is made in it."""
-        self._dear = self._dear or self._left() < calls * self.price(args)
+        """Say that so many calls like this one are about to come: where all of them together cost too much in plain form, this
+        kernel runs in it no more."""
+        self._costly = self._costly or self._left() < calls * self.price(args)
 
     def _left(self) -> int:
         """What may still be spent in plain form."""
@@ -293,7 +293,7 @@ class Kernel:
         global _spent
         if jit_disabled():
             return True
-        if _compiled_only.depth or self._dear:
+        if _compiled_only.depth or self._costly:
             return False
         price = self.price(args)
         if price > self._left():

@@ -208,7 +208,7 @@ def edition(folder: Path = HERE) -> str:
 
 def _sources(folder: Path) -> Iterator[str]:
     # Every process that runs machine code asks; what is kept beside them may be thousands of files.
-    for where, folders, names in os.walk(folder):
+    for where, folders, names in os.walk(folder):  # bits: the caller sorts the files
         folders[:] = [name for name in folders if name != "__pycache__"]
         yield from (os.path.join(where, name) for name in names if name.endswith(".py"))
 

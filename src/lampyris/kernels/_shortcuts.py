@@ -156,16 +156,17 @@ def _what_is_new(refresh: Callable[[Any], None]) -> Callable[[Any], None]:
 
     Its context is copied for each function that is compiled; all copies have one table of registries.
     """
-    known: dict[int, tuple[Any, dict[Any, int]]] = {}
+    known: list[tuple[Any, dict[Any, int]]] = []
+    """Tables, of which there are a few in a process, and how many declarations each of their registries had."""
 
     def refreshed(self: Any) -> None:
         table = self._registries
-        if not _ours.depth or id(table) not in known:
+        sizes = next((many for other, many in known if other is table), None) if _ours.depth else None
+        if sizes is None:
             refresh(self)
             if _ours.depth:
-                known[id(table)] = table, {one: _declared(one) for one in table}
+                known.append((table, {one: _declared(one) for one in table}))
             return
-        sizes = known[id(table)][1]
         for one in list(table):
             many = _declared(one)
             if sizes.get(one) != many:

@@ -63,7 +63,7 @@ def _near(blocked: NDArray[np.bool_], edge: bool) -> NDArray[np.int32] | None:
     best, done, k = own.copy(), 0, 1
     rest: NDArray[np.intp] | None = None  # flat indices of those that are left, once they are few
     while k < width:
-        flat = np.int32((2 * k - edge) ** 2)
+        flat = np.int32((2 * k - edge) * (2 * k - edge))
         if rest is None:
             left = np.flatnonzero(best.ravel() > flat)
             if 4 * len(left) < best.size:

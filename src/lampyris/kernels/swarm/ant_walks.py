@@ -31,7 +31,7 @@ def ant_walks(
     free, to_go, ground, price, heavy, jump, via, across, trails, tau, rest, guide, alpha, beta, unit,
     goal, goal_x, goal_y, stride, pad, longest, draws, seen, here, walking, sums, weight, log, state, halt,
 ):  # fmt: skip
-    """Go on with the walks of ants until all have ended, or until draws or room in the log run out.
+    """Continue the walks of ants until all have ended, or until draws or room in the log run out.
 
     In each turn every ant that still walks takes one step with probability in proportion to ``tau^alpha eta^beta``, never
     to a cell where it has been; it ends at the goal, or where it may go nowhere. Sums and products are made in the order

@@ -84,7 +84,7 @@ class Occupancy:
         """Where an obstacle of one cell could be put now, by cell number; uint8."""
         opened = shape.opened()
         for cells in (self.taken, self.robot_cover):
-            for cell in cells:  # bits: each takes its own cell away
+            for cell in cells:
                 opened[cell] = 0
         return np.frombuffer(opened, dtype=np.uint8)
 
